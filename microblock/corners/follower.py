@@ -6,21 +6,19 @@ obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P
     g = g0 + H n + C^T t - B_n u,     s = C n + T t,     (P, Q) = B_n^T n + B_t^T t,                    (c)
 
 with the rows (n2, -n1) of B_n and (n1, n2) of B_t, of the normal (n1, n2) at the node. A node sticks while
-B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and then B_t u - s changes
-in the direction of t. Shear that drags the surface along is positive. Uncoupled, C^T t is left out of the
-gaps. Without nodes that rub this is the load path of `active_set`.
+B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and B_t u - s changes in the
+direction of t. Uncoupled, C^T t is left out of the gaps.
 
-In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip, and
+In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip,
 motions the loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their
-partners (principal pivots); where a node slips t = tau + f sigma n stands in place of t. As long as no set
-changes all is affine in the loads. So the path is followed exactly, piece by piece: rates are a column of the
-tableau, and the first sign that changes ends a piece. There all that stands at a limit and would go beyond it
-is exchanged at once, and if that brings no fewer of them the first one alone (Murty, Opsearch 11 (1974) 123),
-which ends where rates are unique. No step is chosen, and work = energy + dissipation holds to rounding.
+partners (principal pivots); where a node slips t = tau + f sigma n stands in place of t. While no set changes
+all is affine in the loads: rates are a column of the tableau, and the first sign that changes ends a piece.
+All that stands at a limit and would go beyond it is exchanged at once, and if that brings no fewer of them
+the first one alone (Murty, Opsearch 11 (1974) 123). Work = energy + dissipation holds to rounding.
 
-The product of all pivots is the determinant of the exchanged part of M, and positive without friction. Where
-it is not, states turn back while loads grow; where a single exchange with a negative pivot also gives rates
-that hold, there are two ways on. Both are refused.
+The product of all pivots is the determinant of the exchanged part of M. Where it is not positive, states turn
+back while loads grow; where a single exchange with a negative pivot also gives rates that hold, there are two
+ways on. Both are refused.
 """
 
 from __future__ import annotations
@@ -115,8 +113,7 @@ class Moment:
     normal, gaps : arrays (corners n,)
         Corner forces and gaps.
     tangential, slip : arrays (n,)
-        Forces at the nodes, and way of the obstacle over the surface since first contact (length); 0 where
-        there was none.
+        Forces at the nodes, and way of the obstacle over the surface since first contact (length).
     closed : boolean array (corners n,)
     stick, at_limit : boolean arrays (n,)
         Nodes that stick, and nodes whose shear force is as large as friction allows.
@@ -130,8 +127,8 @@ class Moment:
         d and D (length).
     energy, work, dissipation : float
     residual : float
-        The largest violated condition of contact, friction and loads over the largest force, and of gaps and
-        slip over the largest displacement: these are computed anew, as those of the path are sums.
+        The largest violated condition over the largest force, or over the largest displacement, computed
+        anew.
     """
 
     load: float
@@ -169,8 +166,8 @@ class Change:
 class Tableau:
     """y = M x after an exchange of some x_i with their y_i: row i is what follows of the pair i.
 
-    Pivots wait as products of columns and rows, until there are some of them: a pass over all of a large
-    matrix costs more than the pivot.
+    Pivots wait as products of columns and rows until there are PENDING of them: a pass over a large matrix
+    costs more than the pivot.
 
     Parameters
     ----------
@@ -491,8 +488,7 @@ class Follower:
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
         """Rates of x and y; of all that must not be negative, numbered so: values, rates at which they fall,
         0 if that is rounding, and whether they stand at the limit. These are forces of closed corners or gaps
-        of open ones; of nodes that stick the bound forwards, or the rate of slip; of nodes that stick the
-        bound backwards.
+        of open ones; bounds forwards or rates of slip of nodes; bounds backwards of nodes that stick.
         """
         dx, dy = self._rates(way)
         m, nodes, closed, stick, slips = self._m, self._nodes, self.closed, self.stick, self.slips

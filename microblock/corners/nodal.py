@@ -265,10 +265,9 @@ class NodalPath(LoadPath):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        Zones are those of the nodes, so `load_error` is what these leave open: the way back to the nodal
-        event before, and what an edge that is known to the distance h of two nodes is worth, of a load that
-        grows like the square of the contact's width a: h/a, and where edges of the two corners cross
-        CROSSED (h/a)^s, s the solver's `crossing`. x, also that of first touch, is good to that distance.
+        `load_error` is the way back to the nodal event before, and what an edge that is known to the distance
+        h of two nodes is worth, of a load that grows like the square of the contact's width a: h/a, and where
+        edges of two corners cross CROSSED (h/a)^s, s the solver's `crossing`. x is good to that distance.
         """
         solver, law = self.problem.solver, self.problem.law
         x = solver.compliance.points[:, 0]

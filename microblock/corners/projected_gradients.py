@@ -8,29 +8,19 @@ Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the mi
 
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
-1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha; it
-   begins with the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer.
-   Anal. 8 (1988) 141), and goes on with that of the step refused, or with half of alpha if that is less;
+1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha,
+   begun with the step of Barzilai and Borwein (IMA J. Numer. Anal. 8 (1988) 141);
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
    preconditioner: coarsely while faces change, to FINAL on a face that stays;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
-Where H has forces that do nothing, `settled` of the flexibility brings them, after 1 and 3, to where q is
-least; such as do next to nothing, it brings nearer.
+Where H has forces that do nothing, `settled` of the flexibility brings them to where q is least.
 
-It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box; 2
-takes and gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from
-cycling.
-
-Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays
-above 1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above
-1/|H|. Steps 2 and 3 do not raise q, nor does `settled`. A step of gradient projection with such alpha lowers
-q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge
-linearly to the only minimum, whatever happens in between; the free approach, the multiplier of sum f = P, is
-part of it. If no corner has f = g = 0 the face of 1 is in the end that of the solution (Calamai and More,
-Math. Program. 39 (1987) 93), where conjugate gradients end in finitely many steps. Not proven: the number of
-steps, and that it does not grow with n, which the preconditioner and a start from a coarser grid see to in
-practice.
+It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box. For H
+positive definite on zero-sum vectors alpha stays above 1/(2 |H|) in exact arithmetic, steps 2 and 3 do not
+raise q, and q converges linearly to its only minimum (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157); if no
+corner has f = g = 0 the face is in the end that of the solution (Calamai and More, Math. Program. 39 (1987)
+93). The number of steps is not proven.
 """
 
 from collections import Counter
@@ -69,10 +59,9 @@ class GridForces:
 
     Attributes
     ----------
-    forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch
-    approach, load : float
-    kkt : float, largest penetration, or gap of a corner with force, over the range of H f where corners can
-        touch; under a punch, where that is 0, over LEAST times what the load on a single corner would make it
+    forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch approach, load : float kkt :
+    float, largest penetration, or gap of a corner with force, over the range of H f, at least LEAST times
+        what the load on a single corner would make it
     products : int, with H, and as many preconditioners on faces
     """
 
@@ -170,8 +159,8 @@ class _Problem:
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
-        """How far the given approach stays below that of full contact, in which no more load presses deeper:
-        over the range of the initial gaps; inf where no contact is full.
+        """How far the given approach stays below that of full contact, over the range of the initial gaps;
+        inf where no contact is full.
 
         Raises
         ------

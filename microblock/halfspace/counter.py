@@ -1,23 +1,19 @@
 """A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
 
-Corner (a, b) of the block at x presses the smooth surface of the second body at x + (ell/2)(a, b), and there
-the displacement u2 of that surface adds to its gap. In Fourier space that is U2 exp(i k.(s - s')) for the gap
-of a corner at s from the force of one at s'. These places are no multiples of a cell apart: a force on a cell
-is shared among the cells of the second surface about its place, by the weights of the polynomial through five
-of them along each axis, and the displacement of the corner is taken with the same weights. With S for these
-shares,
+Corner (a, b) of the block at x presses the second body at x + (ell/2)(a, b), where its displacement u2 adds
+to the gap. These places are no multiples of a cell apart: a force on a cell is shared among the cells of the
+second surface about its place, by the weights of the polynomial through five of them along each axis, and the
+displacement is taken with the same weights. With S for these shares
 
     gaps = S^T U2 S forces
 
-is symmetric and positive whatever the size of the blocks; shares keep force and moment, and at multiples of a
-cell they are a shift. U2 is that of cells, as of the first body: on a period the symbol, else the
+is symmetric and positive, and keeps force and moment. U2 is that of cells: on a period the symbol, else the
 displacement at the centre of a cell under the pressure on another, of a classical solid in closed form (Love
 1929).
 
-Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and the less the smaller the
-block: what they are is hardly determined, and steps of a solver towards them are many. So these gaps get
-HELD of what short waves displace times such forces besides, which falls with the width of the cells as other
-errors do.
+Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and hardly so if the block is
+small. These gaps get HELD of what short waves displace times such forces besides, which falls with the width
+of the cells as other errors do.
 """
 
 from __future__ import annotations
@@ -154,8 +150,8 @@ class Counter:
     ) -> list[list[Array]]:
         """Returns the inverse of R of both bodies from that of the first, between what four corners do.
 
-        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, from the
-        sum of a b f. The second body adds U2 v v^T, v from the shares of waves.
+        Second in the rows is the twist w in gap = u + a b w - a phi1 - b phi2. The second body adds U2 v v^T,
+        v from the shares of waves.
         """
         v, twist = _seen(self.ell, length, width)
         U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)

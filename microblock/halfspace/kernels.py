@@ -1,15 +1,14 @@
 """The response of the half-space to a unit force and a unit moment on its surface, without images.
 
-With r the distance and e its direction from the load, and phi and m as in `microblock.halfspace.symbol`, now
-vectors in the surface along k for the plane part,
+With r the distance, e its direction from the load, and vectors phi and m as in
+`microblock.halfspace.symbol`,
 
     u = u(r) p - v(r) e.m,     phi = v(r) e p + [w0(r) + w2(r) (2 e e - 1)] m,
 
 are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. Where psi = 0 on
-the whole surface, u from p is that of U - V^2/W with J0, and m = -V/W e p with J1 holds the rotation. On k =
-i t the Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the
-imaginary parts (of V and V/W: the real part). They are tabulated once in log r, over c/ell with c = (1 -
-nu)/mu (that of V/W over 1/ell^2); r u(r) runs from one constant to another.
+the whole surface, u from p is that of U - V^2/W, and m = -V/W e p with J1 holds the rotation. On k = i t the
+Bessel functions become K0, K1 and K2, and integrals over t > 0 of the imaginary parts are left (of V and V/W:
+the real part). They are tabulated in log r, over c/ell with c = (1 - nu)/mu (that of V/W over 1/ell^2).
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
 """The obstacle as far as a contact can be: samples of the initial gaps, and a bound on the approach.
 
-f is the least of the initial gaps of a block's corners. A disc A of radius a that carries the load P like a
-flat punch is displaced by P/(2 E* a); since no gap is negative, reciprocity gives for one corner
+f is the least of the initial gaps of a block's corners. By reciprocity with a flat punch on a disc A of
+radius a, under the load P,
 
     approach <= P/(2 E* a) + <h>_A,
 
-<h>_A the mean of the height under the punch's pressure, which is the mean over a hemisphere projected on A.
-It holds for each disc; of a sphere the least over all radii is Hertz' approach times 4/3. No place with f
-above it can touch. With corners the disc loads all four of a block alike, or one of them, which yields at
-most `softer` times as much; and as the energy of the least forces is convex in P, twice the mean approach up
-to 2 P bounds that at P.
+<h>_A the mean of the height under the punch's pressure, that over a hemisphere projected on A. No place with
+f above the least over all discs can touch. With corners one of a block may carry all, which yields at most
+`softer` times as much, and the bound is doubled, as the energy of the least forces is convex in P.
 
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances:
 whatever is two spacings wide has a sample. Samples that no neighbour undercuts are followed down to their

@@ -1,14 +1,12 @@
 """Contact on square cells of the half-space, from coarse grids to finer ones.
 
 1. The picture of the obstacle (`microblock.halfspace.picture`) says where a contact can be. A window about
-   its lowest places grows while cells press near its rim, or a gap outside of it is negative, and shrinks to
-   the contact until that fills it.
-2. Grids of 32, 64, ... cells a side are solved (`microblock.corners.projected_gradients`), each started from
-   the one before, until the estimate is below rtol and no place between the cells would touch. Then places
-   outside are looked at again.
+   its lowest places grows while cells press near its rim, or a gap outside is negative, and shrinks to the
+   contact until that fills it.
+2. Grids of 32, 64, ... cells a side are solved, each started from the one before, until the estimate is below
+   rtol and no place between the cells would touch. Then places outside are looked at again.
 
-The estimate is of what `State.pressure_at` returns. Two grids whose contacts have few cells agree by
-themselves, so the load on such spots counts as error.
+Two grids whose contacts have few cells agree by themselves, so the load on such spots counts as error.
 """
 
 from __future__ import annotations
@@ -175,8 +173,7 @@ class SurfaceSolver(Solver):
         """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
         many nodes as are fixed; and, array (k, 2), places that a wider window must hold, none if it does.
 
-        Which grids and windows are solved before a state does not depend on the goal, so the estimate of
-        each can be asked for.
+        Which grids and windows are solved does not depend on the goal before it is reached.
         """
         most, best, blind, last = self.options.nodes or MOST, None, 0.0, self.options.residual
         sizes = [
@@ -432,8 +429,8 @@ def _share_of_spots(state: SurfaceCells, least: float) -> float:
 def _estimate(changes: list[float]) -> float:
     """Returns the error of the last grid from successive changes.
 
-    Errors of two grids that fall by a ratio r and are alike leave r - 1 times the finer one as change, errors
-    like those of the edge's steps, which have nothing to do with each other, sqrt(1 + r^2) times.
+    Errors that fall by a ratio r and are alike leave r - 1 times the finer one as change, those of the edge's
+    steps, which have nothing to do with each other, sqrt(1 + r^2) times.
     """
     ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else USUAL
     last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]

@@ -25,10 +25,8 @@ HEIGHTS = 1.5, 6.0  # inches, of the picture of a body
 
 
 def draw_below(state, quantity="psi", axis=None):
-    """A Figure of one of QUANTITIES below the contact, of a state that tells its `fields_below(box)`.
-
-    box : ((left, right), depth), what is shown; fields_below -> (x1, x2, triangles (m, 3), psi, stress (2, 2,
-        n)) at points (n,)
+    """A Figure of one of QUANTITIES below the contact, of a state whose solution has fields_below(box) ->
+    (x1, x2, triangles (m, 3), psi, stress (2, 2, n)) at points (n,), box ((left, right), depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.solution.zones_by_name["contact"]

@@ -1,8 +1,6 @@
 """The rotated blocks along a surface: squares of side ell with their outer side at the surface, rotated by
-psi0 + psi.
-
-Displacements along n, heights of the obstacle over the surface and angles are magnified alike, so that a
-corner touches the obstacle in the picture where its gap (21), (22) is closed.
+psi0 + psi. Displacements, heights of the obstacle and angles are magnified alike, so that a corner touches in
+the picture where its gap (21), (22) is closed.
 """
 
 from dataclasses import dataclass, replace

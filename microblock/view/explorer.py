@@ -1,8 +1,6 @@
 """Problem, state and figure for parameters that change one by one: what sliders need, and scripts as well.
 
-A state starts from the last one, its zones moved on as the last two moved under the same parameter; what is
-not computed again is the solver's own matter (`Solver.resized`, `Solver.follow`). The figure only gets new
-data.
+A state starts from the last one, its zones moved on as the last two moved under the same parameter.
 """
 
 import math

@@ -1,7 +1,6 @@
-"""The blocks of a surface under an obstacle in three dimensions: where they are, rotated, and what touches.
-
-A block is a cube of side ell below its contact point. A corner at r from the block's middle is displaced by
-``u + psi x r``, (21), and both are drawn larger, times `magnified`, with the initial rotation psi0.
+"""The blocks of a surface under an obstacle in three dimensions, cubes of side ell below their contact
+points. Displacements ``u + psi x r``, (21), are drawn `magnified` times as large, with the initial rotation
+psi0.
 """
 
 import numpy as np

@@ -244,10 +244,8 @@ def classed(box, name):
 
 
 def shown_with_still(ipywidgets):
-    """A class of boxes that leave their picture, an Image, beside themselves in a notebook's output.
-
-    The still is not shown where the widgets are, in running notebooks; in pages made by nbconvert, which have
-    no kernel, and often no net to load the widgets' script from, it is what is seen.
+    """A class of boxes that leave their picture, an Image, beside themselves in a notebook's output: it is
+    what pages made by nbconvert show, which have no kernel.
     """
 
     class Shown(ipywidgets.Box):
