@@ -107,8 +107,7 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    for state in result["history"].states:
-        print(f"Q = {state.shear / (0.3 * P):.2f} f P  stick", np.round(state.zones["stick"], 3).tolist())
+    print("stick", [np.round(state.zones["stick"], 3).tolist() for state in result["history"].states])
     print("dissipation of a cycle", np.round(list(result["dissipation"].values()), 4).tolist())
     figure(result)
     plt.show()

@@ -55,25 +55,23 @@ def solve(
     contact : law of contact
     rtol : relative error of pressure and micromoment
     """
-    cylinder, states = problem(alpha, psi0_deg, contact), []
-    for load in loads:
-        states.append(cylinder.solve(load=load * P, rtol=rtol, initial=states[-1] if states else None))
-    return states
+    return problem(alpha, psi0_deg, contact).states([load * P for load in loads], rtol=rtol)
 
 
 # %%
 # Pressure and micromoment at each load, and Hertz' pressure, the limit of small blocks
 
 
-def figure(states):
-    """Returns pressure and micromoment over x1."""
+def figure(states, P=P, a_Hz=a_Hz, p_Hz=p_Hz):
+    """Returns pressure and micromoment over x1, in the scales of the load P."""
     drawing, (top, bottom) = plt.subplots(2, 1, figsize=(4.0, 3.6), sharex=True, layout="constrained")
+    x = 1.2 * max(state.half_width for state in states) * np.linspace(-1, 1, 1200)
     for state in states:
-        x = np.linspace(-1.2, 1.2, 1201) * a_Hz
         top.plot(x / a_Hz, state.pressure_at(x) / p_Hz, label=f"$P = {state.load / P:g}$")
         bottom.plot(state.x / a_Hz, state.micromoment / (p_Hz * state.solid.ell))
-    hertz = np.sqrt(np.maximum(states[-1].load / P - (x / a_Hz) ** 2, 0))
-    top.plot(x / a_Hz, hertz, "k:", label=f"Hertz, $P = {states[-1].load / P:g}$")
+    if isinstance(states[-1].obstacle, mb.Cylinder):
+        hertz = np.sqrt(np.maximum(states[-1].load / P - (x / a_Hz) ** 2, 0))
+        top.plot(x / a_Hz, hertz, "k:", label=f"Hertz, $P = {states[-1].load / P:g}$")
     top.set_ylabel(r"$p/p_\mathrm{Hz}$")
     bottom.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\,\ell)$")
     drawing.legend(loc="outside upper center", ncols=3)
@@ -83,8 +81,7 @@ def figure(states):
 if __name__ == "__main__":
     states = solve()
     for state in states:
-        width, error = state.half_width / a_Hz, state.error_estimate
-        print(f"P = {state.load:5.2f}  half-width {width:.5f} a_Hz  error {error:.0e}")
+        print(f"P = {state.load:5.2f}  half-width {state.half_width / a_Hz:.5f} a_Hz")
     meeting = problem().path(load=P).events[-1]
     print(f"the strips meet at P = {meeting.load:.6f}; reference {(0.25 / 0.8343132323) ** 2:.6f}")
     figure(states)

@@ -46,9 +46,9 @@ def profiles(alpha, positions, nu=0.3, beta=1.0, x2=None):
     # the laws differ in some hundredth of either pressure
     states = [problem.solve(load=np.pi / 2, rtol=1e-7) for problem in problems(alpha, nu, beta)]
     fields = [state.fields(*points) for state in states]
-    shape = len(positions), len(x2)
     psi, theta, slope = (
-        [getattr(field, name).reshape(shape) for field in fields] for name in ("psi", "theta", "theta_slope")
+        [getattr(field, name).reshape(len(positions), len(x2)) for field in fields]
+        for name in ("psi", "theta", "theta_slope")
     )
     return x2, *psi, (theta[0] - theta[1])[:, 0] / (slope[0] - slope[1])[:, 0]
 

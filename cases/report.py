@@ -19,9 +19,8 @@ from string import Template
 
 import matplotlib
 
-from microblock.command import did_you_mean
 from microblock.data.records import versions, write_text
-from microblock.errors import BadArgument, NotConverged
+from microblock.errors import NotConverged, require_choice
 from microblock.view.plots import STYLE
 
 OUT = "out"
@@ -51,9 +50,7 @@ def solve(only: tuple[str, ...] | None = None, out: str | None = None):
     """
     known = modules()
     for name in only or ():
-        if name not in known:
-            words = f"must be one of {', '.join(known)}{did_you_mean(name, known)}"
-            raise BadArgument("only", name, words)
+        require_choice(known, only=name)
     chosen = {name: known[name] for name in known if name in ("findings", *(only or known))}
     return {"items": make(chosen, Path(out or OUT))}
 

@@ -21,6 +21,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
+from cases.sphere import draw_corners
 
 SLOPE, SHORTEST = 0.1, 16  # root mean square slope; shortest waves, in waves to the period
 LAWS = {"microblock": mb.Microblock, "classical": mb.Unilateral, "unilateral": mb.Unilateral}
@@ -62,16 +63,7 @@ def fraction(state):
 def figure(states):
     """Corners that touch at the last load (a); the fraction that touches over the pressure (b)."""
     drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 4.8), layout="constrained")
-    last = states["microblock"][-1]
-    shown = above.imshow(
-        np.ma.masked_equal(last.closed.reshape(last.shape).T, 0),
-        cmap=plt.get_cmap("viridis_r", 4),
-        vmin=0.5,
-        vmax=4.5,
-        origin="lower",
-        extent=(-0.5, 0.5, -0.5, 0.5),
-    )
-    drawing.colorbar(shown, ax=above, ticks=range(1, 5), label="corners that touch")
+    draw_corners(above, states["microblock"][-1], 1.0)
     above.set(xlabel=r"$x_1$ over the period", ylabel=r"$x_2$ over the period")
     for look, (name, solved) in zip(("o-", ".--", "s-"), states.items()):
         loads = [state.load for state in solved]

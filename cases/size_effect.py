@@ -68,7 +68,6 @@ if __name__ == "__main__":
     result = solve()
     print(f"alpha_mid = {result['alpha_mid']:.8f}")
     for law in LAWS:
-        for alpha, width, real in zip(result["alphas"], result[law]["half_width"], result[law]["real"]):
-            print(f"{law} alpha = {alpha:5.2f}  half-width {width:.5f}  real hardness {real:.5f}")
+        print(f"{law}: half-widths", np.round(result[law]["half_width"], 5).tolist())
     figure(result)
     plt.show()

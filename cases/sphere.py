@@ -65,9 +65,9 @@ def large_blocks(solid, contact):
     return radius**2, 1 / (contacts * radius**2)
 
 
-def draw_corners(axis, state):
-    """Corners that touch, from above."""
-    edge = (state.x1[-1] + state.width / 2) / a_Hz
+def draw_corners(axis, state, unit=a_Hz):
+    """Corners that touch, from above; lengths over a unit."""
+    edge = (state.x1[-1] + state.width / 2) / unit
     look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
     touching = np.ma.masked_equal(state.closed.reshape(state.shape).T, 0)
     shown = axis.imshow(touching, extent=(-edge, edge, -edge, edge), **look)
@@ -107,8 +107,6 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    state = result["state"]
-    radius = math.sqrt(state.contact_area / math.pi)
-    print(f"radius {radius / a_Hz:.3f}  approach {state.approach / a_Hz**2:.4f}  of Hertz's")
+    print(f"approach {result['state'].approach / a_Hz**2:.4f} of Hertz's")
     figure(result)
     plt.show()

@@ -18,7 +18,6 @@ import numpy as np
 
 import microblock as mb
 from microblock.fem import meshes
-from microblock.fem.newton_path import next_event
 from microblock.model.zones import layer_lengths
 
 # %%
@@ -80,18 +79,19 @@ def lengths(state):
 
 
 def full_contact(contact):
-    """The approach delta_fc at which the second corner closes: the event ahead of two states before it."""
-    newton, law = contact.solver.newton("approach"), contact.law
+    """The approach delta_fc at which the second corner closes: gaps are affine in the approach before."""
+    law = contact.law
     if law.psi0 == 0:
         return 0.0
     # blocks that rotate as if they were free close both corners at this approach, so delta_fc lies above
     rigid = contact.body.solid.ell / 2 * abs(law.psi0) * (1 - abs(law.psi0))
-    event = next_event(newton.solve(rigid / 4), newton.solve(rigid / 2))
-    if event is None:
-        raise mb.NotConverged(
-            f"the second corner does not close: rounding at rho = {newton.rho:g}; take a smaller rho"
-        )
-    return event.level
+    first, second = (
+        max(contact.solve(approach=level).gap_at(corner, 0.0) for corner in law.corners)
+        for level in (rigid / 4, rigid / 2)
+    )
+    if not first > second > 0:
+        raise mb.NotConverged("the second corner does not close: rounding at this rho; take a smaller one")
+    return rigid / 2 + rigid / 4 * second / (first - second)
 
 
 def closed_form(state):
@@ -124,8 +124,7 @@ def figure(states):
 
 if __name__ == "__main__":
     states = solve()
-    for state in states:
-        print(f"delta = {state.approach:.3f}  psi at the surface {state.psi[0]:.6f}")
+    print("microrotation of the surface", [round(float(state.psi[0]), 6) for state in states])
     print("layer lengths {:.6f} and {:.6f}".format(*lengths(states[0])))
     print(f"full contact from delta = {full_contact(problem()):.6f}")
     figure(states)

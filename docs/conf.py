@@ -56,7 +56,8 @@ for stale in (SCRIPTS, *([] if (MADE / DIGEST).exists() else [MADE])):
     shutil.rmtree(stale, ignore_errors=True)
 (MADE / DIGEST).mkdir(parents=True, exist_ok=True)
 for folder, heading in {
-    "": "Gallery\n=======",
+    "": "Gallery\n=======\n\nScripts that import ``cases`` run in the root of the checkout, for example "
+    "``python -m cases.sphere``. The others run wherever microblock is installed.",
     "plane": "In the plane\n------------",
     "space": "In space\n--------",
     "the_paper": "The figures of the paper\n------------------------",
@@ -67,7 +68,12 @@ for path in FILES:
     text = path.read_text()
     if path.parent.name in ("cases", "paper") and "    plt.show()" in text:
         plane = "space" if re.search("HalfSpace|meshes3d", text) else "plane"
-        shutil.copy(path, SCRIPTS / {"paper": "the_paper"}.get(path.parent.name, plane))
+        if re.search(r"^(from|import) cases\b", text, re.M):  # who downloads it has to know
+            module = ".".join(path.relative_to(DOCS.parent).with_suffix("").parts)
+            text = text.replace(
+                '\n"""', f'\n:Runs:      in the root of the checkout, ``python -m {module}``\n"""', 1
+            )
+        (SCRIPTS / {"paper": "the_paper"}.get(path.parent.name, plane) / path.name).write_text(text)
 # README links to it
 shutil.copytree(
     SCRIPTS.parents[1] / "cases/playground",

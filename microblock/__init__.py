@@ -15,7 +15,6 @@ _HOME = {
     "LoadPath": "model.events",
     "Event": "model.events",
     "History": "model.history",
-    "HistoryEvent": "model.history",
     "Cosserat": "model.material",
     "Elastic": "model.material",
     "hertz_scales": "model.material",
@@ -56,7 +55,10 @@ _HOME = {
     "MissingExtra": "errors",
 }
 
-_RENAMED = {"Body3D": "is mb.Body now, of order 2 where none is named: mb.Body(mesh, solid, order=1)"}
+_RENAMED = {
+    "Body3D": "is mb.Body now, of order 2 where none is named: mb.Body(mesh, solid, order=1)",
+    "HistoryEvent": "is mb.Event now: its normal is load, its error load_error, a force",
+}
 
 __all__ = sorted(_HOME)
 

@@ -20,7 +20,6 @@ from .model.deformable import Deformable as Deformable
 from .model.events import Event as Event
 from .model.events import LoadPath as LoadPath
 from .model.history import History as History
-from .model.history import HistoryEvent as HistoryEvent
 from .model.law import Microblock as Microblock
 from .model.law import Microclamped as Microclamped
 from .model.law import Unilateral as Unilateral

@@ -46,8 +46,6 @@ from .model.sharp import unbounded  # noqa: E402
 from .model.summary import number  # noqa: E402
 
 LAWS = {"unilateral": Unilateral, "microclamped": Microclamped}
-RTOL = {"panels": 1e-3, "cells": 1e-2}
-CELLS = "Cells(nodes=..., window=...) take"  # the advice of an obstacle that is too wide for panels
 
 
 def solve(
@@ -96,7 +94,7 @@ def solve(
     else:
         raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
     method = Cells(window=window) if window else None
-    rtol = rtol if rtol is not None else RTOL["cells" if window else "panels"]
+    rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
     law = Microblock(radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()
     states: list[State] = []
     try:
@@ -109,7 +107,9 @@ def solve(
         if failure.name != "obstacle":
             raise
         name, given = ("height", height) if samples is None else ("samples", samples)
-        raise BadArgument(name, given, failure.allowed.replace(CELLS, "--window L R takes")) from failure
+        # the advice of an obstacle that is too wide for panels
+        words = failure.allowed.replace("Cells(nodes=..., window=...) take", "--window L R takes")
+        raise BadArgument(name, given, words) from failure
     resolved = {"rtol": rtol, "loads": list(loads)}
     return {"states": states, "parameters": resolved, **({"events": events} if path else {})}
 

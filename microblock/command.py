@@ -36,9 +36,6 @@ from .errors import (
 )
 from .model.plain_data import plain_data
 
-DIGITS = 7  # of a printed number
-LABEL = r":\w+: +|\w[\w ]*?  +"  # of an item in the docstring of a module
-
 
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line on standard error, and exit status 2."""
@@ -166,9 +163,10 @@ def parser(program, module, known):
 def _wrapped(text):
     """A text without marks of RST, as wide as the terminal; what follows a label stays right of it."""
     width = shutil.get_terminal_size().columns - 2
+    label = r":\w+: +|\w[\w ]*?  +"  # of an item
     lines, text = [], re.sub(r"(:\w+:)?`+([^`]+)`+", r"\2", text)
-    for item in re.split(rf"\n(?=\n|{LABEL})", text):
-        margin = " " * len(re.match(f"\n*({LABEL})?", item)[1] or "")
+    for item in re.split(rf"\n(?=\n|{label})", text):
+        margin = " " * len(re.match(f"\n*({label})?", item)[1] or "")
         words = re.sub(r"\n\s*", " ", item.strip("\n"))
         lines += [""] * (item[:1] in ("", "\n")) + textwrap.wrap(words, width, subsequent_indent=margin)
     return "\n".join(lines)
@@ -211,7 +209,8 @@ def run(program, module, words, setup=0.0):
         resolved = plain_data(resolved) | entries.pop("parameters", {})
         entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | entries
         if place != "-":
-            rest = {key: entries[key] for key in entries if key not in HEAD}
+            head = "parameters", "versions", "seconds"
+            rest = {key: entries[key] for key in entries if key not in head}
             print("\n".join(summary(module.table(result) if hasattr(module, "table") else rest)))
         files = _draw(module, result, folder, program.split()[-1]) if folder else []
         for sentence in dict.fromkeys(_warnings(entries)):
@@ -233,9 +232,6 @@ def run(program, module, words, setup=0.0):
         where = f"{Path(place.filename).name}, line {place.lineno}"
         return _fail(1, program, f"stopped by {type(failure).__name__} in {where}: {failure}")
     return 0
-
-
-HEAD = "parameters", "versions", "seconds"
 
 
 def _entries(module, result):
@@ -279,16 +275,14 @@ def summary(entries, within=""):
 
 def _short(value):
     """Whether a value is a number, a word, or a list of a few of them."""
-    few = isinstance(value, list) and len(value) <= DIGITS
+    few = isinstance(value, list) and len(value) <= 7
     return few and all(map(_short, value)) or not isinstance(value, (list, dict))
 
 
 def _shown(value):
     if isinstance(value, list):
         return " ".join(map(_shown, value)) or "-"
-    return (
-        f"{value:.{DIGITS}g}" if isinstance(value, float) else "-" if value is None else shortened(str(value))
-    )
+    return f"{value:.7g}" if isinstance(value, float) else "-" if value is None else shortened(str(value))
 
 
 def _draw(module, result, folder, name):

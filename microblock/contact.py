@@ -10,6 +10,8 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .errors import (
     NOT_YET,
     BadArgument,
@@ -24,6 +26,7 @@ from .errors import (
 )
 from .model import law as laws
 from .model import obstacles
+from .model.bodies import Unbounded
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
@@ -93,8 +96,13 @@ class Contact(Shown):
         else:
             check(self.obstacle)
         laws.check(self.law)
-        if isinstance(self.body.solid, Elastic) and (len(self.law.corners) > 1 or self.law.clamps_rotation):
+        solid, law = self.body.solid, self.law
+        if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
             raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
+        free = not solid.beta and check is None and isinstance(self.body, Unbounded)
+        if free and any(lever.any() for lever in law.levers(np.zeros(1)).values()):
+            words = "must be positive on a half-plane with blocks: nothing holds its rotation otherwise"
+            raise BadArgument("beta", solid.beta, words)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
@@ -217,7 +225,7 @@ class Contact(Shown):
         [0.5, 1.0]
         """
         found: list[State] = []
-        for load in require_values(loads=loads)[0]:
+        for load in require_values(loads=loads):
             near = found[-1] if found else None
             found.append(self.solve(load, rtol=rtol, initial=near, progress=progress))
         return found

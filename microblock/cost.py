@@ -6,22 +6,8 @@ from pathlib import Path
 
 from .errors import NotConverged
 
-GIGABYTE = 1e9
-UNKNOWN = 8 * GIGABYTE  # memory of a system that does not tell
-SHARE = 0.8  # of the available memory that one computation may take
 LITTLE = 2e8  # bytes that are tried anyway: others may be about to give memory back
-# of the entries of a row times log2 of the rows, in the factors of a body: 0.31 to 0.46 were seen
-FILLED = 0.45
 ENTRY = 12  # bytes of an entry of a sparse matrix
-# of the factors that are held at a time at most, matrix and what builds it included: 3.0 were seen
-COPIES = 3
-# bytes for each pair of contact nodes: 25 numbers, of flexibility, factors and their copies
-DENSE = 200
-# bytes for each pair of forces along a history of friction: 54 were seen
-FORCES = 64
-# seconds of a pair of loads, over the cube of the number of forces: 2e-10 to 1e-9 were seen
-CUBED = 1e-9
-LONGEST = 1800.0  # seconds of a computation that is begun
 
 
 def available():
@@ -34,25 +20,29 @@ def available():
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
-        return UNKNOWN
+        return 8e9  # of a system that does not tell
 
 
 def of_factors(rows, entries):
-    """Bytes to factorise the matrix of a plane body with so many rows and entries."""
-    return COPIES * ENTRY * FILLED * entries * math.log2(max(rows, 2))
+    """Bytes to factorise the matrix of a plane body with so many rows and entries.
+
+    Factors have 0.31 to 0.46 of the entries times log2 of the rows; three of them, with the matrix, are held
+    at a time.
+    """
+    return 3 * ENTRY * 0.45 * entries * math.log2(max(rows, 2))
 
 
 def of_nodes(count):
-    """Bytes for the dense matrices of so many contact nodes."""
-    return DENSE * count * count  # inf where it overflows
+    """Bytes for the dense matrices of so many contact nodes: 25 numbers a pair of them."""
+    return 200 * count * count  # inf where it overflows
 
 
 def too_much(needed):
     """What is wrong with so many bytes, in words; an empty string if they are there."""
     there = available()
-    if needed <= max(SHARE * there, LITTLE):
+    if needed <= max(0.8 * there, LITTLE):
         return ""
-    return f"would take {needed / GIGABYTE:.2g} GB of memory, and {there / GIGABYTE:.2g} GB are available"
+    return f"would take {needed / 1e9:.2g} GB of memory, and {there / 1e9:.2g} GB are available"
 
 
 def require_room(needed, what, advice):
@@ -63,9 +53,12 @@ def require_room(needed, what, advice):
 
 
 def require_history(cells, forces, pairs):
-    """NotConverged where a history on so many cells would take more memory than there is, or too long."""
+    """NotConverged where a history on so many cells would take more memory than there is, or half an hour.
+
+    A pair of forces takes 54 bytes, and a pair of loads 2e-10 to 1e-9 seconds times the cube of the forces.
+    """
     what, advice = f"a history on {cells} cells", "take fewer pairs, smaller loads, or fewer features"
-    require_room(FORCES * forces**2, what, advice)
-    seconds = CUBED * pairs * forces**3
-    if seconds > LONGEST:
+    require_room(64 * forces**2, what, advice)
+    seconds = 1e-9 * pairs * forces**3
+    if seconds > 1800:
         raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Iterator
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 Number: TypeAlias = int | float | np.integer[Any] | np.floating[Any]
 
 LONGEST = 80  # characters of a value in a message
-MANY = 6  # entries of a sequence from which its first FEW are shown
-FEW = 3
-NUMBERS = int, float, np.integer, np.floating
-MOST = 2**62  # whole number where no other limit stands: what arrays are counted by
 NOT_YET = "must be larger: the obstacle touches no node or cell of the body yet"  # of an approach
 BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period= a surface that repeats"
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
@@ -140,13 +138,8 @@ class MissingExtra(MicroblockError, ImportError):
 
 
 class Named(dict[str, Any]):
-    """Values by the names that are known; another name raises BadArgument.
-
-    Parameters
-    ----------
-    what : str
-        What the names are of.
-    values : mapping
+    """Values by the names that are known; another name raises BadArgument, `what` saying what the names are
+    of.
     """
 
     def __init__(self, what: str, values: Any) -> None:
@@ -181,8 +174,7 @@ def out_of_reach(
     approach: float | None = None,
 ) -> NotConverged:
     """Returns the NotConverged of an rtol where the smallest error estimate is `best`, at a load or an
-    approach: it advises an rtol that is met when it is asked for, if there is one below 1, and what `besides`
-    names.
+    approach: it advises an rtol that is met, if there is one below 1, and what `besides` names.
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
@@ -197,16 +189,15 @@ def out_of_reach(
     )
 
 
-def shown(value: object) -> str:
+def shown(value: Any) -> str:
     """Returns a value on one short line: of a long sequence its length and first entries, of a function its
     name.
     """
     if callable(value) and hasattr(value, "__name__"):
         return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
-    if (isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim)) and len(
-        value
-    ) > MANY:
-        return f"{len(value)} entries ({', '.join(shown(one) for one in value[:FEW])}, ...)"
+    sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    if sequence and len(value) > 6:
+        return f"{len(value)} entries ({', '.join(shown(one) for one in value[:3])}, ...)"
     return shortened(repr(value.item() if isinstance(value, np.generic) else value))
 
 
@@ -220,8 +211,8 @@ def _finite(name: str, value: object) -> Number:
     """Returns a value that is a finite real number of a size that products of it can have; else raises
     BadArgument.
     """
-    infinite = float("inf")
-    if isinstance(value, bool) or not isinstance(value, NUMBERS) or not -infinite < value < infinite:
+    numbers = int, float, np.integer, np.floating
+    if isinstance(value, bool) or not isinstance(value, numbers) or not -float("inf") < value < float("inf"):
         raise BadArgument(name, value, "must be a finite number")
     if value:
         require_size(least=0.0, **{name: value})
@@ -229,31 +220,41 @@ def _finite(name: str, value: object) -> Number:
 
 
 def plain(value: Any) -> Any:
-    """Returns a number of numpy, or an array of no dimension, as Python's: products of narrow integers would
-    overflow. Anything else is returned as it is.
+    """Returns a number of numpy as Python's, since products of narrow integers would overflow; all else as it
+    is.
     """
     scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
     return value.item() if scalar else value
 
 
-def make_plain(one: Any) -> None:
-    """Replaces numbers of numpy by Python's in the fields of a dataclass, frozen or not."""
-    for field in fields(one):
-        object.__setattr__(one, field.name, plain(getattr(one, field.name)))
+class Checked:
+    """Base of dataclasses whose numbers become Python's; a field's metadata "check" is called with its value
+    by its name, but for None where that is the default.
+    """
+
+    def __post_init__(self) -> None:
+        for one in fields(cast(Any, self)):
+            value = plain(getattr(self, one.name))
+            object.__setattr__(self, one.name, value)
+            if "check" in one.metadata and (value is not None or one.default is not None):
+                one.metadata["check"](**{one.name: value})
+
+
+def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
+    """Returns the metadata of a field of a `Checked` class: a function such as `require_positive`, and what
+    it takes before the argument.
+    """
+    return {"check": partial(check, *limits)}
 
 
 def require_finite(**arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no finite real number, or larger than products of it
-    can be.
-    """
+    """Raises BadArgument for the first argument that is no finite real number, or too large for products."""
     for name, value in arguments.items():
         _finite(name, value)
 
 
 def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
-    """Raises BadArgument for the first number, other than 0, whose products with others double precision
-    cannot carry.
-    """
+    """Raises BadArgument for the first number, other than 0, whose products double precision cannot carry."""
     for name, value in arguments.items():
         size = abs(value) if isinstance(value, int) else abs(float(value))  # float32 knows no LARGEST
         if not least <= size <= LARGEST:
@@ -267,7 +268,8 @@ def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
 
 def require_positive(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no positive number of a size to compute with."""
-    for name, value in {name: _finite(name, value) for name, value in arguments.items()}.items():
+    require_finite(**arguments)
+    for name, value in cast("dict[str, Number]", arguments).items():
         if not value > 0:
             raise BadArgument(name, value, "must be positive")
         require_size(**{name: value})
@@ -280,28 +282,19 @@ def require_tolerance(rtol: object, name: str = "rtol") -> None:
 
 
 def require_whole(least: int, most: int | None = None, **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no whole number from `least` on, up to `most` if
-    there is one.
-    """
+    """Raises BadArgument for the first argument that is no whole number from `least` on, up to `most`."""
     for name, value in arguments.items():
-        if (
-            not isinstance(value, (int, np.integer))
-            or isinstance(value, bool)
-            or not least <= value <= (MOST if most is None else most)
-        ):
-            raise BadArgument(
-                name,
-                value,
-                "must be a whole number"
-                + (f", at least {least}" if most is None else f" between {least} and {most}"),
-            )
+        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+        if not whole or not least <= cast(int, value) <= (most or sys.maxsize):
+            words = f", at least {least}" if most is None else f" between {least} and {most}"
+            raise BadArgument(name, value, f"must be a whole number{words}")
 
 
 def require_place(
     path: str | os.PathLike[str], name: str = "path", endings: Collection[str] | None = None
 ) -> None:
-    """Raises BadArgument unless a file can have this path: in a folder that exists and can be written to, no
-    folder itself, and with one of the endings, or none, where they are given.
+    """Raises BadArgument unless a file can have this path: in a folder that can be written to, no folder
+    itself, and with one of the endings, or none, where they are given.
     """
     if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
         raise BadArgument(name, path, "must name a file")
@@ -338,23 +331,19 @@ def require_choice(known: Collection[str], **arguments: object) -> None:
 
 
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is of none of these classes, `words` saying which they
-    are.
-    """
+    """Raises BadArgument for the first argument that is of none of these classes, which `words` name."""
     for name, value in arguments.items():
         if not isinstance(value, kinds):
             raise BadArgument(name, value, f"must be {words}")
 
 
-def require_values(**arguments: Iterable[Any]) -> list[list[Any]]:
-    """Returns the list of values of each argument; raises BadArgument for the first that is no sequence."""
-    found = []
-    for name, value in arguments.items():
-        try:
-            found.append(list(value))
-        except TypeError as failure:
-            raise BadArgument(name, value, "must be a sequence") from failure
-    return found
+def require_values(**arguments: Iterable[Any]) -> list[Any]:
+    """Returns the list of values of the one argument; raises BadArgument if it is no sequence."""
+    ((name, values),) = arguments.items()
+    try:
+        return list(values)
+    except TypeError as failure:
+        raise BadArgument(name, values, "must be a sequence") from failure
 
 
 def require_flag(**arguments: object) -> None:
@@ -382,8 +371,8 @@ def require_numbers(**arguments: Any) -> Any:
 
 
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
-    """Returns the one argument (left, right) as floats; raises BadArgument unless these are two finite
-    numbers, left < right.
+    """Returns the one argument (left, right) as floats; raises BadArgument unless these are finite, left <
+    right.
     """
     ((name, value),) = arguments.items()
     try:

@@ -1,14 +1,11 @@
 """BLAS threads: one while the library works on small problems, those that were there for large dense
 matrices.
 
-Most of the work is on many small matrices. More threads gain nothing there, and where the cores are not idle
-they wait for each other: a product of a millisecond takes up to a hundred. So every entry to the library is
-`bounded`: from the outermost one on BLAS (numpy's, scipy's and NGSolve's own are three libraries) and OpenMP
-have one thread; what was there before is given back when it is left, by an exception as well. Within,
-`released` gives it to matrices that are large enough to gain by it. NGSolve's own tasks (``with
-ngsolve.TaskManager()``) are no such threads, and stay as they are.
-
-Fourier transforms of scipy have threads of their own; `workers` says how many.
+More threads gain nothing on many small matrices, and wait for each other where cores are not idle: a product
+of a millisecond takes up to a hundred. So from the outermost entry on, each `bounded`, BLAS (numpy's, scipy's
+and NGSolve's own) and OpenMP have one thread; what was there before is given back when it is left. Within,
+`released` gives it to matrices that gain by it, and `workers` says how many threads Fourier transforms take.
+NGSolve's own tasks stay as they are.
 
 BLAS has one number of threads for the whole process, so that entries of all Python threads are counted
 together; OpenMP, and a BLAS built on it, has one for each of them.
@@ -68,8 +65,8 @@ _holds = _Hold(_libraries["blas"]), _OwnHold(_libraries["openmp"])
 
 
 def _set(library, number):
-    """Set a library's threads, from whatever Python thread: threadpoolctl leaves OpenBLAS to the first one
-    that ever did.
+    """Set a library's threads from whatever Python thread: threadpoolctl leaves OpenBLAS to the first that
+    did.
     """
     free = getattr(library, "clear_controlling_thread", lambda force: None)
     free(force=True)
@@ -124,8 +121,8 @@ def released(rows: int) -> Iterator[None]:
 
 
 def workers(values: int) -> int:
-    """Returns how many threads a Fourier transform of so many values takes: those that BLAS had outside, if
-    they are many values.
+    """Returns how many threads a Fourier transform of so many values takes: those of BLAS outside, if it is
+    large.
     """
     if values < MANY:
         return 1

@@ -32,7 +32,7 @@ import cases.__main__ as commands
 import microblock as mb
 from microblock.command import flag, options
 from microblock.corners import active_set, projected_gradients
-from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton, newton_path
+from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton
 from microblock.halfplane import kernels
 from microblock.view.explorer import Explorer
 from microblock.view.friction_explorer import FrictionExplorer
@@ -115,10 +115,6 @@ def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
     return mb.Contact(body, obstacle, law, method).solve(load)
 
 
-def followed(levels):
-    return list(newton_path.load_path(NEWTON, levels))
-
-
 def raising(failure):
     """A function of places that raises this."""
     return Mock(side_effect=failure, __name__="height")
@@ -133,7 +129,6 @@ NAMES = {
     "friction": friction,
     "kernels": kernels,
     "projected_gradients": projected_gradients,
-    "load_path": newton_path.load_path,
     "Loads": body.Loads,
     "Loads3D": body.Loads,  # and bodies, in space
     "Body3D": mb.Body,
@@ -175,14 +170,15 @@ NAMED = {
         "E ell side stiffness curvature R P R1 R2 half_width amplitude wavelength slope size period load "
         "approach residual spacing rho h reach far depth step growth width"
     ),
-    "number": "nu tilt level alpha_prime beta_prime x load_error",
+    "number": "nu tilt level alpha_prime beta_prime x load_error Event.shear",
     "not negative": "beta eta mu_c friction hurst",
-    "whole": "order order_psi nodes workers accuracy seed elements",
+    "whole": "order order_psi nodes workers accuracy seed elements Event.pair",
     "flag": "couples periodic fallback even progress coupled retry quiet",
-    "word": "face psi0_in kind shape rule contact corner boundary field direction control",
+    "word": "face psi0_in kind zone shape rule contact corner boundary field direction control",
     "pair": "window waves",
     "array": (
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
+        "State.micromoment_at.x "
         "State.counter_displacement.x"
     ),
     "place": "path records file",
@@ -248,6 +244,7 @@ CALLS = {
     **{f"state('{kind}').counter_displacement": "x=0.0" for kind in ("panels", "cells", "condensed")},
     **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
     "state('half-space').pressure_at": "x=np.zeros((1, 2))",
+    "state('panels').micromoment_at": "x=0.0",
     "state('half-space').along": "direction='x1'",
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
@@ -303,8 +300,7 @@ LEFT_OUT = {
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # results, which the program makes, and errors, which it raises
-        "State History HistoryEvent LoadPath Event.kind Event.zone "
-        "MicroblockError BadArgument NotConverged MissingExtra",
+        "State History LoadPath MicroblockError BadArgument NotConverged MissingExtra",
         # abstract: those of panels, fitted meshes and nodes have rows
         "LoadPath.at",
     )

@@ -124,7 +124,7 @@ def test_links_names_and_words_of_pages():
             assert not anchor or anchor in [heading.replace(" ", "-") for heading in headings], (page, anchor)
         for file in re.findall(r"`((?:[\w*]+/)*[\w*]+\.py)`", said):
             assert any(list(folder.glob(file)) for folder in folders), (page, file)
-        assert {*re.findall(r"python -m cases ([a-z]\w*)", said)} <= {*cases(), "speed", "limits"}, page
+        assert {*re.findall(r"python -m cases\s+([a-z]\w*)", said)} <= {*cases(), "speed", "limits"}, page
         assert all(f"def {name}(" in tests for name in re.findall(r"`(test_\w+)`", said)), page
         assert {*re.findall(r"\bmb\.(\w+)", said)} <= {*mb.__all__}, page
         plain = re.sub(r"```.*?```|`[^`\n]*`", "", said, flags=re.S)

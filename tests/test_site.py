@@ -95,6 +95,9 @@ def test_pages_are_built_and_lead_somewhere(tmp_path):
         "microblock.Microclamped.initial_gaps",
     } <= reference
     assert pages[site / "theory" / "halfplane.html"].equations > 50
+    # a script that imports another one does not run where it is downloaded to
+    said = re.sub("<[^>]*>", "", (site / "gallery" / "space" / "sphere.html").read_text())
+    assert "in the root of the checkout, python -m cases.sphere" in said
     assert (site / "_static" / "STIXTwoMath.woff").stat().st_size > 1e5
 
 

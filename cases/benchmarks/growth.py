@@ -33,7 +33,7 @@ def measure(name, setting):
     """Columns of one run in this process, after a warm-up on the first level."""
     from . import speed
 
-    problem = next(one for one in speed.PROBLEMS if one.name == speed.PAPER)
+    problem = speed.PROBLEMS[speed.PAPER]
     problem.reference  # noqa: B018  cells take their window from it
     run = speed.METHODS[name].run
     run(problem, **LEVELS[name][0])

@@ -19,6 +19,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from microblock.data.records import versions
+from microblock.errors import require_choice
 from microblock.model.plain_data import plain_data
 
 from .limits_maps import MAPS
@@ -26,7 +27,6 @@ from .questions import QUESTIONS
 from .sampling import KINDS, Outcome, records
 
 RECORD = Path(__file__).parent / "results" / "limits.csv"
-QUICK = 2  # runs of a map
 TOO_FAR = 0.1  # relative error of an answer that is of no use, where nothing is promised
 # curves of the profile: runs that were promised something
 CURVES = {
@@ -54,11 +54,13 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
     limit : seconds of a run, beyond which it is stopped
     workers : processes
     """
+    for name in only:
+        require_choice([one.name for one in MAPS], only=name)
     work = [
         (one, setting, near)
         for one in MAPS
         if not only or one.name in only
-        for setting, near in one.settings(QUICK if quick else max(QUICK, round(share * one.runs)), seed)
+        for setting, near in one.settings(2 if quick else max(2, round(share * one.runs)), seed)
     ]
     rows = records([(one.run, setting) for one, setting, _ in work], workers, limit)
     frame = pd.DataFrame(
@@ -91,15 +93,14 @@ def table(frame):
         own = own.assign(outcome=own.kind.where(~own.kind.isin(KINDS[:2]), f"error above {TOO_FAR:.0%}"))
         shares = own[fails(own)].outcome.value_counts() / max(len(own), 1)
         failed = ", ".join(f"{share:.0%} {outcome}" for outcome, share in shares.items())
-        rows.append((question, len(own), failed or "none", where, advice))
+        rows.append((question, len(own), failed or ("none" if len(own) else "not run"), where, advice))
     return pd.DataFrame(rows, columns=("question", "runs", "failed", "where", "what to do"))
 
 
 def to_dict(frame):
     """Plain data: counts of outcomes by map, and the table; the runs are in the file of the folder `out`."""
-    counts = pd.crosstab(frame["map"], frame.kind).reset_index()
     return {
-        "counts": plain_data(counts.to_dict("records")),
+        "counts": plain_data(pd.crosstab(frame["map"], frame.kind).reset_index().to_dict("records")),
         "table": plain_data(table(frame).to_dict("records")),
     }
 

@@ -6,6 +6,7 @@ half-width 1. `eta` is mu_c/mu: beta = 2 eta/(1 + eta) vanishes with it and tend
 """
 
 import math
+from types import SimpleNamespace
 
 import ngsolve as ng
 import numpy as np
@@ -14,9 +15,12 @@ import microblock as mb
 from microblock.corners import active_set
 from microblock.fem import meshes
 from microblock.fem.body import Loads
-from microblock.fem.newton import WORST
-from microblock.model.zones import distance, layer_lengths, zone_edges
+from microblock.model.closed_forms import Strip
+from microblock.model.solver import SOLVED
+from microblock.model.zones import distance, zone_edges
 
+from .. import layers
+from .. import strip as script
 from .sampling import Axis, Map, Outcome
 from .verification import NoAnswer, lines, panels
 
@@ -108,7 +112,7 @@ def positive(rng, size, decades):
 
 
 def plain(H, gaps, load):
-    """Forces and sets tried by the primal-dual active set as it is written most often."""
+    """The state by the primal-dual active set as it is written most often."""
     closed, seen = gaps - gaps.min() <= 0, set()
     while closed.tobytes() not in seen and closed.any():
         seen.add(closed.tobytes())
@@ -121,7 +125,7 @@ def plain(H, gaps, load):
         size = np.abs(gaps) + np.abs(H) @ np.abs(forces)
         wanted = np.where(closed, forces > 0, now < -1e-13 * size)
         if np.array_equal(wanted, closed):
-            return forces, solution[-1]
+            return SimpleNamespace(forces=forces, approach=solution[-1], followed=False)
         closed = wanted
     raise mb.NotConverged(f"the plain active set cycles after {len(seen)} sets; active_set.solve does not")
 
@@ -142,24 +146,20 @@ def states(problem, method, degree, size, start, seed):
     elif problem == "weights":  # some corners stand for next to no surface
         c = np.where(rng.random(size) < 0.5, tiny, 1.0)
         H, gaps = H * c * c[:, None], gaps * c
-    note = None
     if method == "plain":
-        forces, approach = plain(H / c / c[:, None], gaps / c, 1.0)
-        forces = forces / c
+        H, gaps, c = H / c / c[:, None], gaps / c, np.ones(size)
+        state = plain(H, gaps, 1.0)
     elif method == "path":
         state = active_set.path(H, gaps, [1 / 7, 1.0], c=c).states[1]
     else:
         first = active_set.solve(H, gaps, load=1.0, c=c)
         closed = {"nothing": None, "absurd": ~first.closed, "random": rng.random(size) < 0.5}[start]
         state = active_set.solve(H, gaps, load=1.0, c=c, start=closed)
-        note = "load path" if state.followed else None
-    if method != "plain":
-        forces, approach = state.forces, state.approach
-    H, gaps, forces = H / c / c[:, None], gaps / c, c * forces
-    now = gaps - approach + H @ forces
-    length = (np.abs(gaps) + abs(approach) + np.abs(H) @ np.abs(forces))[forces > 0].max()
-    work = np.abs(forces * now).sum() / length
-    return Outcome(max(-now.min() / length, work, -forces.min(), abs(forces.sum() - 1)), KKT, fallback=note)
+    H, gaps, forces = H / c / c[:, None], gaps / c, c * state.forces
+    now = gaps - state.approach + H @ forces
+    length = (np.abs(gaps) + abs(state.approach) + np.abs(H) @ np.abs(forces))[forces > 0].max()
+    wrong = np.abs(forces * now).sum() / length, -now.min() / length, -forces.min(), abs(forces.sum() - 1)
+    return Outcome(max(wrong), KKT, fallback="load path" if state.followed else None)
 
 
 # ---- finite elements
@@ -229,33 +229,21 @@ def newton(kind_of, rho, spacing, alpha):
         return compared(state, problem.with_(body=mb.HalfPlane(solid)).solve(load=LOAD, rtol=1e-5))
     same = problem.with_(method=mb.Uniform(h=spacing, reach=REACH)).solve(load=LOAD)
     p, true = (np.array(list(one.pressures.values())) for one in (state, same))
-    return Outcome(float(np.linalg.norm(p - true) / np.linalg.norm(true)), WORST)
+    return Outcome(float(np.linalg.norm(p - true) / np.linalg.norm(true)), SOLVED)
 
 
 def strip(kind_of, order, elements, ell_over_h, nu, eta, rho):
     """The strip in partial contact, ell over the length of an element: largest relative error of traction,
     micromoment and layer lengths beside the closed form.
     """
-    from microblock.model.closed_forms import Strip  # verifies only: the computation does without
-
-    solid, psi0 = (
-        mb.Cosserat(E=2 * (1 + nu), nu=nu, ell=ell_over_h / elements, beta=2 * eta / (1 + eta)),
-        2e-3,
-    )
-    body = mb.Body(meshes.line(1.0, elements), solid, order, fixed={"u1": "middle", "u2": "middle"})
-    exact = Strip(solid.ell, psi0, nu, solid.beta, 1.0)
-    exact = Strip(solid.ell, psi0, nu, solid.beta, 0.5 * exact.delta_fc)
-    way = mb.Newton(kind_of, rho * (solid.lam + 2 * solid.mu))
-    plane = mb.Plane(solid.ell / 2 * psi0)
-    state = mb.Contact(body, plane, mb.Microblock(psi0), way).solve(approach=exact.delta)
-    top = body.mesh(0.0)
-    lengths = layer_lengths(
-        solid, state.fields.psi(top), state.fields.u1(top), state.micromoment[0], -state.pressure[0]
-    )
-    pairs = zip(
-        (-state.pressure[0], state.micromoment[0], *lengths),
-        (exact.traction, exact.micromoment, exact.L_psi, exact.L_u),
-    )
+    ell, beta = ell_over_h / elements, 2 * eta / (1 + eta)
+    contact = script.problem(ell, math.degrees(2e-3), nu, beta, order=order, elements=elements)
+    way = mb.Newton(kind_of, rho * (contact.solid.lam + 2 * contact.solid.mu))
+    delta_fc = Strip(ell, contact.law.psi0, nu, beta, 1.0).delta_fc
+    state = contact.with_(method=way).solve(approach=0.5 * delta_fc)
+    exact, values = script.closed_form(state), (-state.pressure[0], state.micromoment[0])
+    true = exact.traction, exact.micromoment, exact.L_psi, exact.L_u
+    pairs = zip((*values, *script.lengths(state)), true)
     return Outcome(float(max(abs(one / other - 1) for one, other in pairs)))
 
 
@@ -300,8 +288,6 @@ def friction(body, friction, alpha, contact):
 
 def layer(alpha, x1, beta):
     """The length of the layer by the fit (51) below x1, beside that of the micropolar mode."""
-    from ..commands import layers  # a case of its own
-
     (row,) = layers.solve(alphas=(alpha,), positions=(x1,), beta=beta)["layers"]
     if None in (row["L_bl_over_ell"], row["mode_length_over_ell"]):
         raise mb.NotConverged(row["reason"])

@@ -23,6 +23,7 @@ from tqdm import tqdm
 
 import microblock as mb
 from microblock.data.records import versions
+from microblock.errors import require_choice
 from microblock.halfplane.cell_solver import halvings
 from microblock.halfplane.kernels import gap_kernel, kernels
 from microblock.model.plain_data import plain_data
@@ -176,10 +177,9 @@ METHODS = {
     "ContactBoundary, order 2": Method(
         peers.contact_boundary, grid(h=(0.8, *HALVED[:-1]), order=2, rho=STIFFNESSES), peer="ngsolve"),
 }  # fmt: skip
-PROBLEMS = [Problem("classical", "unilateral", 1.0, CLASSICAL)]
-PROBLEMS += [
-    Problem(f"{law}-{a:g}", law, a) for law in ("microblock", "unilateral") for a in (0.01, 0.05, 0.25, 1.0)
-]
+SIZES = [(law, alpha) for law in ("microblock", "unilateral") for alpha in (0.01, 0.05, 0.25, 1.0)]
+PROBLEMS = {"classical": Problem("classical", "unilateral", 1.0, CLASSICAL)}
+PROBLEMS |= {f"{law}-{alpha:g}": Problem(f"{law}-{alpha:g}", law, alpha) for law, alpha in SIZES}
 
 
 def measure(problem, method, setting, repeats):
@@ -212,14 +212,8 @@ def refined(problem, name, settings, repeats, limit):
         if finer and rows[-1]["spent"] * STEEPER > limit:
             break
         rows.append(measure(problem, METHODS[name], setting, repeats))
-    about = {
-        "scene": problem.name,
-        "contact": problem.contact,
-        "alpha": problem.alpha,
-        "nu": NU,
-        "beta": problem.beta,
-    }
-    return [{**about, "method": name, **row} for row in rows]
+    about = {"scene": problem.name, "contact": problem.contact, "alpha": problem.alpha, "nu": NU}
+    return [{**about, "beta": problem.beta, "method": name, **row} for row in rows]
 
 
 def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=None):
@@ -232,13 +226,14 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
     repeats : runs after the warm-up, of which the best counts
     limit : seconds of a run beyond which a method is not refined
     """
-    problems = [one for one in PROBLEMS if (one.name in only or not set(only) & {p.name for p in PROBLEMS})]
+    for name in only:
+        require_choice([*PROBLEMS, *METHODS], only=name)
+    problems = [*filter(PROBLEMS.get, only)] or (QUICK if quick else PROBLEMS)
+    methods = [*filter(METHODS.get, only)] or METHODS
     work = [
-        (problem, name, method.levels(problem)[: 2 if quick else None])
-        for problem in problems
-        if not quick or problem.name in (only or QUICK)
-        for name, method in METHODS.items()
-        if name in only or not set(only) & set(METHODS)
+        (PROBLEMS[one], name, METHODS[name].levels(PROBLEMS[one])[: 2 if quick else None])
+        for one in problems
+        for name in methods
     ]
     rows = [row for one in tqdm(work, unit="curve", disable=None) for row in refined(*one, repeats, limit)]
     tables = {"runs": pd.DataFrame(rows)}
@@ -253,10 +248,11 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
 
 def to_dict(tables):
     """Plain data: rows of the runs and of the growth, without the versions."""
-    shown = {name: one[[key for key in one if not key.startswith("version")]] for name, one in tables.items()}
     return {
-        name: plain_data(one.astype(object).where(one.notna(), None).to_dict("records"))
-        for name, one in shown.items()
+        name: plain_data(
+            one.astype(object).where(one.notna(), None).filter(regex="^(?!version)").to_dict("records")
+        )
+        for name, one in tables.items()
     }
 
 

@@ -1,8 +1,11 @@
 """Commands whose options and JSON keys other programs rely on."""
 
+import math
+
 from microblock.errors import BadArgument, require_size
 
 OPEN = "open"  # as the third entry of a range: without its ends
+POSITIVE = (0.0, math.inf, OPEN)
 MATERIAL = {"nu": (-1.0, 0.5, OPEN), "beta": (0.0, 2.0, OPEN)}
 
 

@@ -7,31 +7,33 @@ p_Hz a_Hz^3/R, all of them of the cylinder at the load P, (50). Under a punch th
 discretisation is --model fe --mesh uniform --h 0.02 --order 1 --method al --domain 18.
 """
 
-import functools
 import inspect
 import math
 from types import SimpleNamespace
 from typing import Literal
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
-from cases.hertz import LAWS
-from microblock.errors import BadArgument, at_most, require_positive, require_tolerance
+from cases import hertz as script
+from microblock.errors import BadArgument, at_most
+from microblock.model.law import micromoment
 from microblock.model.refinement import refine
 from microblock.model.zones import half_widths, largest
 
-RTOL = 1e-3
-ALPHA = 0.25
+from . import MATERIAL, OPEN, POSITIVE, require_ranges
+
 PAPER_H = 0.02  # near-zone element over a_Hz, section 4.2
 EQUAL_SQUARES = 2.0  # half-width and depth of their region, over that of the contact
 HALVINGS = 0.4, 0.2, 0.1, 0.05, 0.025  # of h over a_Hz, where rtol chooses it
-UNIFORM_ORDER = 2  # there
-FITTED_ORDER = 4  # of a fitted mesh of which h alone is given: the lowest that rtol takes
-ANGLES = "wedge_deg", "tilt_deg", "psi0_deg"
+RANGES = {
+    **dict.fromkeys(("alpha", "ell", "loads", "punch_half_width", "rho", "h"), POSITIVE),
+    **dict.fromkeys(("tilt_deg", "psi0_deg"), (-45.0, 45.0)),
+    "beta": MATERIAL["beta"],
+    "wedge_deg": (1e-12, 45.0),
+    "rtol": (0.0, 1.0, OPEN),
+}
 PSI0_IN = {"gap": "gaps and levers", "lever": "levers"}
-SAMPLES = 4  # between two nodes, for largest values
 
 
 def solve(
@@ -100,38 +102,33 @@ def resolved(**given):
     defaults = {name: entry.default for name, entry in inspect.signature(solve).parameters.items()}
     options = SimpleNamespace(**defaults | given)
     _check(**vars(options))
-    scaled = mb.Cosserat(options.E, options.nu, 1.0, beta=options.beta)
-    options.a_Hz, options.p_Hz = mb.hertz_scales(scaled, options.R, options.P)
-    options.alpha = options.ell / options.a_Hz if options.ell else options.alpha or ALPHA
+    classical = mb.Elastic(options.E, options.nu)
+    options.a_Hz, options.p_Hz = mb.hertz_scales(classical, options.R, options.P)
+    options.alpha = options.ell / options.a_Hz if options.ell else options.alpha or 0.25
     options.ell, ell = None, options.ell or options.alpha * options.a_Hz
     options.solid = mb.Cosserat(options.E, options.nu, ell, beta=options.beta)
     options.model = options.model or "halfplane"
     if options.order is None and options.h is None:
-        options.rtol = options.rtol or RTOL
+        options.rtol = options.rtol or 1e-3
     if options.model == "fe":
         options.mesh, options.method = options.mesh or "fitted", options.method or "condensed"
         options.domain = options.domain or "inf"
         if options.rtol is None and options.mesh == "uniform":
             options.h, options.order = options.h or PAPER_H, options.order or 1
         elif options.rtol is None:
-            options.order = options.order or FITTED_ORDER
+            options.order = options.order or 4  # of --h alone: the lowest that rtol takes
     return options
 
 
-def _check(model, mesh, method, contact, loads, **given):
+def _check(model, mesh, method, contact, **given):
     """Raises BadArgument for options that are out of range or do not go together."""
+    require_ranges(given, RANGES)
     given |= {"mesh": mesh, "method": method}
     said = {name: value for name, value in given.items() if value is not None}
-    numbers = "alpha", "ell", "beta", "wedge_deg", "punch_half_width", "rho", "h"
-    require_positive(**{name: said[name] for name in numbers if name in said})
-    for load in loads:
-        require_positive(loads=load)
-    require_tolerance(said.get("rtol", RTOL))
     fe, uniform = model == "fe", mesh == "uniform"
     lowest, highest = (1 if uniform else 2, 20) if fe else (4, 30)
     rules = [
         ("ell", "alpha" not in said, "does not go together with --alpha"),
-        *((name, abs(said[name]) <= 45, "must lie between -45 and 45") for name in ANGLES),
         ("psi0_deg", contact == "microblock" or not said["psi0_deg"], "belongs to --contact microblock"),
         *((name, fe, "belongs to --model fe") for name in ("domain", "mesh", "h", "method", "rho")),
         ("domain", _size(said.get("domain", "inf")) > 0, "must be a positive number (over a_Hz), or inf"),
@@ -155,24 +152,23 @@ def _size(domain):
 
 def problem(options, method=None):
     """Returns the contact problem: on panels, or on finite elements by this method (fitted without it)."""
-    slope = math.tan(math.radians(options.wedge_deg if options.obstacle == "wedge" else options.tilt_deg))
-    if options.obstacle == "cylinder":
-        obstacle = mb.Cylinder(options.R)
-    elif options.obstacle == "wedge":
-        obstacle = mb.Wedge(slope)
-    else:
-        obstacle = mb.Punch(options.punch_half_width * options.a_Hz, slope)
+    wedge, tilt = (math.tan(math.radians(angle)) for angle in (options.wedge_deg, options.tilt_deg))
+    obstacles = {
+        "cylinder": mb.Cylinder(options.R),
+        "wedge": mb.Wedge(wedge),
+        "punch": mb.Punch(options.punch_half_width * options.a_Hz, tilt),
+    }
     rotated = math.radians(options.psi0_deg), PSI0_IN[options.psi0_reading]
-    law = LAWS[options.contact](*(rotated if options.contact == "microblock" else ()))
+    law = script.LAWS[options.contact](*(rotated if options.contact == "microblock" else ()))
     if options.model == "halfplane":
-        panels = mb.Panels(order=options.order, fallback=False)
-        return mb.Contact(mb.HalfPlane(options.solid), obstacle, law, panels)
-    size, fixed = _size(options.domain) * options.a_Hz, {}
-    if options.mesh == "fitted" and options.order is not None:
-        fixed = {"order": options.order, "spacing": options.h and options.h * options.a_Hz}
-    # a square of finite size has an approach, which falling orders would spoil
-    method = method or mb.Fitted(even=math.isfinite(size), **fixed)
-    return mb.Contact(mb.Block(options.solid, size), obstacle, law, method)
+        body, method = mb.HalfPlane(options.solid), mb.Panels(order=options.order, fallback=False)
+    else:
+        body = mb.Block(options.solid, _size(options.domain) * options.a_Hz)
+        order, h = (options.order, options.h) if options.mesh == "fitted" else (None, None)
+        # a square of finite size has an approach, which falling orders would spoil
+        even = math.isfinite(body.size)
+        method = method or mb.Fitted(order, spacing=h and h * options.a_Hz, even=even)
+    return mb.Contact(body, obstacles[options.obstacle], law, method)
 
 
 def solutions(options):
@@ -180,13 +176,15 @@ def solutions(options):
     if options.mesh == "uniform" and options.rtol is None:
         return [(state, None) for state in _uniform(options, options.h, options.order)]
     if options.mesh == "uniform":
-        coarse_to_fine = functools.partial(_uniform, options, order=UNIFORM_ORDER)
-        states, estimate = refine(coarse_to_fine, HALVINGS, _distance, options.rtol)
+        states, estimate = refine(lambda h: _uniform(options, h, 2), HALVINGS, _distance, options.rtol)
         return [(state, estimate) for state in states]
-    contact, states = problem(options), []
-    for load in options.loads:
-        before = states[-1] if states and options.model == "halfplane" else None
-        states.append(contact.solve(load * options.P, rtol=options.rtol, initial=before))
+    contact, loads = problem(options), [load * options.P for load in options.loads]
+    # fitted meshes are sooner done, and their edges better, without a state to start from
+    states = (
+        [contact.solve(load, rtol=options.rtol) for load in loads]
+        if options.model == "fe"
+        else contact.states(loads, rtol=options.rtol)
+    )
     return [(state, state.error_estimate) for state in states]
 
 
@@ -196,8 +194,7 @@ def _uniform(options, h, order):
     if options.obstacle == "punch":
         reach = max(reach, EQUAL_SQUARES * options.punch_half_width + options.alpha)
     if not _size(options.domain) > reach:
-        words = f"must be larger than the region of equal squares, {reach:g}"
-        raise BadArgument("domain", options.domain, words)
+        raise BadArgument("domain", options.domain, f"must be larger than {reach:g}, that of equal squares")
     newton = None if options.method == "condensed" else mb.Newton(options.method, options.rho)
     squares = mb.Uniform(h * options.a_Hz, order, reach * options.a_Hz, newton)
     solver = problem(options, squares).solver
@@ -220,16 +217,12 @@ def observe(options, state, estimate):
     outer, inner = half_widths(zones["contact"])
     load, corners, wedge = state.load / options.P, len(state.pressures), options.obstacle == "wedge"
     sharp = options.obstacle == "punch" or (wedge and _covers_apex(state))
-    x = _between(state.x)
+    nodes = np.arange(len(state.x))
+    x = np.interp(np.linspace(0, nodes[-1], 4 * nodes[-1] + 1), nodes, state.x)
     top, where = (None, []) if sharp else largest(state.pressure_at, x)
     moment = np.abs(state.micromoment).max() if corners == 1 else None
     if corners == 2 and not sharp:
-
-        def micromoment(x):
-            levers = state.law.levers(x).items()
-            return abs(sum(lever * state.pressure_at(x, corner) for corner, lever in levers))
-
-        moment = state.solid.ell / 2 * largest(micromoment, x)[0]
+        moment = largest(lambda x: abs(_micromoment(state, x)), x)[0]
     return {
         "load": load,
         "pressure_centre": None if wedge and sharp and corners == 1 else float(state.pressure_at(0.0)) / p,
@@ -253,9 +246,10 @@ def observe(options, state, estimate):
     }
 
 
-def _between(x):
-    """Nodes, and points between each two of them."""
-    return np.interp(np.arange(SAMPLES * (len(x) - 1) + 1) / SAMPLES, np.arange(len(x)), x)
+def _micromoment(state, x):
+    """M at any x, from the pressures of the corners."""
+    pressures = {corner: state.pressure_at(x, corner) for corner in state.pressures}
+    return micromoment(pressures, state.law.levers(x), state.solid.ell)
 
 
 def _covers_apex(state):
@@ -277,11 +271,11 @@ def to_dict(result):
         from microblock.fem.meshes import longest_element
 
         longest = longest_element(options.solid, options.order) / options.a_Hz
-        if options.h > longest:
-            warnings.append(
-                f"elements of order {options.order} longer than {at_most(longest)} a_Hz do not resolve the "
-                "layer at the surface: take a smaller h, a higher order, or --mesh fitted"
-            )
+        words = (
+            f"elements of order {options.order} longer than {at_most(longest)} a_Hz do not resolve the "
+            "layer at the surface: take a smaller h, a higher order, or --mesh fitted"
+        )
+        warnings += [words] * (options.h > longest)
     return {
         "parameters": {name: getattr(options, name) for name in inspect.signature(solve).parameters},
         "model": options.model,
@@ -303,14 +297,5 @@ def to_dict(result):
 
 def figure(result):
     """Returns pressure and micromoment over x1 at each load."""
-    options = result["options"]
-    drawing, axes = plt.subplots(2, 1, figsize=(4.0, 3.6), sharex=True, layout="constrained")
-    for state, _ in result["states"]:
-        x, moment = _between(state.x), state.micromoment / options.solid.ell
-        label = rf"$\bar P = {state.load / options.P:g}$"
-        axes[0].plot(x / options.a_Hz, state.pressure_at(x) / options.p_Hz, label=label)
-        axes[1].plot(state.x / options.a_Hz, moment / options.p_Hz)
-    axes[0].set_ylabel(r"$p/p_\mathrm{Hz}$")
-    axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\,\ell)$")
-    drawing.legend(loc="outside upper center", ncols=4)
-    return drawing
+    options, states = result["options"], [state for state, _ in result["states"]]
+    return script.figure(states, options.P, options.a_Hz, options.p_Hz)

@@ -9,10 +9,12 @@ import numpy as np
 from cases import lattice
 from cases.lattice import figure  # noqa: F401  that of the script
 from cases.lattice_blocks import identified
-from microblock.errors import BadArgument, require_positive
+from microblock.errors import BadArgument
 from microblock.model.plain_data import plain_data
 
-LARGEST = {"blocks_per_a": 256, "far": 1000}
+from . import POSITIVE, require_ranges
+
+RANGES = {"blocks_per_a": (1, 256), "far": (0, 1000), "loads": POSITIVE}
 NOT_ISOTROPIC = "unequal springs: the solid of long waves is not isotropic, as the half-plane has to be"
 
 
@@ -26,13 +28,9 @@ def solve(blocks_per_a=8.0, spring: tuple[float, float] = (1.0, 1.0), far=9.0, l
     far : half of the period of the Fourier sums over a_Hz, at most 1000
     loads : multiples of the load with the half-width a_Hz
     """
-    for name, value, least in (("blocks_per_a", blocks_per_a, 1), ("far", far, 0)):
-        if not least <= value <= LARGEST[name]:
-            raise BadArgument(name, value, f"must be between {least} and {LARGEST[name]}")
+    require_ranges(locals(), RANGES)
     if len(spring) != 2 or not 0 < max(spring) <= 100 * min(spring):
         raise BadArgument("spring", spring, "must be two positive stiffnesses, at most a factor 100 apart")
-    for load in loads:
-        require_positive(loads=load)
     if 1.2 * max(loads) ** 0.5 * blocks_per_a > 512:
         raise BadArgument(
             "loads", loads, "press on over 512 blocks on either side; take fewer --blocks-per-a"
@@ -60,7 +58,6 @@ def compared(kind, states):
 def to_dict(result):
     """Returns the JSON object: moduli, and states with the forces and couples on the blocks."""
     springs = result[0]["blocks"].problem.body.springs
-    moduli = identified(springs)
     states = [
         {
             "load": states["blocks"].load / (np.pi / 4 * springs.E_star),
@@ -76,7 +73,7 @@ def to_dict(result):
         {
             "moduli": {
                 name: {"value": value, "closed_form": springs.moduli[name], "residual": residual}
-                for name, (value, residual) in moduli.items()
+                for name, (value, residual) in identified(springs).items()
             },
             "decay": springs.decay,
             "full_contact_couple": springs.full_contact_couple,

@@ -15,7 +15,6 @@ Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error i
            change from a coarser mesh. Beyond 10 % a length is null, and reason says why.
 """
 
-import time
 from typing import Literal
 
 import numpy as np
@@ -57,12 +56,11 @@ def solve(
 def on_meshes(alpha, positions, nu, beta):
     """Rows of an alpha by finite elements; what a coarser mesh changes is an error, too."""
     problems = layers.problems(alpha, nu, beta, mb.Block, mb.Fitted(lines=tuple(positions)))
-    x2, start = layers.depths(alpha), time.perf_counter()
+    x2 = layers.depths(alpha)
     coarse = [problem.solve(load=np.pi / 2, rtol=RTOLS[0]) for problem in problems]
     fine = [
         problem.solve(np.pi / 2, rtol=RTOLS[1], initial=state) for problem, state in zip(problems, coarse)
     ]
-    seconds = time.perf_counter() - start
     for x1 in positions:
         values, before = (
             np.subtract(*(along(s, s.fields.psi, x1, x2) for s in pair)) for pair in (fine, coarse)
@@ -77,7 +75,6 @@ def on_meshes(alpha, positions, nu, beta):
             "mode_length_error": abs(mode - other),
             "unknowns": max(state.unknowns for state in fine),
             "state_error": max(state.error_estimate for state in fine),
-            "state_seconds": seconds,
         }
 
 

@@ -6,6 +6,7 @@ an approach: --model fe returns it on the paper's domain of 18 a_Hz.
 """
 
 import math
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -14,18 +15,22 @@ import microblock as mb
 from microblock.corners import active_set
 
 from .. import size_effect
+from ..layers import problems
 from . import hertz
 
-ALPHAS = 0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25
 LAWS = "microblock", "unilateral"
-ENTRIES = "half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real"
+ENTRIES = ("half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real",
+           "error_estimate", "profile")  # fmt: skip
 ORDERS = 6, 8, 10, 12, 14  # of panels, for alpha_mid over the size of their Gauss spacing
 NEAR = 0.86  # ell over a_Hz there: an alpha near to what they give
 DOMAIN = "18"  # of the paper, over a_Hz
 
 
 def solve(
-    alphas=ALPHAS,
+    alphas=(
+        *(0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8),
+        *(0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25),
+    ),
     nu=0.3,
     beta=1.0,
     model: Literal["fe", "halfplane"] | None = None,
@@ -45,13 +50,8 @@ def solve(
     rtol = (1e-4 if fe else 1e-6) if rtol is None else rtol
     common = {"nu": nu, "beta": beta, "model": model, "rtol": rtol}
     options = {law: [hertz.resolved(alpha=alpha, contact=law, **common) for alpha in alphas] for law in LAWS}
-    laws = {law: [_row(one) for one in options[law]] for law in LAWS}
-    if fe:
-        limit, limit_error = classical_hardness(common)
-        for row, one in zip(sum(laws.values(), []), sum(options.values(), [])):
-            nominal, error = nominal_hardness(one)
-            row["hardness_nominal"] = nominal / limit
-            row["hardness_nominal_error"] = (error + limit_error) / limit
+    limit = classical_hardness(common) if fe else None
+    laws = {law: [_row(one, limit) for one in options[law]] for law in LAWS}
     (alpha_mid, error), of_h = (by_elements if fe else by_panels)(nu, beta)
     return {
         "parameters": {"model": model or "halfplane", "rtol": rtol},
@@ -65,24 +65,31 @@ def solve(
     }
 
 
-def _row(options):
-    """The row of one law and alpha, its nominal hardness still empty."""
+def _row(options, limit):
+    """The row of one law and alpha; its nominal hardness is over that of small blocks, (value, error)."""
     record = hertz.observe(options, *hertz.solutions(options)[0])
-    nominal = {"hardness_nominal": None, "hardness_nominal_error": None}
-    entries = {name: record[name] for name in (*ENTRIES, "error_estimate", "profile")}
-    return {"alpha": options.alpha, **entries, **nominal}
+    nominal, error = nominal_hardness(options) if limit else (None, None)
+    return {
+        "alpha": options.alpha,
+        **{name: record[name] for name in ENTRIES},
+        "hardness_nominal": limit and nominal / limit[0],
+        "hardness_nominal_error": limit and (error + limit[1]) / limit[0],
+    }
 
 
 def nominal_hardness(options):
     """P/(2 a_nom) on the paper's domain, a_nom = sqrt(d (2 R - d)) from the approach d, and its error.
 
-    The error is the distance from ten times the rtol.
+    The error is the distance from a state of ten times the rtol, on another mesh.
     """
-    options.domain, state, values = DOMAIN, None, []
-    for rtol in (10 * options.rtol, options.rtol):
-        state = hertz.problem(options).solve(load=options.P, rtol=rtol, initial=state)
-        values.append(options.P / (2 * math.sqrt(state.approach * (2 * options.R - state.approach))))
-    return values[1], abs(values[1] - values[0])
+    options.domain, rtol = DOMAIN, options.rtol
+    square = hertz.problem(options)
+    coarse = square.solve(load=options.P, rtol=min(10 * rtol, 0.5))
+    # a mesh for ten times the rtol may reach the rtol, too
+    fine = square.solve(load=options.P, rtol=min(rtol, coarse.error_estimate / 2), initial=coarse)
+    d = np.array((coarse.approach, fine.approach))
+    before, value = (options.P / (2 * np.sqrt(d * (2 * options.R - d)))).tolist()
+    return value, abs(value - before)
 
 
 def classical_hardness(common):
@@ -94,14 +101,9 @@ def classical_hardness(common):
     return 2 * fine - coarse, 2 * fine_error + coarse_error
 
 
-def _solid(nu, beta, ell=1.0):
-    """A solid with E* = 2, for which a_Hz^2 = 2 P R/pi."""
-    return mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta)
-
-
 def by_panels(nu, beta):
     """((alpha_mid, its error), [(Gauss spacing over a_Hz of a panel of length ell, alpha_mid)])."""
-    problem = mb.Contact(mb.HalfPlane(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
+    problem, _ = problems(1.0, nu, beta)
     loads = {order: problem.solver.coalescence(order) for order in ORDERS}
     alphas = {order: 1 / math.sqrt(2 * load / math.pi) for order, (load, _) in loads.items()}
     finest, (load, error) = alphas[ORDERS[-1]], loads[ORDERS[-1]]
@@ -116,7 +118,7 @@ def by_elements(nu, beta):
     """
     from microblock.halfplane.coalescence import coalescence
 
-    problem = mb.Contact(mb.Block(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
+    problem, _ = problems(1.0, nu, beta, mb.Block)
     (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ((7, 4), (9, 5)))
     alpha = 1 / math.sqrt(2 * load / math.pi)
     return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
@@ -124,12 +126,11 @@ def by_elements(nu, beta):
 
 def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
     """[(h over a_Hz, alpha_mid)] of bilinear elements on uniform meshes; a_Hz is that of the load."""
-    body, of_h = mb.Block(_solid(nu, beta, NEAR), float(DOMAIN)), []
-    for h in squares:
-        problem = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(), mb.Uniform(h=h, reach=2.0))
-        a_Hz = math.sqrt(2 * axis_closes(problem.solver) / math.pi)
-        of_h.append((h / a_Hz, NEAR / a_Hz))
-    return of_h
+    square = partial(mb.Block, size=float(DOMAIN))
+    meshes = {h: mb.Uniform(h=h, reach=2.0) for h in squares}
+    loads = {h: axis_closes(problems(NEAR, nu, beta, square, mesh)[0].solver) for h, mesh in meshes.items()}
+    a_Hz = {h: math.sqrt(2 * load / math.pi) for h, load in loads.items()}
+    return [(h / a, NEAR / a) for h, a in a_Hz.items()]
 
 
 def axis_closes(solver):
@@ -145,10 +146,9 @@ def axis_closes(solver):
 
 def figure(result):
     """Returns apparent and real hardness over 1/alpha."""
-    rows = result["laws"]
     hardness = {
-        law: {kind: [row[f"hardness_{kind}"] for row in rows[law]] for kind in ("apparent", "real")}
-        for law in rows
+        law: {kind: [row[f"hardness_{kind}"] for row in rows] for kind in ("apparent", "real")}
+        for law, rows in result["laws"].items()
     }
-    alphas = np.array([row["alpha"] for row in rows["unilateral"]])
+    alphas = np.array([row["alpha"] for row in result["laws"]["unilateral"]])
     return size_effect.figure({"alphas": alphas, "alpha_mid": result["alpha_mid"], **hardness})

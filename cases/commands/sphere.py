@@ -7,16 +7,24 @@ p_Hz, M over p_Hz ell, psi as psi R/a_Hz and the approach as d R/a_Hz^2.
 import math
 from typing import Literal
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
 from cases import sphere as script
 from cases.sphere import a_Hz
-from microblock.errors import BadArgument, require_positive, require_whole
+from microblock.errors import BadArgument
 from microblock.model.plain_data import plain_data
 
+from . import MATERIAL, OPEN, POSITIVE, require_ranges
+
 p_Hz = 3 / (2 * math.pi * a_Hz**2)
+RANGES = {
+    "rtol": (0.0, 1.0, OPEN),
+    "alpha": POSITIVE,
+    "beta": MATERIAL["beta"],
+    "cells": (32, 2048),
+    "period": (2.0, math.inf, OPEN),
+}
 
 
 def solve(
@@ -46,18 +54,20 @@ def solve(
     rtol : relative L2 error of pressure and of micromoment over ell, of means over cells (0.01)
     period : period along x1 and x2 over a_Hz, more than 2; without it there is one sphere
     """
-    if period is not None and period <= 2:
-        raise BadArgument("period", period, "must be larger than 2")
-    require_positive(alpha=alpha, beta=beta)
-    if cells is not None:
-        require_whole(32, 2048, cells=cells)
-        if rtol is not None:
-            raise BadArgument("rtol", rtol, "does not go together with --cells: it chooses them")
-    elif rtol is None:
-        rtol = 1e-2
-    width = None if period is None else period * a_Hz
-    moduli = {"alpha_prime": alpha_prime, "beta_prime": beta_prime}
-    pressed = script.problem(alpha, contact, nu, beta, mb.Cells(nodes=cells), width, **moduli)
+    require_ranges(locals(), RANGES)
+    if cells and rtol is not None:
+        raise BadArgument("rtol", rtol, "does not go together with --cells: it chooses them")
+    rtol = rtol or (None if cells else 1e-2)
+    pressed = script.problem(
+        alpha,
+        contact,
+        nu,
+        beta,
+        method=mb.Cells(nodes=cells),
+        period=period and period * a_Hz,
+        alpha_prime=alpha_prime,
+        beta_prime=beta_prime,
+    )
     return {"rtol": rtol, "states": [pressed.solve(load=load, rtol=rtol) for load in loads]}
 
 
@@ -93,14 +103,5 @@ def to_dict(result):
 
 
 def figure(result):
-    """Corners that touch at the last load (a); pressure and micromoment through the middle (b)."""
-    drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 5.0), layout="constrained")
-    state = result["states"][-1]
-    script.draw_corners(above, state)
-    axis, diagonal = (profile(state, direction) for direction in ("x1", "diagonal"))
-    below.plot(axis["x1"], axis["pressure"], label="$p$ along $x_1$")
-    below.plot(math.sqrt(2) * diagonal["x1"], diagonal["pressure"], "--", label="$p$, diagonal")
-    below.plot(axis["x1"], axis["m2"], "-.", label=r"$M_2/\ell$ along $x_1$")
-    below.set(xlabel=r"$r/a_\mathrm{Hz}$", ylabel=r"stress$/p_\mathrm{Hz}$", xlim=above.get_xlim())
-    drawing.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    return drawing
+    """Pressure and micromoment at the last load."""
+    return result["states"][-1].plot()

@@ -35,7 +35,6 @@ RANGES = MATERIAL | {
     "elements": (1, 4000),
     "rtol": (0.0, 1.0, OPEN),
 }
-RTOL = (1e-9, 1e-6, 1e-3)  # where nothing is asked for: the first that rounding allows
 
 
 def solve(
@@ -73,11 +72,11 @@ def solve(
     options, failures = dict(locals()), []
     require_ranges(options, RANGES)
     if rtol is not None and (order or elements):
-        words = "does not go together with --order or --elements: it chooses both"
-        raise mb.BadArgument("rtol", rtol, words)
+        raise mb.BadArgument("rtol", rtol, "chooses order and elements: leave out --order and --elements")
     if order or elements:
         return results(options | {"order": order or 1, "elements": elements or 20})
-    for tolerance in RTOL if rtol is None else (rtol,):
+    # where nothing is asked for: the first that rounding allows
+    for tolerance in (1e-9, 1e-6, 1e-3) if rtol is None else (rtol,):
         try:
             return results(options | {"rtol": tolerance}, rtol is not None, *failures)
         except mb.NotConverged as failure:
@@ -99,19 +98,14 @@ def results(options, demanded=False, *failures):
         raise out_of_reach(
             rtol, estimate, besides=f"take another penalty than rho = {rho:g}, or the augmented Lagrangian"
         )
-    remarks = warnings(options, state.solid) + [f"computed to rtol = {rtol:g}: {why}" for why in failures[:1]]
-    try:
-        compared = errors(state)
-    except ModuleNotFoundError:
-        compared = dict.fromkeys(("error_psi", "error_u", "error_psi_paper"))
-        remarks.append("microblock.model.closed_forms is missing: no errors against the closed form")
-    entries = {
+    return state, {
+        "parameters": options | resolution(state),
         **observed(state, delta_fc, options["delta_over_H"]),
         "error_estimate": estimate,
-        **compared,
-        "warnings": remarks,
+        **errors(state),
+        "warnings": warnings(options, state.solid)
+        + [f"computed to rtol = {rtol:g}: {failure}" for failure in failures[:1]],
     }
-    return state, {"parameters": options | resolution(state), **entries}
 
 
 def resolution(state):

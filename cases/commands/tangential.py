@@ -12,9 +12,16 @@ import numpy as np
 import microblock as mb
 from cases import friction as script
 from cases.hertz import LAWS
-from microblock.errors import BadArgument, require_positive
+from microblock.errors import BadArgument
 from microblock.model.plain_data import plain_data
 
+from . import MATERIAL, POSITIVE, require_ranges
+
+RANGES = {
+    **dict.fromkeys(("alpha", "friction", "normal"), POSITIVE),
+    "beta": MATERIAL["beta"],
+    "shear": (-1.0, 1.0),
+}
 SECOND = "must be rigid, same, or E2 (over the first body's modulus), NU2, BETA2 and ALPHA2 (ell2 over a_Hz)"
 
 
@@ -45,13 +52,9 @@ def solve(
     second : the cylinder: rigid, same as the half-plane, or E2 NU2 BETA2 ALPHA2
     rtol : relative L2 error of pressure, micromoment over ell and shear traction over the friction
     """
-    require_positive(friction=friction, normal=normal, beta=beta)
-    for share in shear:
-        if not -1 <= share <= 1:
-            raise BadArgument("shear", share, "must satisfy -1 <= shear <= 1")
+    require_ranges(locals(), RANGES)
     histories = []
     for size in alpha:
-        require_positive(alpha=size)
         solid, other = mb.Cosserat(1 - nu**2, nu, size, beta=beta), second_solid(second, nu, beta, size)
         E_star = 1.0 if other is None else 1 / (1 + 1 / other.E_star)
         cylinder = mb.Cylinder(R=1.0)
@@ -70,14 +73,9 @@ def second_solid(second, nu, beta, ell):
     words = (1.0, nu, beta, ell) if second == ("same",) else second
     try:
         E, other_nu, other_beta, other_ell = map(float, words)
-    except ValueError as failure:
-        raise BadArgument("second", " ".join(second), SECOND) from failure
-    try:
         return mb.Cosserat(E * (1 - nu**2), other_nu, other_ell, beta=other_beta)
-    except BadArgument as failure:
-        raise BadArgument(
-            "second", " ".join(second), f"has a {failure.name} that {failure.allowed}"
-        ) from failure
+    except ValueError as failure:  # also a BadArgument of the solid
+        raise BadArgument("second", " ".join(second), f"{SECOND}: {failure}") from failure
 
 
 def row(state, E_star):
@@ -105,8 +103,10 @@ def row(state, E_star):
 def event_row(event, history, E_star, normal):
     """Returns what the JSON object has of an event."""
     P, law = math.pi / 4 * E_star, history.problem.law
-    loads = {"normal": event.normal / P, "shear": event.shear / (law.friction * normal * P)}
-    return {"alpha": history.problem.solid.ell, **vars(event), **loads}
+    error = None if event.load_error is None else event.load_error / P
+    loads = {"normal": event.load / P, "shear": event.shear / (law.friction * normal * P), "error": error}
+    what = {name: getattr(event, name) for name in ("pair", "kind", "zone", "x")}
+    return {"alpha": history.problem.solid.ell, **what, **loads}
 
 
 def to_dict(result):

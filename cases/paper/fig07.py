@@ -37,8 +37,10 @@ def figure(state):
     """(a) All of the mesh, (b) below the contact, (c) at the end T of full contact, (d) at the edge O."""
     drawing, axes = plt.subplots(2, 2, figsize=(3.54, 3.8), layout="constrained")
     mesh = state.fields.body.mesh
-    corners = [[mesh[vertex].point for vertex in element.vertices] for element in mesh.Elements()]
-    corners = [np.array(points) / hertz.a_Hz for points in corners]
+    corners = [
+        np.array([mesh[vertex].point for vertex in element.vertices]) / hertz.a_Hz
+        for element in mesh.Elements()
+    ]
     marks = {"T": state.zones["full"][0][1] / hertz.a_Hz, "O": state.half_width / hertz.a_Hz}
     widest = max(points[:, 0].max() for points in corners)
     windows = (0, widest), (0, 1.6), *((x - 0.04, x + 0.04) for x in marks.values())

@@ -59,6 +59,31 @@ def solve(
     }
 
 
+def row(state):
+    """A state of a table: lengths over a_Hz, the pressure over p_Hz, the load over P."""
+    return {
+        "alpha": state.solid.ell / hertz.a_Hz,
+        "psi0_deg": math.degrees(getattr(state.law, "psi0", 0.0)),
+        "load": state.load / hertz.P,
+        "half_width": state.half_width / hertz.a_Hz,
+        "pressure_max": state.pressure.max() / hertz.p_Hz,
+        "error_estimate": state.error_estimate,
+    }
+
+
+def table(result):
+    """What is printed."""
+    states = {"fig8": result["loads"], "fig8 elements": result["elements"]}
+    states |= {f"fig10 {law}": group for law, group in result["alphas"].items()}
+    states |= {
+        f"fig9 {degrees:g} degrees in {place}": rotated
+        for (degrees, place), rotated in zip(ROTATIONS, result["rotated"])
+    }
+    squares = [{"h": h, "alpha_mid": alpha} for h, alpha in result["uniform"]]
+    rows = {name: [row(state) for state in group] for name, group in states.items()}
+    return rows | {"uniform": squares, "alpha_mid": result["alpha_mid"]}
+
+
 def profiles(axes, states, mark="", count=1201):
     """Pressure, and micromoment if there is a second panel; from dark to light in the order of the states."""
     x = np.linspace(-1.4, 1.4, count)

@@ -22,8 +22,8 @@ from cases import hertz, size_effect
 def nominal(alpha, law, rtol=1e-3, size=18.0):
     """P/(2 a_nom) with a_nom = sqrt(d (2 R - d)), d the approach on a square of the given size over a_Hz."""
     problem = hertz.problem(alpha, contact=law)
-    square = problem.with_(body=mb.Block(problem.solid, size * hertz.a_Hz))
-    d = square.solve(load=hertz.P, rtol=rtol).approach
+    square = mb.Block(problem.solid, size * hertz.a_Hz)
+    d = problem.with_(body=square).solve(load=hertz.P, rtol=rtol).approach
     return hertz.P / (2 * np.sqrt(d * (2 * hertz.R - d)))
 
 

@@ -1,6 +1,6 @@
 """Computes the table of the playground: pressures under a cylinder for sides and rotations of the blocks.
 
-`python cases/playground/table.py` writes table.js beside this script; some minutes. Each state has, for both
+`python -m cases.playground.table` writes table.js beside this script; some minutes. Each state has, for both
 corners, the ends of the zone in which the corner touches and its pressures between them, at places that
 are dense near the ends. The page interpolates all of them bilinearly, and so does `interpolated`.
 Lengths are over a_Hz, pressures over p_Hz.
@@ -21,11 +21,6 @@ PSI0S = np.linspace(0.0, 1.1, 42)  # degrees; the mirror image has negative ones
 NODES = (1 - np.cos(np.pi * np.arange(20) / 19)) / 2  # between the ends, where pressures vanish
 STEP_X, STEP_P = 1 / 8000, 1 / 180  # of the whole numbers that are written, one byte for a pressure
 CHECKS, SEED = 200, 1
-
-
-def solve(alpha, psi0, initial=None):
-    """Returns the state for blocks of side alpha a_Hz that are rotated by psi0 (degrees)."""
-    return problem(alpha, psi0).solve(load=P, rtol=1e-3, initial=initial)
 
 
 def row(state, before):
@@ -52,7 +47,7 @@ def table():
     for alpha in ALPHAS:
         state, ends = None, np.zeros((2, 2))
         for psi0 in PSI0S:
-            state = solve(alpha, psi0, state)
+            state = problem(alpha, psi0).solve(load=P, rtol=1e-3, initial=state)
             numbers.append(row(state, ends))
         print(f"alpha = {alpha:.3f}: {len(numbers)} states", flush=True)
     return np.array(numbers).reshape(len(ALPHAS), len(PSI0S), -1)
@@ -83,7 +78,7 @@ def errors(numbers):
     random, found = np.random.default_rng(SEED), []
     for place in random.uniform(size=(CHECKS, 2)):
         alpha, psi0 = ALPHAS[0] * (ALPHAS[-1] / ALPHAS[0]) ** place[0], PSI0S[-1] * place[1]
-        state = solve(alpha, psi0)
+        state = problem(alpha, psi0).solve(load=P, rtol=1e-3)
         exact = np.array([state.pressures[corner] for corner in "AB"]) / p_Hz
         error = interpolated(numbers, alpha, psi0, state.x / a_Hz) - exact
         found.append(math.sqrt((error**2).sum(0) @ state.weights / (exact.sum(0) ** 2 @ state.weights)))

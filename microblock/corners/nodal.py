@@ -51,6 +51,10 @@ class AtNodes(Solution):
         """Pressure of a corner (its number) at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.pressures[corner], x), 0.0)
 
+    def moment_at(self, x):
+        """M at x1 = x, array (n,)."""
+        return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
+
     def gap(self, corner, x):
         """Gap of a corner at x1 = x, array (n,): displacement and rotation from the nodes, the exact height.
 

@@ -18,34 +18,19 @@ from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, MissingExtra, require_numbers, require_place, writing
 from ..model.events import Event, LoadPath
-from ..model.history import History, HistoryEvent
+from ..model.history import History
 from ..model.state import State
 from ..model.zones import contains, zone_edges
 from .records import write_records, write_text
 
-ACROSS, DOWN = 81, 41  # points of the grid below a contact, if none is given
-REACH = 1.5  # of the contact: width and depth of that grid
-FINEST = 3  # halvings of an element at most
-TABLES = "csv", "txt", "dat"  # endings of tables
-
 
 def profile(state: State) -> dict[str, np.ndarray]:
-    """Return what a state has on the contact surface.
+    """Returns what a state has on the contact surface: {name: array (n,)} at the nodes or centres of cells.
 
-    Parameters
-    ----------
-    state : State
-        A state of any body and method.
-
-    Returns
-    -------
-    dict of arrays (n,)
-        Values at the nodes, or at the centres of the cells: "x1", "x2" ("x3" in three dimensions), "weight"
-        (the length or area of the surface that a node stands for), "pressure" of all corners together and of
-        each ("pressure_A", "pressure_--", ...), "micromoment" and "psi" ("m1", "m2", "psi1" and "psi2" in
-        three dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a
-        second body its "counter_displacement", and in three dimensions the number of corners that are
-        "closed". In the plane they ascend in x1.
+    Names are "x1", "x2" ("x3" in three dimensions), "weight", "pressure" of all corners together and of each
+    ("pressure_A", "pressure_--", ...), "micromoment" and "psi" ("m1", "m2", "psi1" and "psi2" in three
+    dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a second body its
+    "counter_displacement", and in three dimensions the number of corners that are "closed".
     """
     found = dict(zip(("x1", "x2", "x3"), state.points.T)) | {"weight": state.weights}
     found |= {"pressure": state.pressure}
@@ -62,8 +47,7 @@ def profile(state: State) -> dict[str, np.ndarray]:
 
 
 def to_csv(
-    what: State | History | LoadPath | Sequence[State | Event | HistoryEvent | Mapping[str, object]],
-    path: str | os.PathLike,
+    what: State | History | LoadPath | Sequence[State | Event | Mapping[str, object]], path: str | os.PathLike
 ) -> None:
     """Write states, events or the rows of a study as CSV, with the versions in each row.
 
@@ -96,7 +80,7 @@ def to_csv(
     >>> round(sum(row["weight"]*row["pressure"] for row in rows), 9)
     1.0
     """
-    require_place(path, endings=TABLES)
+    require_place(path, endings=("csv", "txt", "dat"))
     if isinstance(what, State):
         rows = _nodes(what)
     elif isinstance(what, LoadPath):
@@ -120,7 +104,7 @@ def _same_columns(what):
     rows = what if isinstance(what, (list, tuple)) else ()
     if all(isinstance(row, State) for row in rows):
         rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
-    rows = [asdict(row) if isinstance(row, (Event, HistoryEvent)) else row for row in rows]
+    rows = [asdict(row) if isinstance(row, Event) else row for row in rows]
     if not rows or not all(isinstance(row, Mapping) for row in rows):
         raise BadArgument(
             "what",
@@ -254,9 +238,9 @@ def _lines(state, x1):
 def _grid(state, x1, x2):
     """Abscissae and depths of the grid, those that are given or the usual ones."""
     edges = zone_edges({"contact": state.zones["contact"]})
-    middle, reach = (edges[-1] + edges[0]) / 2, REACH * (edges[-1] - edges[0]) / 2
-    across = middle + reach * np.linspace(-1, 1, ACROSS) if x1 is None else require_numbers(x1=x1)
-    return across, -2 * reach * np.linspace(1, 0, DOWN) ** 2 if x2 is None else require_numbers(x2=x2)
+    middle, reach = (edges[-1] + edges[0]) / 2, 1.5 * (edges[-1] - edges[0]) / 2
+    across = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)
+    return across, -2 * reach * np.linspace(1, 0, 41) ** 2 if x2 is None else require_numbers(x2=x2)
 
 
 def _write_grid(fields, path, x1, x2):
@@ -286,7 +270,7 @@ def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
 
     body = fields.body
-    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), FINEST)
+    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
     stress, couples = (
         ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))
         if len(one.dims) == 2

@@ -17,8 +17,8 @@ import numpy as np
 from ..errors import LARGEST, BadArgument, require_kind
 from ..model.types import Array
 
-DEEPEST = 100  # terms within terms: a sum of that many is as deep
-STEEPEST = 100  # absolute value of an exponent without x: doubles carry 1e3 to that power
+# terms within terms, and size of an exponent without x: doubles carry 1e3 to that power
+MOST = 100
 # without quotes, brackets, other alphabets, ends of lines, ...; and no more than 500 characters
 PLAIN = re.compile(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}")
 CONSTANTS = {"pi": np.pi, "e": np.e, "inf": np.inf}
@@ -58,23 +58,14 @@ class _Refused(Exception):
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
     """Returns the function of an array x that a formula says, such as ``"x**2/20"``.
 
-    Parameters
-    ----------
-    formula : str
-        What `ALLOWED` lists.
-    name : str
-        What errors call the formula.
-
-    Returns
-    -------
-    callable
-        Returns an array of floats in the shape of x, NaN or inf where the formula has no number.
+    It returns an array of floats in the shape of x, NaN or inf where the formula has no number. `name` is
+    what errors call the formula.
 
     Raises
     ------
     BadArgument
-        If the formula holds anything else, a number above 1e50, an exponent above 100, more than 500
-        characters or 100 terms within each other; the message says what stands at which place.
+        If the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above 100, more
+        than 500 characters or 100 terms within each other; the message says what stands at which place.
 
     Examples
     --------
@@ -123,7 +114,7 @@ def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
     """Returns the values of a term at x, array (n,), or one number where there is no x in it; `compared`: the
     term must be a comparison, and else none.
     """
-    if depth > DEEPEST:
+    if depth > MOST:
         raise _Refused(node, "has too many terms around it")
     if isinstance(node, ast.Compare) != compared:
         raise _Refused(node, "must be a comparison" if compared else "is a comparison outside of where")
@@ -136,8 +127,8 @@ def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
         return np.float64(node.value)
     function, parts = _function(node)
     values = [_value(part, x, depth + 1, function is np.where and part is parts[0]) for part in parts]
-    if function is np.power and not np.ndim(values[1]) and not abs(values[1]) <= STEEPEST:
-        raise _Refused(parts[1], f"is an exponent above {STEEPEST}")
+    if function is np.power and not np.ndim(values[1]) and not abs(values[1]) <= MOST:
+        raise _Refused(parts[1], f"is an exponent above {MOST}")
     return function(*values)
 
 

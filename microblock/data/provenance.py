@@ -1,8 +1,8 @@
 """Digests of what a result depends on: arguments, code, files and versions. Equal digests mean equal results.
 
-All Python files of both packages count. Of a user's function these count: its pickle by value (cloudpickle),
-the files of the user's modules that it imports (modulefinder), the versions of the installed packages that it
-imports. Where that cannot be told, a digest is a new one each time.
+All Python files of both packages count; of a user's function its pickle by value (cloudpickle), the files of
+the user's modules that it imports (modulefinder), the versions of the installed packages that it imports.
+Where that cannot be told, a digest is a new one each time.
 """
 
 import hashlib
@@ -27,7 +27,6 @@ from ..errors import BadArgument
 from .records import software
 
 PACKAGES = "microblock", "cases"  # all their files count, whatever a function imports
-SCRIPTS = "__main__", "__mp_main__"  # their functions count one by one, and not their file
 INSTALLED = tuple(
     Path(folder).resolve()
     for folder in (
@@ -42,28 +41,12 @@ _first: dict = {}  # {module: digest of its file when this process first read it
 
 
 def digest(*parts: object, read: dict | None = None, fresh: bool = False) -> str:
-    """Return one digest of values, functions and classes, of the packages and of their versions.
+    """Returns one digest (SHA-256) of values, functions and classes, of the packages and of their versions.
 
-    Parameters
-    ----------
-    parts : object
-        Numbers, texts, None, arrays, lists, tuples, mappings, paths, dataclasses, functions and other
-        callables.
-    read : dict, optional
-        What was read of modules before. Pass the same dict to read each file once for many digests.
-    fresh : bool
-        Whether the code runs in processes that start now. Others may have loaded a file before it changed, so
-        that after a change within this process the digest is one that no other process has.
-
-    Returns
-    -------
-    str
-        The hexadecimal digits of a SHA-256.
-
-    Raises
-    ------
-    BadArgument
-        If an object cannot be told from others, such as a mesh.
+    `read` has what was read of modules before: one dict for many digests. `fresh` says that the code runs in
+    processes that start now; others may have loaded a file before it changed, so that after a change within
+    this process the digest is one that no other process has. Raises BadArgument if an object, such as a mesh,
+    cannot be told from others.
     """
     read = {} if read is None else read
     if PACKAGES not in read:
@@ -75,18 +58,7 @@ def digest(*parts: object, read: dict | None = None, fresh: bool = False) -> str
 
 
 def content(*paths: Path) -> str | None:
-    """Return one digest of the names and contents of files.
-
-    Parameters
-    ----------
-    paths : Path
-        The files, in the order that counts.
-
-    Returns
-    -------
-    str or None
-        The hexadecimal digits of a SHA-256, and None if one of the files does not exist.
-    """
+    """Returns one digest of the names and contents of files, None if one of them does not exist."""
     if not all(path.is_file() for path in paths):
         return None
     return _sha(*(part for path in paths for part in (path.name.encode(), path.read_bytes())))
@@ -166,9 +138,8 @@ def _code(value, read, fresh):
 
 
 class _Pickler(cloudpickle.Pickler):
-    """Definitions of scripts and notebooks by value, without places and identities; the rest by name.
-
-    Modules that are named and code objects that are written are noted.
+    """Definitions of scripts and notebooks by value, without places and identities; the rest by name. Modules
+    that are named and code objects that are written are noted.
     """
 
     def __init__(self, file):
@@ -210,9 +181,8 @@ def _names(code):
 
 
 def _imported(modules, codes, fresh):
-    """Digests of the files of the user's modules that these and codes import, versions of the installed ones.
-
-    The standard library's modulefinder follows imports on any line, but no names that are computed.
+    """Digests of the files of the user's modules that these and codes import, on any line but by computed
+    names, and versions of the installed ones.
     """
     own = {
         name: Path(module.__file__).resolve()
@@ -249,7 +219,8 @@ def _distributions():
 def _followed(name):
     """Whether a loaded module is the user's, whose files count one by one."""
     top = name.partition(".")[0]
-    if top in (*PACKAGES, *SCRIPTS, *sys.stdlib_module_names) or name not in sys.modules:
+    scripts = "__main__", "__mp_main__"  # their functions count one by one, and not their file
+    if top in (*PACKAGES, *scripts, *sys.stdlib_module_names) or name not in sys.modules:
         return False
     file = getattr(sys.modules[name], "__file__", None) or getattr(sys.modules.get(top), "__file__", None)
     return file is None or not _installed(file)

@@ -17,42 +17,19 @@ from ..errors import NotConverged, writing
 
 @cache
 def software() -> dict[str, str]:
-    """Return the versions of everything that a result depends on.
-
-    Returns
-    -------
-    dict
-        The version of microblock, of the packages that compute, and of Python, by name.
-    """
+    """Returns the versions of microblock, of the packages that compute, and of Python, by name."""
     packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
     return {"microblock": __version__, **packages, "python": platform.python_version()}
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of everything that a result depends on, and the machine.
-
-    Returns
-    -------
-    dict
-        As `software` returns it, with "machine" last: system, processor and number of cores.
-    """
+    """Returns what `software` does, and the "machine": system, processor and number of cores."""
     return {**software(), "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"}
 
 
 def write_text(path: str | os.PathLike, text: str) -> None:
-    """Write a text file, whole or not at all.
-
-    Parameters
-    ----------
-    path : str or path
-        A device or pipe is written to as it is.
-    text : str
-        What to write, with its ends of lines.
-
-    Raises
-    ------
-    BadArgument
-        If the system refuses to write there.
+    """Writes a text file, whole or not at all; a device or pipe is written to as it is. Raises BadArgument if
+    the system refuses to write there.
     """
     path = Path(path)
     with writing(path):
@@ -68,40 +45,15 @@ def write_text(path: str | os.PathLike, text: str) -> None:
 
 
 def write_json(path: str | os.PathLike, result: object) -> None:
-    """Write one JSON object, whole or not at all.
-
-    Parameters
-    ----------
-    path : str or path
-        Where to write it.
-    result : object
-        Lists and mappings of numbers, texts and None.
-
-    Raises
-    ------
-    NotConverged
-        If a number in it is NaN or infinite.
+    """Writes lists and mappings of numbers, texts and None as one JSON object, whole or not at all; raises
+    NotConverged if a number is NaN or infinite.
     """
     write_text(path, json_text(result) + "\n")
 
 
 def json_text(result: object) -> str:
-    """Return an object as JSON.
-
-    Parameters
-    ----------
-    result : object
-        Lists and mappings of numbers, texts and None.
-
-    Returns
-    -------
-    str
-        The text, with full precision.
-
-    Raises
-    ------
-    NotConverged
-        If a number in it is NaN or infinite; it names the first one.
+    """Returns lists and mappings of numbers, texts and None as JSON in full precision; raises NotConverged,
+    which names the first, if a number is NaN or infinite.
     """
     wrong = _no_number(result)
     if wrong:
@@ -119,15 +71,8 @@ def _no_number(value, place=""):
 
 
 def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:
-    """Write a CSV file, whole or not at all: one row a run, versions last.
-
-    Parameters
-    ----------
-    path : str or path
-        Where to write it.
-    rows : sequence of mappings
-        {column: value}, with the columns of the first row. Rows that come with versions, from earlier
-        records, keep them.
+    """Writes a CSV file, whole or not at all: rows {column: value} with the columns of the first one, and
+    versions last, but where rows come with their own.
     """
     known = {f"version_{name}": version for name, version in versions().items()}
     text = io.StringIO(newline="")
@@ -139,17 +84,8 @@ def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]])
 
 
 def read_records(path: str | os.PathLike) -> list[dict]:
-    """Read the rows of a CSV file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Returns
-    -------
-    list of dict
-        {column: value}; numbers come as numbers, empty cells as None, anything else as its text.
+    """Returns the rows of a CSV file, {column: value}: numbers as numbers, empty cells as
+    None, else texts.
     """
     with open(path, newline="") as table:
         return [{name: _number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]

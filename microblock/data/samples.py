@@ -9,24 +9,13 @@ from pathlib import Path
 from ..errors import LARGEST, BadArgument, shown
 from ..model.obstacles import Obstacle, Samples
 
-BETWEEN = re.compile(r"\s*[,;]\s*|\s+")  # the columns
-
 
 def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
-    """Returns the obstacle through the samples of a text file of two columns, x and height.
+    """Returns the obstacle through the samples of a text file of two columns, x (ascending) and height, with
+    a comma, a semicolon or blanks between them; a first line without a number, and lines that begin with
+    #, are left out.
 
-    Parameters
-    ----------
-    path : str or path
-        A file with a sample a line, x ascending; a comma, a semicolon or blanks stand between the columns.
-        The first line may be a header, which has no number in it; lines that begin with # are comments.
-    name : str
-        What the path is called in errors.
-
-    Raises
-    ------
-    BadArgument
-        If there is no such file, or it holds anything else; the message names the line.
+    Raises BadArgument, by `name` and with the line, if there is no such file, or it holds anything else.
 
     Examples
     --------
@@ -50,7 +39,7 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     lines = [(place, line) for place, line in lines if line and line[0] != "#"]
     samples: list[tuple[float, ...]] = []
     for place, line in lines:
-        values = [_number(cell) for cell in BETWEEN.split(line)]
+        values = [_number(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line)]
         if (place, line) == lines[0] and values.count(None) == len(values):
             continue  # a header
         numbers = tuple(value for value in values if value is not None and abs(value) <= LARGEST)

@@ -1,9 +1,8 @@
 """Parameter studies: a function at many points, on many processes or machines, kept point by point in a file.
 
-The file has a line a point (JSON), which is forced to the disk as soon as the point is known. What stops a
-study (an interruption, a power cut) costs the points that were being computed and no other. A line is used
-again where its key agrees: the digest of the function, the point and the versions
-(`microblock.data.provenance`).
+The file has a line a point (JSON), forced to the disk as soon as it is known: what stops a study costs the
+points that were being computed and no other. A line is used again where its key agrees, the digest of
+function, point and versions (`microblock.data.provenance`).
 """
 
 import fcntl
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
     from pebble import ProcessPool
 
 OWN = ("seconds", "error")  # columns that each row has besides the point's and the answer's
-PINNED = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
 
 
 def sweep(
@@ -138,28 +136,17 @@ def sweep(
 
 @contextmanager
 def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
-    """Start local processes of one thread each, and stop them when the context is left.
+    """Context with a `pebble.ProcessPool` of local processes of one thread each, by default one a core, which
+    are started afresh, not forked.
 
-    Parameters
-    ----------
-    workers : int, optional
-        Their number, by default one a core.
-
-    Yields
-    ------
-    pebble.ProcessPool
-        Its processes are started afresh, not forked. The time that a function's modules take to import does
-        not count towards the timeout of a call; of a `carried` function it does.
-
-    Raises
-    ------
-    MissingExtra
-        If pebble is not installed.
+    The time that modules take to import does not count towards the timeout of a call, but for `carried`
+    functions. Raises MissingExtra if pebble is not installed.
     """
     with _extra():
         from pebble import ProcessPool
-    before = {name: os.environ.get(name) for name in PINNED}
-    os.environ.update(PINNED)  # for the processes, before they import numpy
+    names = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))  # for the processes, before they import numpy
     spawn = get_context("spawn")  # forked ones share NGSolve's locks
     pool = ProcessPool(workers or os.cpu_count() or 1, context=spawn)
     try:
@@ -172,24 +159,9 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
 
 
 def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
-    """Return a call that travels to another process, also of a function of a notebook or within another one.
-
-    Parameters
-    ----------
-    function : callable
-        What is called there. An error while it is read there is an error of the call.
-    arguments : object
-        Its arguments.
-
-    Returns
-    -------
-    callable
-        Without arguments it returns ``function(*arguments)``.
-
-    Raises
-    ------
-    MissingExtra
-        If cloudpickle is not installed.
+    """Returns a call without arguments of a function with these, that travels to another process, also of a
+    function of a notebook or within another one; an error while it is read there is one of the call. Raises
+    MissingExtra if cloudpickle is not installed.
     """
     with _extra():
         import cloudpickle
@@ -237,7 +209,7 @@ def _points(over):
             if isinstance(values, (str, Mapping)) or not np.iterable(values):
                 raise BadArgument("over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    (points,) = require_values(over=over)
+    points = require_values(over=over)
     for point in points:
         if not isinstance(point, Mapping):
             raise BadArgument("over", point, "must be {argument: values} or a list of {argument: value}")

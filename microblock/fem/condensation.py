@@ -86,7 +86,7 @@ class Condensed(ContactNodes):
     @property
     def twins(self):
         """Nodes whose corners move together, as psi is held: boolean array (n,)."""
-        return self.compliance.constrained
+        return self.dim < 3 and self.compliance.constrained
 
     def _require_room(self):
         """NotConverged where factors and compliance need more memory than is there."""

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
 from ..errors import BadArgument, require_choice, require_kind
+from ..halfspace.surface_law import on_surface
 from ..model.law import check as check_law
 from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
@@ -26,15 +27,7 @@ from ..model.zones import joined
 from . import contact_term
 from .body import PLACES, Body
 
-SAME_GAP = 1e-12  # of ell: two corner gaps that differ by less are one function
-STRAIGHT = 1e-9  # of the normals: gaps of a boundary that bends more are no polynomials between its nodes
-UPWARDS = 1e-9  # distance of the normal from e3, within which a facet in space is horizontal
-SAME_PLACE = 1e-12  # of the body's size: a node that is so near to a vertex's coordinate has it
-DIGITS = 9  # of coordinates over the body's size, by which nodes in space stand in rows
-VANISHES = 1e-14  # value of a shape function that is 0 but for rounding
-FLAT = 1e-12  # component of a direction below which a displacement along the axis does not enter
-STEEP = 0.5  # component of the normal along e3, from which on a facet beside the contact can be touched
-BETWEEN = 3  # places along a facet, more than its order, at which states look for penetration
+FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
 
 
@@ -138,7 +131,7 @@ class ContactNodes:
         corners = ng.IntegrationRule(TRIANGLE, [0.0] * 3)  # of both kinds of facets
         places = mesh.MapToAllElements({kind: corners for kind in kinds}, self.region)
         normals = np.asarray(ng.specialcf.normal(3)(places)).reshape(-1, 3)
-        if not np.all(np.abs(np.abs(normals[:, 2]) - 1) < UPWARDS):
+        if not np.all(np.abs(np.abs(normals[:, 2]) - 1) < 1e-9):
             raise BadArgument("contact", self.boundary, "must be horizontal, its normal e3")
         faces = {facet.faces[0].nr: _heights(mesh, facet) for facet in self.region.Elements()}
         below = {
@@ -165,7 +158,7 @@ class ContactNodes:
         points, normals, weights = self._measured(elements, members, len(known))
         if self.dim == 3:  # rows of x1 one after the other
             points = self._snapped(points)
-            order = np.lexsort(np.round(points / np.ptp(points, axis=0).max(), DIGITS).T)
+            order = np.lexsort(np.round(points / (FLAT * np.ptp(points, axis=0).max())).T)
         else:
             order = np.lexsort(points.T[::-1])
         self.facets = [np.argsort(order)[own] for own in members]
@@ -190,26 +183,21 @@ class ContactNodes:
                 normals[own, 1] = ng.specialcf.normal(1)(place)
             return points, normals, weights
         sides, self._by_rule, points[:] = outward_sides(mesh, self.region), np.zeros(count), np.inf
-        kinds = np.array([facet.type == ng.ET.TRIG for facet in elements])
+        kinds = np.array([facet.type == ng.ET.QUAD for facet in elements])
         for order in set(self.orders):
             rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
             places, sizes, outwards = at_rules(self.body.mesh, self.region, rules)
             starts = np.cumsum([0, *(len(rules[facet.type]) for facet in elements)])[:-1]
-            for triangular in set(kinds):
-                here = np.flatnonzero((kinds == triangular) & (np.array(self.orders) == order))
+            for tensor in set(kinds):
+                here = np.flatnonzero((kinds == tensor) & (np.array(self.orders) == order))
                 there = np.array([members[i].ravel() for i in here])
                 flat = starts[here, None] + np.arange(there.shape[1])
                 np.minimum.at(points, there, places[flat])  # of a period its left end
                 outward = sides[here, None, None] * outwards[flat]
-                if triangular:
-                    shares = sizes[flat] / 6
-                elif dim == 3:
-                    shares = self._areas(order, len(elements))[here]
-                else:
-                    shares = lobatto(order)[1] * sizes[flat]
+                by_rule = [point.weight for point in rules[elements[here[0]].type]] * sizes[flat]
+                shares = self._areas(order, len(elements))[here] if tensor else by_rule
                 np.add.at(weights, there, shares)
-                rule = [point.weight for point in rules[elements[here[0]].type]]
-                np.add.at(self._by_rule, there, rule * sizes[flat])
+                np.add.at(self._by_rule, there, by_rule)
                 np.add.at(normals, there, shares[..., None] * outward)
         return points, normals, weights
 
@@ -235,7 +223,7 @@ class ContactNodes:
             after = np.clip(np.searchsorted(known, points[:, axis]), 1, len(known) - 1)
             for near in (known[after], known[after - 1]):
                 points[:, axis] = np.where(
-                    np.abs(near - points[:, axis]) < SAME_PLACE * size, near, points[:, axis]
+                    np.abs(near - points[:, axis]) < FLAT * size, near, points[:, axis]
                 )
         return points
 
@@ -248,7 +236,7 @@ class ContactNodes:
             if key not in shapes:
                 fel = space.GetFE(facet)
                 values = np.array([fel.CalcShape(*_place(point)) for point in nodal_rule(facet.type, order)])
-                shapes[key] = np.where(np.abs(values) > VANISHES, values, 0.0)
+                shapes[key] = np.where(np.abs(values) > FLAT, values, 0.0)
             for number, shape in zip(members.ravel(), shapes[key]):
                 rows[number] = own, shape
         found = _rows(rows, space.ndof)
@@ -351,7 +339,7 @@ class ContactNodes:
             if not inside[facet.index]:
                 a, b, c = (np.array(mesh[vertex].point) for vertex in facet.vertices[:3])
                 across = np.cross(b - a, c - a)
-                if abs(across[2]) > STEEP * np.linalg.norm(across):
+                if abs(across[2]) > np.linalg.norm(across) / 2:
                     found |= {vertex.nr for vertex in facet.vertices}
         own = {vertex.nr for facet in self.region.Elements() for vertex in facet.vertices}
         return np.array(sorted(found - own), int)
@@ -362,7 +350,7 @@ class ContactNodes:
         (k, n)).
         """
         order, rows, places = self.orders[0], [], []
-        inner = gauss_rule(order + BETWEEN)[0]
+        inner = gauss_rule(order + 3)[0]
         along = lagrange(lobatto(order)[0], inner)
         square = [(s, t) for s in inner for t in inner], np.kron(along, along)
         for facet, members in zip(self.region.Elements(), self.facets):
@@ -448,10 +436,9 @@ class ContactFacets(ContactNodes):
     Attributes
     ----------
     points, normals, weights, ... : as of `ContactNodes`
-    corners : names of the law's corners
-    levers, initial_gaps : {corner: array (n,)}
-    can_touch : {corner: boolean array (n,)}; False where there is no obstacle above the corner, and
-        for all corners but the nearest where psi is prescribed, so that the others never get nearer
+    arms : array (corners, n, dim), places of the corners from the centres of their blocks (lengths)
+    g0 : array (corners, n), initial gaps; inf where no obstacle is above the corner, or supports hold the
+        node, and of all corners but the nearest where psi is prescribed, so that the others never get nearer
     twins : boolean array (n,); there all corners have the same gap, and share the nearest one's multiplier
     multipliers : the H1 space of one corner's multiplier
 
@@ -463,8 +450,8 @@ class ContactFacets(ContactNodes):
     ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
     >>> from microblock.fem.facets import ContactFacets
     >>> facets = ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
-    >>> sorted(facets.corners), round(float(facets.weights.sum()), 9)
-    (['A', 'B'], 0.5)
+    >>> facets.g0.shape, round(float(facets.weights.sum()), 9)
+    ((2, 4), 0.5)
     """
 
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
@@ -484,13 +471,12 @@ class ContactFacets(ContactNodes):
             )
         self._made_of = body, law, obstacle, boundary, rule
         super().__init__(body, boundary)
-        self.law, self.corners, self.nodal = law, law.corners, rule == "nodal"
-        ell = body.solid.ell
-        self.levers = law.levers(self.points[:, 0])
-        self.initial_gaps = law.initial_gaps(self.points, self.normals, ell, obstacle)
-        self.can_touch = self._reachable()
-        if not any(mask.any() for mask in self.can_touch.values()):
-            raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
+        self.law, self.nodal = law, rule == "nodal"
+        self.arms = body.solid.ell * law.arms(self.points, self.normals)
+        gaps = initial_gaps(law, self, obstacle)
+        self.g0 = np.where(self._reachable(gaps), gaps, np.inf)
+        if not np.isfinite(self.g0).any():
+            raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
         if not self.nodal:
             self._take_gauss_points()
 
@@ -506,9 +492,9 @@ class ContactFacets(ContactNodes):
         for excluded, why in (
             (body.mesh.dim != 2, "needs a 2D body"),
             (body.order != body.order_psi, "needs one order for all fields"),
-            (np.ptp(self.normals, axis=0).max() > STRAIGHT, "needs a straight contact boundary"),
+            (np.ptp(self.normals, axis=0).max() > FLAT, "needs a straight contact boundary"),
             (
-                not all(mask.all() for mask in self.can_touch.values()),
+                not np.isfinite(self.g0).all(),
                 "needs an obstacle above all of the contact boundary, and psi free there",
             ),
         ):
@@ -530,8 +516,12 @@ class ContactFacets(ContactNodes):
         """
         return values if self.nodal else self._at_rule @ self._multiplier[1].solve(values)
 
-    def _reachable(self):
-        fixed = ~self.free["psi"]
+    def _reachable(self, gaps):
+        """Whether a corner of these initial gaps can touch, boolean array (corners, n)."""
+        if self.dim == 3:
+            self.twins = np.zeros(gaps.shape[1], bool)
+            return np.isfinite(gaps) & self.free["u3"]
+        fixed, size = ~self.free["psi"], self.body.solid.ell
         if self.law.clamps_rotation and not fixed.all():
             raise BadArgument(
                 "law",
@@ -540,70 +530,44 @@ class ContactFacets(ContactNodes):
             )
         supports = ng.GridFunction(self.body.space)
         self.body.prescribe(supports.components)
-        turn = self.body.solid.ell / 2 * self.traces["psi"] @ supports.components[2].vec.FV().NumPy()
-        gaps = np.array([self.initial_gaps[corner] + self.levers[corner] * turn for corner in self.corners])
-        nearest = np.argmin(gaps, axis=0)
-        spread = np.where(np.isfinite(gaps.max(axis=0)), gaps.max(axis=0), 0) - gaps.min(
-            axis=0, initial=np.inf
-        )
-        self.twins = fixed & (len(self.corners) > 1) & (np.abs(spread) <= SAME_GAP * self.body.solid.ell)
+        turned = gaps - self.displacements(supports.vec.FV().NumPy())
+        nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
+        alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
+        self.twins = fixed & (len(gaps) > 1) & alike
         # between the nodes twins are no twins: both keep their multipliers there, tied at the node
-        if not self.nodal:
-            fixed = fixed & ~self.twins
-        return {
-            corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
-            for number, corner in enumerate(self.corners)
-        }
-
-    @property
-    def psi_held(self):
-        """Whether supports hold or prescribe psi on the contact boundary."""
-        return "psi" in self.body.held_on(self.boundary)
+        alone = fixed if self.nodal else fixed & ~self.twins
+        return np.isfinite(gaps) & (~alone | nearest)
 
     @property
     def first_touch(self):
         """Approach at which the first corner touches the undeformed body."""
-        return min(
-            float((self.initial_gaps[corner] / self.normals[:, 1])[mask].min())
-            for corner, mask in self.can_touch.items()
-            if mask.any()
-        )
+        return float((self.g0 / self.normals[:, -1])[np.isfinite(self.g0)].min())
 
     def lowered(self, approach):
         """These facets under the same obstacle, lowered by `approach`."""
         other = copy(self)
-        other.initial_gaps = {
-            corner: gap - approach * self.normals[:, 1] for corner, gap in self.initial_gaps.items()
-        }
+        other.g0 = self.g0 - approach * self.normals[:, -1]
         return other
 
     @cached_property
-    def arms(self):
-        """Places of the corners from the centres of their blocks, array (corners, n, 2) (lengths)."""
-        return self.body.solid.ell * self.law.arms(self.points, self.normals)
+    def _moved(self):
+        """Displacements of corners along the normal from the unknowns of the body, sparse."""
+        return vstack([self.motion(self.normals, arms) for arms in self.arms], format="csr")
 
-    @property
-    def g0(self):
-        """Initial gaps, array (corners, n); inf where a corner cannot touch."""
-        each = [(self.can_touch[corner], self.initial_gaps[corner]) for corner in self.corners]
-        return np.array([np.where(reachable, gaps, np.inf) for reachable, gaps in each])
-
-    @cached_property
-    def moved(self):
-        """[displacement of each corner along the normal], sparse arrays (n, unknowns of the body)."""
-        return [self.motion(self.normals, arms) for arms in self.arms]
+    def displacements(self, fields):
+        """Displacement of each corner along the normal, array (corners, n), from the unknowns of the body."""
+        return (self._moved @ fields).reshape(len(self.arms), -1)
 
     def gaps(self, fields, approach):
         """The gap (22) of each corner, array (corners, n), from the unknowns of the body, array, the obstacle
         lowered by `approach`.
         """
-        initial = np.array(list(self.initial_gaps.values()))
-        return initial - [corner @ fields for corner in self.moved] - approach * self.normals[:, -1]
+        return self.g0 - self.displacements(fields) - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
-        """The contact term of (37), or of (31) without multipliers."""
-        lams, vectors = multipliers or [ng.CF(0)] * len(self.corners), self.body.vectors(components)
-        total = contact_term.contact(self, self.g0, self.arms, *vectors, lams, self.lowering(approach), rho)
+        """The contact term of (37), or of (31) where multipliers are 0."""
+        vectors, lowering = self.body.vectors(components), self.lowering(approach)
+        total = contact_term.contact(self, self.g0, self.arms, *vectors, multipliers, lowering, rho)
         if self.nodal or not self.twins.any():
             return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
@@ -612,6 +576,14 @@ class ContactFacets(ContactNodes):
         tie = self.field(self.twins) * (first - second) ** 2 / (2 * rho)
         rules = {ng.SEGM: nodal_rule(ng.SEGM, self.orders[0])}
         return total - self.integral(tie, rules)
+
+
+def initial_gaps(law, nodes, obstacle):
+    """Initial gaps of all corners at the nodes, array (corners, n); inf where no obstacle is above."""
+    points, ell = nodes.points, nodes.body.solid.ell
+    if nodes.dim == 3:
+        return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
+    return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
 
 
 def interruptions(mesh, region, x):

@@ -201,8 +201,8 @@ class FittedSolver(MeshFitter):
 
     def _of_half_plane(self, load, rtol=usual_rtol):
         """Zones of the computed part on panels of a half-plane, to spare meshes; None where it has none."""
-        contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
         try:
+            contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
             found = contact.solver.at(load, max(START * rtol, FINEST), fallback=False)
         except (BadArgument, NotConverged):
             return None
@@ -488,7 +488,8 @@ class FittedSolver(MeshFitter):
         """Overlaps between open nodes, but for those next to edges, which go with them."""
         tips, hidden = self._hidden(trial)
         sites = [x[~_beside(x, tips, hidden)] for x in self._sites(trial, trial.ground.reach)]
-        known = {"approach": state.approach, "raised": state._raised, "psi": state.computed_psi}
+        raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
+        known = {"approach": state.approach, "raised": raised, "psi": psi}
         return between.overlaps(*self._nodes(trial), sites, **known)
 
     def _pulled(self, state, trial):
@@ -594,7 +595,7 @@ def _beside(x, tips, hidden):
 
 def _size(state):
     """L2 norm of the pressure of the computed part."""
-    return math.sqrt(state.body.weights @ state._computed.sum(axis=0) ** 2)
+    return math.sqrt(state.body.weights @ state.computed(state.pressures).sum(axis=0) ** 2)
 
 
 def _coefficients(r, p, weights, nearest, reach, furthest):

@@ -16,7 +16,7 @@ from ..model.history import History, OfMoment, change
 from ..model.state import State
 from .body import Body
 from .condensation import Condensed, condensed
-from .facets import FLAT
+from .facets import FLAT, initial_gaps
 from .mesh_solution import MeshSolution
 
 
@@ -113,7 +113,7 @@ class FrictionFacets:
         self.onto, self.start = sparse.bmat(rows, format="csr"), np.zeros(3 * len(normals))
         if nodes.unloaded is not None:
             self.start = nodes.onto @ nodes.unloaded.values
-        gaps = np.array(list(law.initial_gaps(nodes.points, normals, ell, obstacle).values()))
+        gaps = initial_gaps(law, nodes, obstacle)
         gaps = gaps + (self.onto @ self.start)[: gaps.size].reshape(gaps.shape)
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
         self.gaps = np.where(nodes.twins & ~nearest, np.inf, gaps)
@@ -146,14 +146,14 @@ class FrictionFacets:
             moment.load,
             moment.approach,
             moment.normal.reshape(shape),
-            self.gaps,
-            closed | (nodes.twins & closed.any(axis=0)),
             -raised,
             psi,
             moment.residual,
             moment.pieces,
             nodes.unknowns,
             method,
+            gaps=self.gaps,
+            closed=closed | (nodes.twins & closed.any(axis=0)),
             moment=moment,
             loads=loads,
         )
@@ -180,11 +180,6 @@ class FrictionSolution(OfMoment, MeshSolution):
     def tangential_approach(self):
         """Displacement of the obstacle along x1."""
         return self.moment.offset
-
-    @cached_property
-    def fields(self):
-        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
-        return self.nodes.fields(self.loads)
 
     @property
     def _moments(self):

@@ -2,11 +2,7 @@
 
 import numpy as np
 
-from ..errors import BadArgument
 from . import meshes
-
-CUTS = 4  # of each side of an element
-OVERLAP = 0.01  # of the displacement: where pressures of a penalty miss some per cent
 
 
 class BelowOnMesh:
@@ -31,43 +27,23 @@ class BelowOnMesh:
     def overlap(self):
         """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""
         inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
-        if not self.solver.penalizes or inside <= OVERLAP * moved:
+        if not self.solver.penalizes or inside <= 0.01 * moved:
             return []
         return [
             f"corners lie {inside / moved:.1g} of the displacement inside the obstacle: take a larger rho"
         ]
 
-    def reaction_on(self, boundary):
-        """Force (2 components) and moment that the body's supports on a boundary exert on it, from nodal
-        forces.
-
-        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in
-        equilibrium to rounding.
-        The moment is about the origin, of force stress and couple stress together. Of a state that is the
-        half of a symmetric one this is the reaction of the whole body, of which the axis is no boundary.
-        """
-        found, body = self.fields.reaction(boundary), self.fields.body
-        if not self.mirrored:
-            return found
-        if {
-            name for name, named in zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask()) if named
-        } == {"axis"}:
-            raise BadArgument(
-                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
-            )
-        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
-
-    def fields_below(self, box):
-        """What `draw_below` and `draw_body` ask for, at points of all elements within the box, each cut into
-        small triangles.
+    def fields_below(self, box, cut=4):
+        """What `draw_below` and `draw_body` ask for, at points of all elements within the box, the sides of
+        each cut in `cut`.
         """
         import ngsolve as ng
 
         fields, mesh = self.fields, self.fields.body.mesh
         rules, cuts = {}, {}
         for kind, points in (
-            (ng.ET.TRIG, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1 - j)]),
-            (ng.ET.QUAD, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1)]),
+            (ng.ET.TRIG, [(i, j) for j in range(cut + 1) for i in range(cut + 1 - j)]),
+            (ng.ET.QUAD, [(i, j) for j in range(cut + 1) for i in range(cut + 1)]),
         ):
             numbers = {point: number for number, point in enumerate(points)}
             halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points]
@@ -75,7 +51,7 @@ class BelowOnMesh:
             cuts[kind] = np.array(
                 [[numbers[point] for point in half] for half in halves if numbers.keys() >= {*half}]
             )
-            rules[kind] = ng.IntegrationRule([(i / CUTS, j / CUTS) for i, j in points], [0.0] * len(points))
+            rules[kind] = ng.IntegrationRule([(i / cut, j / cut) for i, j in points], [0.0] * len(points))
         places = mesh.MapToAllElements(rules, ng.VOL)
         x1, x2, psi, stress = (
             np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)

@@ -1,13 +1,14 @@
 """A solution on the contact nodes of a body on a mesh of one or two dimensions, in the order of x1."""
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument, at_most
-from ..model.solver import Solver
+from ..model.state import Solution
 from ..model.zones import distance_to_ends
 from . import between, meshes
 from .body import Fields
@@ -15,29 +16,26 @@ from .mesh_fields import BelowOnMesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshSolution(BelowOnMesh, AtNodes):
-    """A solution on the contact nodes of a body, condensed or by Newton's method.
+class OnMesh(Solution):
+    """Base of solutions on the contact nodes of a body on a mesh, condensed or by Newton's method.
 
     Attributes
     ----------
-    solver : Solver with the `nodes` of the body
-    load, approach : float, resultant force per thickness and approach
-    forces, gaps : arrays (corners, n), along -n, and initial ones, inf where a corner cannot touch
-    closed : boolean array (corners, n)
-    displacement, psi : arrays (n,), -u.n and microrotation
+    solver : Solver
+    load, approach : float, resultant force and approach
+    forces : array (corners, n), along -n
+    displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
     residual : float
     iterations, unknowns : int
-    method : "condensed" or "newton"
+    method : str
     found : Fields, or None where they follow from the forces
-    error_estimate : float, as of `recovery.estimate`; None on a mesh that was prescribed
+    nodes : ContactNodes, those of the solver
     """
 
-    solver: Solver
+    solver: Any
     load: float
     approach: float
     forces: np.ndarray
-    gaps: np.ndarray
-    closed: np.ndarray
     displacement: np.ndarray
     psi: np.ndarray
     residual: float
@@ -45,11 +43,9 @@ class MeshSolution(BelowOnMesh, AtNodes):
     unknowns: int
     method: str = "condensed"
     found: Fields | None = None
-    error_estimate: float | None = None
 
     @property
     def nodes(self):
-        """The contact nodes of the body."""
         return self.solver.nodes
 
     @property
@@ -62,8 +58,44 @@ class MeshSolution(BelowOnMesh, AtNodes):
 
     @property
     def weights(self):
-        """Lengths of the surface: the load is ``weights @ (p*n2)``."""
+        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
         return self.nodes.weights
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
+        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
+
+    @cached_property
+    def fields(self):
+        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        return self.found or self.nodes.fields(self.loads)
+
+    def reaction_on(self, boundary):
+        """Force and moment (in space 3 components each) that the body's supports on a boundary exert on it,
+        from nodal forces.
+
+        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in
+        equilibrium to rounding. The moment is about the origin, of force stress and couple stress together.
+        """
+        return self.fields.reaction(boundary)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
+    """A solution on the contact nodes of a body on a mesh of one or two dimensions.
+
+    Attributes
+    ----------
+    gaps : array (corners, n), initial ones, inf where a corner cannot touch
+    closed : boolean array (corners, n)
+    error_estimate : float, as of `recovery.estimate`; None on a mesh that was prescribed
+    """
+
+    _: KW_ONLY
+    gaps: np.ndarray
+    closed: np.ndarray
+    error_estimate: float | None = None
 
     @property
     def has_edges(self):
@@ -82,11 +114,6 @@ class MeshSolution(BelowOnMesh, AtNodes):
     def end(self):
         """Where a period ends; None of a body with edges."""
         return None if self.has_edges else self.x[0] + self.period
-
-    @cached_property
-    def pressures(self):
-        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
-        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.weights
 
     @cached_property
     def micromoment(self):
@@ -121,11 +148,10 @@ class MeshSolution(BelowOnMesh, AtNodes):
         depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
 
-    @cached_property
-    def fields(self):
-        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
-        loads = self.nodes.compliance.loads(self.law, self.forces) if self.found is None else None
-        return self.found or self.nodes.fields(loads)
+    @property
+    def loads(self):
+        """Nodal normal forces and moments, array (2 n,)."""
+        return self.nodes.compliance.loads(self.law, self.forces)
 
     def interpolated(self, values, x):
         """Nodal values at x, array (n,): polynomials on facets of a condensed body, else a polygon."""
@@ -202,20 +228,14 @@ class MeshSolution(BelowOnMesh, AtNodes):
 def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations):
     """The MeshSolution of corner forces, array (corners, n), on the condensed body of a solver."""
     nodes = solver.nodes
-    moved = nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces)
-    raised, psi = np.split(moved, 2)
-    surface = forces, gaps, closed, -raised, psi
-    return MeshSolution(solver, load, approach, *surface, residual, iterations, nodes.unknowns)
+    raised, psi = np.split(nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces), 2)
+    counts = residual, iterations, nodes.unknowns
+    return MeshSolution(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed)
 
 
-def of_newton(solver, state, unknowns):
+def of_newton(solver, state):
     """The MeshSolution of a NodalState of Newton's method."""
-    nodes, corners = solver.nodes, solver.nodes.corners
-    initial, closed = (
-        np.array([one[corner] for corner in corners]) for one in (nodes.initial_gaps, state.closed)
-    )
-    u1, u2 = (nodes.values(name, state.fields) for name in ("u1", "u2"))
-    inward = -(u1 * nodes.normals[:, 0] + u2 * nodes.normals[:, 1])
-    surface = state.forces, initial, closed, inward, state.psi
-    counts = state.kkt, state.iterations, unknowns
-    return MeshSolution(solver, state.load, state.approach, *surface, *counts, "newton", state.fields)
+    raised, psi = state.surface
+    surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
+    how = {"method": "newton", "found": state.fields, "gaps": solver.nodes.g0, "closed": state.closed}
+    return MeshSolution(solver, state.load, state.approach, *surface, *counts, **how)

@@ -1,8 +1,11 @@
-"""Monolithic contact: semismooth Newton on u, psi, the corner multipliers and the approach at once.
+"""Monolithic contact in one, two and three dimensions: semismooth Newton on u, psi and the approach at once.
 
-The augmented Lagrangian (37), or without multipliers the penalty functional (31), is stationary; its first
-and second variation are residual and tangent. A step is one of the primal-dual active set method; it has
-converged when the set of closed corners stays and the residual is small.
+The augmented Lagrangian (37), or the penalty functional (31), is stationary; its first and second variation
+are residual and tangent. A step is one of the primal-dual active set method.
+
+In the plane the corner multipliers are unknowns as well. In space corner forces are not unique: multipliers
+are given there, and become (40) whenever equilibrium holds better than the gaps do (method of multipliers).
+With given multipliers, and those of a penalty are 0, matrices are positive definite.
 """
 
 from collections import Counter
@@ -11,21 +14,16 @@ from dataclasses import dataclass
 import ngsolve as ng
 import numpy as np
 
-from .. import cost
 from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
-from ..model import law
 from ..model.progress import counted
+from ..model.solver import SOLVED
 from ..threads import bounded
-from .body import FIELDS, Body, Fields, Loads
-from .bulk import as_csr
+from .body import Body, Fields, Loads
 from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
+from .newton_systems import ConjugateGradients, Direct
 
-MAX_ITERATIONS = 60
-RESIDUAL = 1e-11  # relative, at which an iterate counts as converged
-WORST = 1e-6  # relative, that may be accepted where rounding keeps from RESIDUAL (high rho)
-ROUNDING = 1e-14  # some rounding errors of double precision
-PENALTY = 1e4  # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
+MOST = 61  # iterations
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,18 +32,16 @@ class NodalState:
 
     Attributes
     ----------
-    level : float, approach or load
     approach, load : float
-        Approach along -e2 (length) and resultant force (per thickness; per area for a 1D body).
+        Approach of the obstacle (length) and resultant force (per thickness; per area for a 1D body).
     fields : Fields
-    psi, traction, micromoment : arrays (n,), t_n and M of (29); where psi is prescribed the law's part of the
-        reaction
-    gaps, multipliers, closed : {corner: array (n,)}
-        Gaps (22), multipliers (40) (stress), and whether the corner is closed. By Gauss's rule multipliers
-        may be tensile.
-    iterations : int
+    surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2) of `Condensed`
+    gaps, forces : arrays (corners, n)
+        Gaps (22), inf where a corner cannot touch, and forces along -n, those of (40) times the weights. By
+        Gauss's rule forces may be tensile.
+    closed : boolean array (corners, n)
+    iterations, unknowns : int
     kkt : float, largest relative residual
-    forces : array (corners, n), along -n, of the corners that carry them
 
     Examples
     --------
@@ -55,23 +51,20 @@ class NodalState:
     >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
     ...                order=4, fixed="middle")
     >>> state = MonolithicNewton(body, ContactFacets(body, mb.Unilateral(), mb.Plane())).solve(0.01)
-    >>> state.approach, bool((state.traction < 0).all())
+    >>> state.approach, bool((state.forces > 0).all())
     (0.01, True)
     """
 
-    level: float
     approach: float
     load: float
     fields: Fields
-    psi: np.ndarray
-    gaps: dict
-    multipliers: dict
-    closed: dict
-    traction: np.ndarray
-    micromoment: np.ndarray
-    iterations: int
-    kkt: float
+    surface: np.ndarray
+    gaps: np.ndarray
     forces: np.ndarray
+    closed: np.ndarray
+    iterations: int
+    unknowns: int
+    kkt: float
 
 
 class MonolithicNewton:
@@ -85,7 +78,7 @@ class MonolithicNewton:
     method : "al" or "penalty"
     rho : float
         Regularisation (stress per length); (lambda + 2 mu) over the body's height, for the penalty 10^4 times
-        that.
+        that; in space 8 times, or 10^3 times, (lambda + 2 mu) over the length of a facet.
     control : "approach" or "load"
 
     Examples
@@ -113,42 +106,40 @@ class MonolithicNewton:
         # displacements
         self._first = facets.first_touch
         self.facets = facets.lowered(self._first)
-        self.rho = default_rho(body, method) if rho is None else rho
+        self.rho = default_rho(facets, method) if rho is None else rho
         require_positive(rho=self.rho)
         self._build(loads)
 
     def _build(self, loads):
         """The functional: potential energy (8) and contact term (37), or that of (31)."""
-        body, facets = self.body, self.facets
-        corners = len(facets.corners) if self.method == "al" else 0
-        self.space = body.space
-        for _ in range(corners):
-            self.space = self.space * facets.multipliers
-        self.space = self.space * ng.NumberSpace(body.mesh, definedon=facets.region)
-        ranges = [self.space.Range(i) for i in range(len(self.space.components))]
-        fields = len(body.names)
-        self._multipliers = [slice(one.start, one.stop) for one in ranges[fields:-1]]
-        self._approach = ranges[-1].start
-        self._load = ng.Parameter(0.0)
+        body, facets, in_space = self.body, self.facets, self.body.mesh.dim == 3
+        self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
+        space = body.space
+        if self.method == "al" and not in_space:
+            for _ in facets.g0:
+                space = space * facets.multipliers
+        space = space * ng.NumberSpace(body.mesh, definedon=facets.region)
+        if in_space:
+            key = "systems", facets.boundary
+            self._systems = body.once(key, lambda: ConjugateGradients(body, space, facets))
+        else:
+            self._systems = Direct(body, space, facets)
+        self.space, self._acting = self._systems.space, body.acting(loads)
+        self._load, fields = ng.Parameter(0.0), len(body.names)
         *unknown, approach = self.space.TrialFunction()
-        contact = facets.contact(unknown[:fields], unknown[fields:], approach, self.rho)
+        contact = facets.contact(unknown[:fields], unknown[fields:] or self._given, approach, self.rho)
         if self.control == "load":
             contact -= facets.integral(self._load / facets.weights.sum() * approach)
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
-        self._bulk = Tangent(body, self.space, facets, body.acting(loads))
-        self._inverse = self._magnitudes = None
         self.free = ng.BitArray(self.space.FreeDofs())
-        self.free[self._approach] = self.control == "load"
-        self._free_fields = np.array([self.free[i] for i in range(body.space.ndof)])
+        self.free[self.space.ndof - 1] = self.control == "load"
         if "u1" not in body.fixed and np.abs(facets.normals[:, 0]).max() <= FLAT:
             # nothing holds a translation along x1: one unknown does, and a residual says if it has to
-            self.free[int(np.flatnonzero(self._free_fields[body.unknowns_of("u1")])[0])] = False
-
-    @property
-    def unknowns(self):
-        """Number of free unknowns, multipliers and approach included."""
-        return sum(self.free)
+            u1 = body.unknowns_of("u1")
+            self.free[int(np.flatnonzero(np.array(self.free)[u1])[0])] = False
+        self._balanced = np.array(self.free)  # unknowns on which forces act
+        self._balanced[body.space.ndof : -1] = False
 
     @bounded
     def solve(self, level, start=None):
@@ -173,230 +164,174 @@ class MonolithicNewton:
             require_kind((NodalState, MeshSolution), "a NodalState", start=start)
         if self.control == "load" and level <= 0:
             raise BadArgument("load", level, "must be positive: contact cannot pull")
-        unknowns, visits, active, best = self._first_guess(level, start), Counter(), None, None
-        advice = "a rho whose rounding leaves more digits, or less stretched elements"
-        for iteration in range(MAX_ITERATIONS + 1):
+        unknowns, visits, active = self._first_guess(level, start), Counter(), None
+        best, steps, before, stopped = None, 0, np.inf, "the residual stalls"
+        for iteration in range(MOST):
             counted()
-            now = self._look(unknowns, level)
-            if self.control == "load" and not any(now.active):
-                self._touch(unknowns)  # else the approach would be free
-                now = self._look(unknowns, level)
-            if best and now.kkt >= best.kkt / 2:
-                return best
-            if now.kkt <= self._tolerance(unknowns, now.force):  # then refined while that helps
-                best = self._state(unknowns, now, level, iteration)
+            now = self._look(unknowns)
+            if best is None or now.kkt < best.kkt:
+                best, steps = now, iteration
+            # of a system that was solved
+            stalls = now.active == active and not now.residual < before / 2
+            if now.kkt <= self._systems.rtol or stalls:
+                break
+            if now.residual <= min(now.open, 1e-3):  # equilibrium is the better one
+                for given, stresses in zip(self._given, now.stresses):
+                    given.vec.data = self.facets.field(stresses).vec
+                visits.clear()
+                now = self._look(unknowns)
             if now.active != active:
                 visits[now.active] += 1
                 if visits[now.active] > 3:  # rounding excuses some where a corner is just about to close
-                    advice = "as the active set cycles, another rho"
+                    stopped = "the active set cycles"
                     break
                 active = now.active
-                self._factorise(unknowns, level)
-            step = (self._inverse * now.residual).Evaluate()
-            if not self._solves(step, now.residual):
-                best, advice = None, "as the matrix is singular, look whether the body is supported"
-                break
-            unknowns.vec.data -= step
-        if best:
-            return best
-        raise NotConverged(
-            f"Newton stopped at {self.control} {level:g} after {iteration} iterations, relative residual "
-            f"{now.kkt:.1e}: take a smaller step, or {advice}",
-            iterations=iteration,
-        )
+                self._contact.AssembleLinearization(unknowns.vec)
+                self._systems.add(self._contact.mat, self.free)
+            size, before = np.clip(now.kkt / 100, 1e-10, 1e-4) * now.size, now.residual
+            unknowns.vec.data -= self._systems.solve(now.vector, size)
+        if not best.kkt <= SOLVED:
+            raise NotConverged(
+                f"Newton stopped at {self.control} {level:g} after {steps} iterations, relative residual "
+                f"{best.kkt:.1e}, as {stopped}: take {self._systems.advice}",
+                iterations=steps,
+            )
+        return self._state(best, steps)
 
     def _first_guess(self, level, start):
         unknowns = ng.GridFunction(self.space)
         self.body.prescribe(unknowns.components)
+        values, approach = unknowns.vec.FV().NumPy(), -np.inf
+        stresses = np.zeros(self.facets.g0.shape)
         if start is not None:  # supports keep the values of this body
-            free, stresses = np.array(self.free), -start.forces / self.facets.weights
-            lams = [self.facets.field(own).vec.FV().NumPy() for own, _ in zip(stresses, self._multipliers)]
-            values = np.concatenate((start.fields.values, *lams, [start.approach - self._first]))
-            unknowns.vec.FV().NumPy()[free] = values[free]
-        if self.control == "approach":
-            unknowns.vec[self._approach] = level - self._first
-            return unknowns
+            free, stresses = self._balanced[: self.body.space.ndof], -start.forces / self.facets.weights
+            values[: len(free)][free] = start.fields.values[free]
+            approach = start.approach - self._first
+        if self.method == "al":
+            for part, own in zip(self._multipliers(unknowns), stresses):
+                part[:] = self.facets.field(own).vec.FV().NumPy()
         self._load.Set(level)
-        if start is None or not start.forces.any():
-            self._touch(unknowns)
+        given = self.control == "approach"
+        values[-1] = level - self._first if given else max(approach, self._touching(unknowns))
         return unknowns
 
-    def _touch(self, unknowns):
-        """Lower the obstacle until the nearest corner has just closed."""
-        unknowns.vec[self._approach] = 0.0
-        ahead = self._augmented(unknowns)[0] / (self.rho * self.facets.normals[:, 1])
+    def _multipliers(self, vectors):
+        """Coefficients of the corners' multipliers, arrays: those of a grid function, or given ones."""
+        parts = vectors.components[len(self.body.names) : -1] or self._given
+        return [part.vec.FV().NumPy() for part in parts]
+
+    def _touching(self, unknowns):
+        """The approach at which the nearest corner has just closed: above it the approach would be free."""
+        stresses, moved = self._corners(unknowns)
+        ahead = (stresses / self.rho + self.facets.g0 - moved) / self.facets.normals[:, -1]
         ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])
         ahead = ahead[np.isfinite(ahead)]
-        unknowns.vec[self._approach] = ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
+        return ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
 
-    def _look(self, unknowns, level):
-        """Gaps, effective multipliers, active set and residual of an iterate."""
-        facets, count = self.facets, len(self._free_fields)
-        augmented, own, gaps = self._augmented(unknowns)
-        closed = augmented <= 0  # (40)
-        forces = np.where(closed, augmented, 0.0) if facets.nodal else own
-        internal, residual = self._bulk.internal(unknowns.vec), unknowns.vec.CreateVector()
-        self._contact.Apply(unknowns.vec, residual)
-        values = residual.FV().NumPy()
-        values[:] += internal
-        force = np.abs(internal[:count]).max()
-        parts = [_ratio(values[:count][self._free_fields], force)]
+    def _corners(self, unknowns):
+        """Multipliers and displacements along the normal, arrays (corners, n)."""
+        stresses = [self.facets.multiplier(part) for part in self._multipliers(unknowns)]
+        fields = unknowns.vec.FV().NumPy()[: self.body.space.ndof]
+        return np.array(stresses), self.facets.displacements(fields)
+
+    def _look(self, unknowns):
+        """The _Iterate of these unknowns."""
+        facets, values, count = self.facets, unknowns.vec.FV().NumPy().copy(), self.body.space.ndof
+        own, moved = self._corners(unknowns)
+        gaps = facets.g0 - moved - values[-1] * facets.normals[:, -1]
+        wanted = own + self.rho * gaps
+        closed = wanted <= 0  # (40)
+        stresses = np.where(closed, wanted, 0.0) if facets.nodal else own
+        internal, vector = self._systems.internal(unknowns.vec), ng.GridFunction(self.space)
+        internal[:count] -= self._acting
+        self._contact.Apply(unknowns.vec, vector.vec)
+        residual = vector.vec.FV().NumPy()
+        residual += internal
+        unbalanced = np.linalg.norm(residual[self._balanced])
+        size = max(np.linalg.norm(internal[:count]), unbalanced)
+        balance, left = _ratio(unbalanced, size), 0.0
         if self.method == "al":
-            # the largest length in the gaps: the scale of the corner gaps
-            u2, psi = self._raised(unknowns)
-            lengths = unknowns.vec[self._approach], *u2, *(self.body.solid.ell * psi)
-            length = np.abs(lengths).max()
+            length = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
             if facets.nodal:
-                parts += [_ratio(gaps[closed], length), _ratio(own - forces, np.abs(forces).max())]
+                left = _ratio(gaps[closed], length), _ratio(own[~closed], np.abs(stresses).max())
             else:  # (40) holds in the mean over each multiplier's function
-                parts += [_ratio(values[part] / facets.extents, length) for part in self._multipliers]
-        if self.control == "load":
-            parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
-        active = b"".join((facets.at_rule(value) <= 0).tobytes() for value in augmented)
-        return _Iterate(gaps, forces, closed, active, residual, force, max(parts))
-
-    def _augmented(self, unknowns):
-        """lambda + rho g at the nodes (inf out of reach), lambda, and g: arrays (corners, n)."""
-        facets, values = self.facets, unknowns.vec.FV().NumPy()
-        gaps = facets.gaps(values[: len(self._free_fields)], values[self._approach])
-        own = np.zeros_like(gaps)
-        for corner, part in enumerate(self._multipliers):
-            own[corner] = facets.multiplier(values[part])
-        return own + self.rho * np.where(np.isfinite(facets.g0), gaps, np.inf), own, gaps
-
-    def _raised(self, unknowns):
-        """u2 and psi at the nodes, arrays (n,)."""
-        return [self.facets.traces[FIELDS[i]] @ unknowns.components[i].vec.FV().NumPy() for i in (1, 2)]
-
-    def _tolerance(self, unknowns, force):
-        """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces."""
-        if self._magnitudes is None:
-            return RESIDUAL
-        terms = self._magnitudes @ np.abs(unknowns.vec.FV().NumPy())
-        return max(RESIDUAL, min(WORST, ROUNDING * terms.max() / max(force, 1e-300)))
-
-    def _factorise(self, unknowns, level):
-        self._contact.AssembleLinearization(unknowns.vec)
-        matrix = self._bulk.add(self._contact.mat)
-        cost.require_room(
-            cost.of_factors(self.space.ndof, matrix.nze),
-            f"factors of {self.unknowns} unknowns",
-            "take longer elements or a lower order, or condense the body to its contact nodes: Condensed()",
+                left = [_ratio(part / facets.extents, length) for part in self._multipliers(vector)]
+            left = max(left)
+        given = self.body.mesh.dim == 3
+        return _Iterate(
+            values,
+            gaps,
+            stresses,
+            closed,
+            b"".join((facets.at_rule(value) <= 0).tobytes() for value in wanted),
+            vector.vec,
+            size,
+            balance if given else max(balance, left),
+            left if given else 0.0,
         )
-        try:
-            if self._inverse is None:
-                self._inverse = matrix.Inverse(self.free, "umfpack")
-            else:
-                self._inverse.Update()  # in the order that was found first
-        except Exception as failure:
-            self._inverse = None
-            raise NotConverged(
-                f"no factorisation at {self.control} {level:g}: {failure}; "
-                "is the body supported, and is something in contact?"
-            ) from failure
-        self._magnitudes = abs(as_csr(matrix))[: len(self._free_fields)]
 
-    def _solves(self, step, residual):
-        """Whether a direct step leaves less than a tenth of its right-hand side: UMFPACK passes singular
-        matrices.
-        """
-        left, right = (self._bulk.matrix * step - residual).Evaluate(), residual.Copy()
-        for vector in (left, right):
-            ng.Projector(self.free, True).Project(vector)
-        return left.Norm() <= 0.1 * right.Norm()
-
-    def _resultant(self, forces):
-        return float(-self.facets.weights * self.facets.normals[:, 1] @ forces.sum(axis=0))
-
-    def _state(self, unknowns, now, level, iterations):
-        kept = ng.GridFunction(self.space)
-        kept.vec.data = unknowns.vec
-        # forces of twin corners, which one multiplier carries, are shared evenly
-        facets, forces = self.facets, np.where(self.facets.twins, now.forces.mean(axis=0), now.forces)
-        # what supports exert balances the corner that carries, not the shares
-        carried = now.forces if facets.psi_held else forces
-        gaps, closed, multipliers, carried = (
-            dict(zip(facets.corners, values)) for values in (now.gaps, now.closed, forces, carried)
-        )
+    def _state(self, now, iterations):
+        kept, facets = ng.GridFunction(self.space), self.facets
+        kept.vec.FV().NumPy()[:] = now.values
+        forces = -now.stresses * facets.weights
+        exerted = now.vector.FV().NumPy()[: self.body.space.ndof].copy()
+        surface = facets.onto @ now.values[: self.body.space.ndof]
         return NodalState(
-            level=level,
-            approach=self._first + float(kept.vec[self._approach]),
-            load=self._resultant(forces),
-            fields=Fields(
-                self.body, kept.components, now.residual.FV().NumPy()[: self.body.space.ndof].copy()
-            ),
-            psi=self._raised(kept)[1],
-            gaps=gaps,
-            multipliers=multipliers,
-            closed=closed,
-            traction=forces.sum(axis=0),
-            micromoment=law.micromoment(carried, facets.levers, self.body.solid.ell),
+            approach=self._first + float(now.values[-1]),
+            load=float(facets.normals[:, -1] @ forces.sum(axis=0)),
+            fields=Fields(self.body, kept.components, exerted),
+            surface=surface.reshape(-1, len(facets.points)),
+            gaps=now.gaps,
+            forces=forces,
+            closed=now.closed,
             iterations=iterations,
+            unknowns=sum(self.free),
             kkt=now.kkt,
-            forces=-now.forces * facets.weights,
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class _Iterate:
-    gaps: np.ndarray  # (corners, n), and so are forces and closed
-    forces: np.ndarray
-    closed: np.ndarray
-    active: bytes
-    residual: object
-    force: float  # the largest internal nodal one, reactions included: the scale of equilibrium
-    kkt: float
+    """Unknowns and what they leave.
 
-
-class Tangent:
-    """K of the bulk, assembled once, and what a contact term adds to it.
-
-    Parameters
+    Attributes
     ----------
-    body : Body
-    space : product of the body's space and others, the last one of the approach
-    nodes : ContactNodes
-    forces : array (unknowns of the body,), of dead loads
+    values : array (unknowns,)
+    gaps, stresses, closed : arrays (corners, n), (22) and (40)
+    active : bytes, the flags of closed corners at the points of the rule
+    vector : of the first variation
+    size : float, norm of the internal nodal forces, reactions included: the scale of equilibrium
+    residual, open : float, relative, of the system that a step solves, and of the gaps where multipliers are
+        given
     """
 
-    def __init__(self, body, space, nodes, forces):
-        self.matrix = body.bulk(space, nodes).mat
-        self._forces, self._values = forces, self.matrix.AsVector().FV().NumPy()
-        self._places, self._own = np.zeros(0, int), np.zeros(0)
+    values: np.ndarray
+    gaps: np.ndarray
+    stresses: np.ndarray
+    closed: np.ndarray
+    active: bytes
+    vector: ng.BaseVector
+    size: float
+    residual: float
+    open: float
 
-    def internal(self, vector):
-        """K x - f, array, of the vector x."""
-        added = self._values[self._places]
-        self._values[self._places] = self._own
-        found = (self.matrix * vector).Evaluate().FV().NumPy().copy()
-        self._values[self._places] = added
-        found[: len(self._forces)] -= self._forces
-        return found
-
-    def add(self, other):
-        """The matrix K + `other`, whose entries have the same places in K at each call."""
-        if not len(self._places):
-            self._places = _places(self.matrix, other)
-            self._own = self._values[self._places]
-        self._values[self._places] = self._own + other.AsVector().FV().NumPy()
-        return self.matrix
+    @property
+    def kkt(self):
+        """The larger residual."""
+        return max(self.residual, self.open)
 
 
-def _places(matrix, other):
-    """Numbers of the values of a matrix that belong to those of another one."""
-    (_, columns, starts), (_, wanted, ends) = matrix.CSR(), other.CSR()
-    columns, wanted = np.asarray(columns), np.asarray(wanted)
-    starts, ends = np.array(starts, int), np.array(ends, int)
-    rows = np.flatnonzero(np.diff(ends))
-    parts = [(slice(starts[row], starts[row + 1]), slice(ends[row], ends[row + 1])) for row in rows]
-    return np.concatenate([one.start + np.searchsorted(columns[one], wanted[own]) for one, own in parts])
-
-
-def default_rho(body, method):
-    """lambda + 2 mu over the body's height, more for the penalty."""
-    heights = [vertex.point[-1] for vertex in body.mesh.vertices]
-    stiffness = (body.solid.lam + 2 * body.solid.mu) / (max(heights) - min(heights))
-    return stiffness if method == "al" else PENALTY * stiffness
+def default_rho(facets, method, length=None):
+    """lambda + 2 mu over a length, that of the body's height, in space of a facet; and more for the penalty:
+    penetrations are some 1e-4 of the compression.
+    """
+    body, factor = facets.body, 1 if method == "al" else 1e4
+    if body.mesh.dim == 3:
+        length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
+        factor = 8 if method == "al" else 1e3
+    elif length is None:
+        length = np.ptp([vertex.point[-1] for vertex in body.mesh.vertices])
+    return factor * (body.solid.lam + 2 * body.solid.mu) / length
 
 
 def _ratio(values, scale):

@@ -9,7 +9,6 @@ from .facets import ContactFacets
 from .friction import history
 from .mesh_solution import MeshSolution, of_newton
 from .newton import MonolithicNewton
-from .newton_path import load_path
 
 
 class NewtonSolver(Solver):
@@ -39,7 +38,7 @@ class NewtonSolver(Solver):
         known = isinstance(initial, MeshSolution) and initial.fields.body is newton.body
         known = known and len(initial.forces) == len(self.law.corners)
         level, start = load if approach is None else approach, initial if known else None
-        return of_newton(self, *load_path(newton, [level], start=start), newton.unknowns)
+        return of_newton(self, newton.solve(level, start))
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":

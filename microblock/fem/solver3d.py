@@ -10,6 +10,7 @@ from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
 from .condensation import condensed
+from .facets import initial_gaps
 from .state3d import SurfaceNodes
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
@@ -23,8 +24,7 @@ class Solver3D(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         self.surface_law = on_surface(self.law)
-        x1, x2, x3 = self.nodes.points.T
-        self.initial_gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - x3
+        self.initial_gaps = initial_gaps(self.law, self.nodes, self.obstacle)
 
     @property
     def nodes(self):
@@ -34,34 +34,28 @@ class Solver3D(Solver):
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
-        nodes, law = self.nodes, self.surface_law
-        H = nodes.flexibility(self.directions(nodes.points))
+        H = self.nodes.flexibility(self.directions(self.nodes.points))
         found = projected_gradients.solve(
             H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
         )
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
-        size = np.abs(surface[0]).max()
-        closed = found.gaps <= 2 * max(found.kkt, RESIDUAL) * size
-        forces = self.of_least_norm(found.forces, closed)
-        loads = H.loads(forces)
-        if law.clamped:
-            loads[1:] = self.held_moments(nodes.fields(loads).forces)
-        state = SurfaceNodes(
-            self,
-            found.load,
-            found.approach,
-            nodes,
-            forces / nodes.weights,
-            surface,
-            loads,
-            closed_corners(forces, closed),
-            found.kkt,
-            found.products,
-        )
-        self.require_clear(state, H.gaps(surface))
-        return state
+        closed = found.gaps <= 2 * max(found.kkt, RESIDUAL) * np.abs(surface[0]).max()
+        level = found.load, found.approach
+        return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
+
+    def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
+        """The SurfaceNodes of corner forces and closed corners, arrays (corners, n), and (u, phi1, phi2) at
+        the nodes, u into the body and phi = (-psi2, psi1) ell/2, array (3, n).
+        """
+        forces, unknowns = self.of_least_norm(forces, closed), self.nodes.body.space.FreeDofs().NumSet()
+        u, phi1, phi2 = surface
+        psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
+        counts = residual, iterations, int(unknowns)
+        found = SurfaceNodes(self, load, approach, forces, u, psi, *counts, closed=touching, **how)
+        self.require_clear(found, surface)
+        return found
 
     def state(self, solution):
         """The State at the contact nodes."""
@@ -92,14 +86,11 @@ class Solver3D(Solver):
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
 
     def held_moments(self, exerted):
-        """Nodal moments (m1, m2) in the measure of phi, array (2, n), of what holds psi1 and psi2 on the
-        contact boundary, but of planes of symmetry, from what is exerted in all unknowns.
+        """Nodal moments (m1, m2), array (2, n), of what holds psi1 and psi2 on the contact boundary, but of
+        planes of symmetry, from what is exerted in all unknowns.
         """
-        m1, m2 = (
-            self.nodes.moments_of(name, exerted) * self.nodes.is_free(name, self.body)
-            for name in ("psi1", "psi2")
-        )
-        return np.array((-m2, m1)) * 2 / self.solid.ell
+        names, nodes = ("psi1", "psi2"), self.nodes
+        return np.array([nodes.moments_of(name, exerted) * nodes.is_free(name, self.body) for name in names])
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n), where these leave a
@@ -113,9 +104,10 @@ class Solver3D(Solver):
             forces = np.where(both & ~self.nodes.free[field], mean, pairs).reshape(forces.shape)
         return self.surface_law.of_least_norm(forces, closed)
 
-    def require_clear(self, state, added):
+    def require_clear(self, state, surface):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
+        added = np.einsum("cin,in->cn", self.directions(self.nodes.points), surface)
         gaps = (self.initial_gaps + added)[:, held] - state.approach
         if gaps.size and gaps.min() < -SOLVED * np.abs(state.displacement).max():
             raise BadArgument(

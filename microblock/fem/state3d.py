@@ -2,100 +2,62 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import at_most
-from ..model.state import Solution
 from ..model.types import AnyArray as Array
-from .body import Fields
+from .mesh_solution import OnMesh
 from .meshes import locking, longest_element
-
-if TYPE_CHECKING:
-    from .facets import ContactNodes
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class SurfaceNodes(Solution):
+class SurfaceNodes(OnMesh):
     """A solution on the contact nodes of a body in space; on a part of a symmetric body, that of the part.
 
     Attributes
     ----------
-    solver : Solver3D
-    load, approach : float
-    nodes : ContactNodes
-    pressures : array (corners, n)
-    moved : array (3, n), displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths)
-    loads : array (3, n), nodal forces, and moments in the measure of phi, on the body (force)
     closed : array (n,) of int, closed corners: those with a force, and all four where no gap is open
-    residual, iterations : float, int
-    method : "condensed" or "newton"
-    found : Fields, where the method has them
     """
 
-    solver: Any
-    load: float
-    approach: float
-    nodes: ContactNodes
-    pressures: Array
-    moved: Array
-    loads: Array
+    _: KW_ONLY
     closed: Array
-    residual: float
-    iterations: int
 
-    method: str = "condensed"
-    found: Fields | None = None
-
-    @property
-    def displacement(self) -> Array:
-        """Normal displacement into the body, array (n,) (length)."""
-        return self.moved[0]
-
-    @property
-    def psi(self) -> Array:
-        """Microrotations about x1 and x2, array (2, n) (radians)."""
-        return np.array((self.moved[2], -self.moved[1])) * 2 / self.solver.solid.ell
-
-    @property
+    @cached_property
     def micromoment(self) -> Array:
         """M1 and M2 of the corners' forces, or the reaction to psi = 0, array (2, n) (stress x length)."""
-        return np.array((self.loads[2], -self.loads[1])) / self.nodes.weights * self.solver.solid.ell / 2
+        if self.solver.surface_law.clamped:
+            moments: Array = self.solver.held_moments(self.fields.forces)
+        else:
+            moments = np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
+        return moments / self.weights
 
     @property
-    def unknowns(self) -> int:
-        """Free unknowns of the body."""
-        return int(self.nodes.body.space.FreeDofs().NumSet())
+    def loads(self) -> Array:
+        """Nodal forces, and moments in the measure of phi = (-psi2, psi1) ell/2, array (3, n) (force)."""
+        return np.einsum("cin,cn->in", self.solver.directions(self.points), self.forces)
 
     def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
+        """Returns the pressure of a corner at places, array (k, 2) or (k, 3)."""
+        return self.between(self.pressures[corner], places)
+
+    def between(self, values: Array, places: Array) -> Array:
+        """Returns values at the nodes at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
         x1, x2, _ = self.nodes.points.T
-        between = LinearTriInterpolator(Triangulation(x1, x2, self.nodes.triangles), self.pressures[corner])
+        between = LinearTriInterpolator(Triangulation(x1, x2, self.nodes.triangles), values)
         return np.ma.filled(between(*places.T[:2]), 0.0)
-
-    def reaction_on(self, boundary: str) -> Any:
-        """Returns force and moment (3 components each) of the supports on a boundary."""
-        return self.fields.reaction(boundary)
 
     @property
     def energy(self) -> float:
         """Elastic energy: half the work of the corner forces from the unloaded state on."""
         gaps = self.solver.initial_gaps
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
-        return float(np.sum(self.pressures * self.nodes.weights * lowered) / 2)
-
-    @cached_property
-    def fields(self) -> Fields:
-        """Displacement, microrotation and stresses in the body, and the reactions of its supports."""
-        if self.found is not None:
-            return self.found
-        fields: Fields = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
-        return fields
+        return float(np.sum(self.forces * lowered) / 2)
 
     def remarks(self) -> list[str]:
         """Returns sentences on what the state has no estimate for."""
@@ -133,9 +95,8 @@ class SurfaceNodes(Solution):
             return ""
         # an unknown of a vertex is the value there
         own = (getattr(self.fields, name).vec.FV().NumPy() for name in ("u3", "psi1", "psi2"))
-        u3, psi1, psi2 = (values[numbers[low]] for values in own)
-        half = self.solver.solid.ell / 2
-        inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
+        u3, *psi = (values[numbers[low]] for values in own)
+        inside = -self._gaps(places[low], self._moved(-u3, psi)).min()
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
             "it may touch"
@@ -144,9 +105,15 @@ class SurfaceNodes(Solution):
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
-        inside = -self._gaps(places, np.array([values @ part for part in self.moved])).min()
+        moved = self._moved(self.displacement, self.psi)
+        inside = -self._gaps(places, np.array([values @ part for part in moved])).min()
         words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
         return words * bool(inside > 0.05 * np.abs(self.displacement).max())
+
+    def _moved(self, displacement: Array, psi: Any) -> Array:
+        """Returns (u, phi1, phi2) of psi about x1 and x2, array (3, n)."""
+        half = self.solver.solid.ell / 2
+        return np.array((displacement, -half * psi[1], half * psi[0]))
 
     def _gaps(self, places: Array, surface: Array) -> Array:
         """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""

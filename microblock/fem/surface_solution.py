@@ -1,17 +1,17 @@
 """A solution on the surface of a condensed body along x1, of a symmetric problem computed on one half."""
 
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ..corners.nodal import AtNodes
 from ..errors import BadArgument
-from ..model.problem import level_surface
-from ..model.solver import Solver
-from ..model.state import ErrorParts, LineSolution, corner_gaps
+from ..model.state import ErrorParts, LineSolution
 from ..model.zones import distance, distance_to_ends, joined, moved_on
 from .facets import ContactNodes
 from .mesh_fields import BelowOnMesh
+from .mesh_solution import OnMesh
 
 
 @dataclass(frozen=True)
@@ -33,37 +33,25 @@ class Estimate(ErrorParts):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SurfaceSolution(BelowOnMesh, LineSolution):
+class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     """A solution on the contact nodes of a body whose contact boundary runs along x1.
 
     Attributes
     ----------
     solver : FittedSolver or UniformSolver
     body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0, the computed part
-    load, approach : float, resultant force per thickness (of the whole body) and approach
+    load : float, resultant force per thickness of the whole body
     forces : array (corners, nodes), of the computed part
+    displacement, psi : arrays (n,), -u.n and microrotation at `x`, on the whole line
     zones : {corner number: ((left, right), ...)} of the computed part
-    iterations, unknowns : int
-    residual : float
     estimate : Estimate, or None where the mesh does not follow the edges
-    computed_psi : array (nodes,), of the computed part
-    found_fields : Fields of the computed part where the method has them
     predicted : bool, whether the zones are those expected of a next state (`moved_on`)
     """
 
-    solver: Solver
+    _: KW_ONLY
     body: ContactNodes
-    load: float
-    approach: float
-    forces: np.ndarray
     zones: dict
-    iterations: int
-    residual: float
-    unknowns: int
-    computed_psi: np.ndarray
     estimate: Estimate | None = None
-    found_fields: object = None
-    method: str = "fitted"
     predicted: bool = False
 
     def moved_on(self, earlier, share):
@@ -75,6 +63,14 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     def problem(self):
         return self.solver.problem
 
+    @property
+    def nodes(self):
+        return self.body
+
+    @property
+    def mirrored(self):
+        return self.problem.mirror
+
     def remarks(self):
         return (
             self.overlap()
@@ -82,37 +78,23 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
             + self.few_nodes("take a smaller h, or Fitted() with rtol=")
         )
 
-    @cached_property
-    def displacement(self):
-        """-u.n at `x`."""
-        return self._unfold(-self._raised, -self._raised)
+    def computed(self, values):
+        """Of values at `x`, arrays (..., n), those of the computed part."""
+        return values[..., -len(self.body.weights) :]
+
+    def _unfold(self, values, mirrored):
+        """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
+        return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if self.mirrored else values
 
     @property
-    def _raised(self):
-        """u.n at the nodes of the computed part."""
-        if self.found_fields is not None:
-            return self.body.values("u2", self.found_fields)
-        return self.body.compliance.matrix[: len(self._x)] @ self._loads
-
-    @property
-    def _loads(self):
+    def loads(self):
         """Nodal normal forces and moments of the computed part, array (2 n,)."""
-        return self.body.compliance.loads(self.problem.law, self.forces)
-
-    @property
-    def _x(self):
-        return self.body.points[:, 0]
-
-    @cached_property
-    def _computed(self):
-        """Pressures of the computed part, array (corners, n); on the axis corners share one."""
-        found = self.forces / self.body.weights
-        return np.where(self._x == 0, found.mean(axis=0), found) if self.problem.mirror else found
+        return self.body.compliance.loads(self.law, self.forces)
 
     @cached_property
     def all_zones(self):
         """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right)."""
-        if not self.problem.mirror:
+        if not self.mirrored:
             return self.zones
         found = {}
         for corner, own in self.zones.items():
@@ -121,99 +103,79 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         return found
 
     @cached_property
-    def x(self):
+    def points(self):
         """Contact nodes of the whole line, ascending."""
-        return self._unfold(self._x, -self._x)
+        x, x2 = self.body.points.T
+        return np.column_stack((self._unfold(x, -x), self._unfold(x2, x2)))
+
+    @property
+    def normals(self):
+        return np.tile((0.0, 1.0), (len(self.x), 1))
 
     @cached_property
     def weights(self):
         """Weights at `x`: their sum with the pressure is the load."""
         weights = self._unfold(self.body.weights, self.body.weights)
-        if self.problem.mirror:
-            weights[len(self._x) - 1] *= 2
-        return weights
+        return np.where(self.mirrored & (self.x == 0), 2, 1) * weights
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n)."""
-        return self._unfold(self._computed, self._computed[::-1])
-
-    def _reaction_at_nodes(self):
-        return self._unfold(self._clamping, -self._clamping)
-
-    @cached_property
-    def psi(self):
-        """Microrotation at `x`."""
-        return self._unfold(self.computed_psi, -self.computed_psi)
+        """Pressure of each corner at `x`, array (corners, n); on the axis corners share one."""
+        own = super().pressures
+        return self._unfold(own, own[::-1])
 
     @property
-    def mirrored(self):
-        return self.problem.mirror
+    def closed(self):
+        """Whether corners carry a force, boolean array (corners, n)."""
+        return self.pressures > 0
+
+    def _reaction_at_nodes(self):
+        moment = self.body.moments_of("psi", self.fields.forces) / self.body.weights
+        # at its ends the boundary's neighbours add theirs, and the axis takes the reaction of its own
+        moment[[0, -1]] = 0.0 if self.mirrored else moment[1], moment[-2]
+        return self._unfold(moment, -moment)
 
     @cached_property
     def fields(self):
         """Fields of the computed part by one back-substitution, with values at points of the whole body."""
-        found = self.found_fields if self.found_fields is not None else self.body.fields(self._loads)
-        return found.unfolded() if self.mirrored else found
+        return super().fields.unfolded() if self.mirrored else super().fields
 
-    @cached_property
-    def _clamping(self):
-        moment = self.body.moments_of("psi", self.fields.forces) / self.body.weights
-        if self.problem.mirror:
-            moment[0] = 0.0  # there the axis takes the reaction of its own
-        else:
-            moment[0] = moment[1]  # at its ends the boundary's neighbours add theirs
-        moment[-1] = moment[-2]
-        return moment
+    def interpolated(self, values, x):
+        """Values at x from those at the nodes: on each facet the polynomial through them."""
+        right = self.body.interpolate(self.computed(values), x)
+        if not self.mirrored:
+            return right
+        return np.where(x < 0, self.body.interpolate(self.computed(values[::-1]), -x), right)
 
-    def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
-        return self._between(self._computed[corner], self._computed[::-1][corner], x)
+    def reaction_on(self, boundary):
+        """As of `OnMesh`; of the half of a symmetric body the reaction of the whole one, of which the axis is
+        no boundary.
+        """
+        found, body = super().reaction_on(boundary), self.fields.body
+        if not self.mirrored:
+            return found
+        named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
+        if {name for name, chosen in named if chosen} == {"axis"}:
+            raise BadArgument(
+                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
+            )
+        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
-    def gap(self, corner, x):
-        """Gap of a corner at x, array (n,); BadArgument beyond the contact boundary."""
-        if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
-            raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
-        raised, psi = (
-            self._between(one, sign * one, x) for one, sign in ((self._raised, 1), (self.computed_psi, -1))
-        )
-        return corner_gaps(self.problem, self.approach, *level_surface(x), -raised, psi)[corner]
 
-    def clamping(self, x):
-        """The reaction to psi = 0 at x, array (n,)."""
-        return self._between(self._clamping, -self._clamping, x)
-
-    def _between(self, values, mirrored, x):
-        """Values at x from those at the nodes of the computed part, on the other half from the mirrored."""
-        if not self.problem.mirror:
-            return self.body.interpolate(values, x)
-        return np.where(x < 0, self.body.interpolate(mirrored, -x), self.body.interpolate(values, x))
-
-    def _unfold(self, values, mirrored):
-        """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
-        parts = (mirrored[..., :0:-1], values) if self.problem.mirror else (values,)
-        return np.concatenate(parts, axis=-1)
+def unfolded(solver, body, load, approach, forces, surface, *counts, **how):
+    """The SurfaceSolution of forces and (u.n, psi) at the nodes of the computed part, arrays (2, n)."""
+    raised, psi = surface
+    if solver.problem.mirror:
+        raised, psi = (np.append(sign * one[:0:-1], one) for one, sign in ((raised, 1), (psi, -1)))
+    return SurfaceSolution(solver, load, approach, forces, -raised, psi, *counts, body=body, **how)
 
 
 def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
     """The SurfaceSolution of a ContactState `found` on a Condensed body."""
-    law = solver.law
-    forces = found.forces.reshape(len(law.corners), -1)
-    psi = body.compliance.matrix[len(body.weights) :] @ body.compliance.loads(law, forces)
-    return SurfaceSolution(
-        solver,
-        body,
-        load,
-        found.approach,
-        forces,
-        zones,
-        iterations,
-        found.kkt,
-        body.unknowns,
-        psi,
-        estimate,
-        method=method,
-    )
+    forces = found.forces.reshape(len(solver.law.corners), -1)
+    surface = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
+    counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": method}
+    return unfolded(solver, body, load, found.approach, forces, surface, *counts, zones=zones, **how)
 
 
 def difference(coarse, fine):
@@ -230,5 +192,5 @@ def difference(coarse, fine):
         levers = np.array([fine.problem.lever(np.full(len(x), corner), x) for corner in range(2)])
         moment = np.sum(levers * (p - fine.pressures), axis=0) / 2
     elif fine.problem.law.clamps_rotation:
-        moment = (coarse.clamping(x) - fine.micromoment) * (total > 0) / ell
+        moment = (coarse.interpolated(coarse.micromoment, x) - fine.micromoment) * (total > 0) / ell
     return distance(weights, p.sum(axis=0) - total, moment, total)

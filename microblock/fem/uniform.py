@@ -19,9 +19,8 @@ from .facets import ContactFacets
 from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
-from .newton import PENALTY, MonolithicNewton
-from .newton_path import load_path
-from .surface_solution import SurfaceSolution, surface_solution
+from .newton import MonolithicNewton, default_rho
+from .surface_solution import surface_solution, unfolded
 
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
@@ -121,8 +120,9 @@ class UniformSolver(GroundSolver):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        rho = self.options.newton.rho or self._rho()
-        return facets, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+        # the length is that of the contact: the body may be a thousand times as high
+        rho = self.options.newton.rho or default_rho(facets, self.method, self.reach)
+        return facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self):
         if self.reach is None:
@@ -141,10 +141,10 @@ class UniformSolver(GroundSolver):
             nodes, flexibility, gaps, share = self.prepare()
             found = active_set.solve(flexibility, gaps, approach=approach, c=share)
             return self._of_condensed(nodes, found.load / self.share(1.0), found)
-        nodes, facets, newton = self.prepare()
+        facets, newton = self.prepare()
         newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
-        (state,) = load_path(newton, [approach])
-        return self._of_newton(nodes, facets, newton, state.load / self.share(1.0), state)
+        state = newton.solve(approach)
+        return self._of_newton(facets, state.load / self.share(1.0), state)
 
     def _condensed(self, loads):
         nodes, flexibility, gaps, share = self.prepare()
@@ -164,33 +164,16 @@ class UniformSolver(GroundSolver):
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
     def _monolithic(self, loads):
-        nodes, facets, newton = self.prepare()
-        for load, state in zip(loads, load_path(newton, [self.share(load) for load in loads])):
-            yield self._of_newton(nodes, facets, newton, load, state)
+        (facets, newton), state = self.prepare(), None
+        for load in loads:
+            state = newton.solve(self.share(load), state)
+            yield self._of_newton(facets, load, state)
 
-    def _of_newton(self, nodes, facets, newton, load, state):
-        forces = np.array([-state.multipliers[corner] * facets.weights for corner in facets.corners])
-        closed = np.concatenate([state.closed[corner] for corner in facets.corners])
-        return SurfaceSolution(
-            self,
-            nodes,
-            load,
-            state.approach,
-            forces,
-            self._zones(nodes, load, closed, forces),
-            state.iterations,
-            state.kkt,
-            newton.unknowns,
-            state.psi,
-            None,
-            state.fields,
-            "uniform",
-        )
-
-    def _rho(self):
-        """As Newton's own, but over the size of the contact: the body may be a thousand times as high."""
-        stiffness = (self.solid.lam + 2 * self.solid.mu) / self.reach
-        return stiffness if self.method == "al" else PENALTY * stiffness
+    def _of_newton(self, nodes, load, state):
+        zones = self._zones(nodes, load, state.closed, state.forces)
+        where, counts = (load, state.approach, state.forces), (state.kkt, state.iterations, state.unknowns)
+        how = {"zones": zones, "method": "uniform", "found": state.fields}
+        return unfolded(self, nodes, *where, state.surface, *counts, **how)
 
     def _zones(self, nodes, load, closed, forces):
         x, count = nodes.points[:, 0], len(self.law.corners)

@@ -132,6 +132,10 @@ class CellSolution(Solution):
         reaction = _polygon(_folded(x, self.period), self.x, self.micromoment, self.period)
         return np.array((own[0], reaction / self.problem.ell))
 
+    def moment_at(self, x):
+        """M at x, array (n,)."""
+        return self.problem.ell * self.pressure_and_moment(x)[1]
+
     def gap(self, corner, x):
         """Gap of a corner at x, array (n,): displacement and rotation as polygons through the cells' centres.
 

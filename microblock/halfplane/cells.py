@@ -22,7 +22,6 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from ..corners.on_cells import Flexibility
-from ..errors import BadArgument
 from .convolution import Waves, convolution, embedded, free_period
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
@@ -93,8 +92,6 @@ class CellGrid:
             return self._embedded(length, ((3, 4) if clamping else (0, 1)) if one else (0, 1, 2))
         U, V, W = self._symbol(length)
         U[0] = 0
-        if not one and not np.isfinite(W[0]):
-            raise BadArgument("beta", self.body.solid.beta, "must be positive: nothing holds the rotation")
         return _held(U, V, W) if clamping else (U, V, W)
 
     def _symbol(self, length):

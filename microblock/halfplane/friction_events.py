@@ -10,7 +10,8 @@ from itertools import groupby
 import numpy as np
 
 from ..corners.follower import Change
-from ..model.history import SLIDING, HistoryEvent
+from ..model.events import Event
+from ..model.history import SLIDING
 from ..model.types import Array, Flags
 from ..model.zones import runs
 
@@ -21,7 +22,7 @@ SAME = 1e-9  # shares of a leg that are one
 NODES = "stick", "slip", "leave"
 
 
-def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[HistoryEvent]:
+def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[Event]:
     """Returns the events on cells, edges of which are an array (n, 2), in order."""
     return _Story(changes, friction, edges, np.concatenate(([[0.0, 0.0]], pairs))).told()
 
@@ -36,10 +37,10 @@ class _Story:
         self.stick: Flags = self.each[0].any(axis=0)
         self.slip: Flags = self.stick
         self.zones: list[Flags] = []
-        self.found: list[HistoryEvent] = []
+        self.found: list[Event] = []
         self.slipped, self.direction = False, 0.0
 
-    def told(self) -> list[HistoryEvent]:
+    def told(self) -> list[Event]:
         for leg in range(len(self.pairs) - 1):
             self._turn(leg)
             own = [one for one in self.changes if one.leg == leg]
@@ -50,7 +51,7 @@ class _Story:
 
     def _note(self, leg: int, share: float, kind: str, zone: str, x: float) -> None:
         P, Q = self.pairs[leg] + share * (self.pairs[leg + 1] - self.pairs[leg])
-        self.found.append(HistoryEvent(leg, float(P), float(Q), None, kind, zone, float(x)))
+        self.found.append(Event(P, None, kind, zone, x, Q, leg))
 
     def _turn(self, leg: int) -> None:
         """A leg on which the shear force goes the other way, after slip."""

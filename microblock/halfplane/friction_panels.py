@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadArgument, NotConverged, out_of_reach
-from ..model.history import SLIDING, History, HistoryEvent
+from ..model.events import Event
+from ..model.history import SLIDING, History
 from ..model.quadrature import gauss_rule
 from ..model.state import Solution, State
 from ..model.zones import common, contains, without
@@ -390,7 +391,7 @@ def _events(memories, plain, friction):
     found, slipped, direction = [], False, 0.0
 
     def note(leg, memory, kind, zone, x):
-        found.append(HistoryEvent(leg, memory.load, memory.shear, 0.0, kind, zone, float(x)))
+        found.append(Event(memory.load, 0.0, kind, zone, x, memory.shear, leg))
 
     for leg, (before, after) in enumerate(zip(memories[:-1], memories[1:])):
         contact = plain.at(after.load).zones_by_name["contact"]

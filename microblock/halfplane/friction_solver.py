@@ -19,7 +19,8 @@ from .. import cost
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
-from ..model.history import History, HistoryEvent, OfMoment, change
+from ..model.events import Event
+from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.state import ErrorParts, State
@@ -247,7 +248,7 @@ class _Level:
 
     edges: Array
     solutions: list[FrictionCells]
-    events: list[HistoryEvent]
+    events: list[Event]
     band: float
 
 
@@ -322,7 +323,7 @@ class FrictionSolver:
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
 
-    def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
+    def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[Event]]:
         walk = Walk(self, edges)
         solutions = [walk.to(float(P), float(Q)) for P, Q in self.pairs]
         return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
@@ -366,9 +367,7 @@ class FrictionSolver:
             )
             for one, other in zip(finer.solutions, coarser.solutions)
         ]
-        return replace(
-            finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
-        )
+        return replace(finer, solutions=changed, events=_with_errors(finer.events, coarser.events))
 
 
 def _features(before: _Level, smallest: float) -> list[Feature]:
@@ -393,17 +392,13 @@ def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
     return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
 
 
-def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:
-    """The finer level's events with the distance to those of the same kind and order of the coarser one."""
+def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:
+    """The finer level's events with their distance in P and Q to those of the coarser one, in order."""
     if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
         return finer
-    starts = np.concatenate(([[0.0, 0.0]], pairs))
-    found = []
-    for one, other in zip(finer, coarser):
-        way = float(np.abs(starts[one.pair + 1] - starts[one.pair]).sum())
-        apart = abs(one.normal - other.normal) + abs(one.shear - other.shear)
-        found.append(replace(one, error=apart / way if way else 0.0))
-    return found
+    places: list[Any] = [[(one.load, one.shear) for one in level] for level in (finer, coarser)]
+    errors = np.abs(np.subtract(*places)).reshape(-1, 2).sum(axis=1)
+    return [replace(one, load_error=float(error)) for one, error in zip(finer, errors)]
 
 
 def _by_cell(moment: Moment, n: int) -> Moment:

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 from ..corners.compliance import Compliance
 from ..errors import BadArgument
 from ..model.bodies import Unbounded
-from ..model.material import Cosserat
+from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
 from ..model.problem import level_surface
 from ..model.quadrature import gauss_rule
@@ -326,8 +326,8 @@ def cell_rule(near, far, order):
 
 @lru_cache(maxsize=64)
 def kernels(nu, beta, curvature, kind=Kernels):
-    """The tables of a material, made once, of a class of them."""
-    return kind(nu, beta, curvature)
+    """The tables of a material, made once, of a class of them; without coupling those of `Elastic`."""
+    return kind(nu, beta or UNCOUPLED, curvature)
 
 
 def is_classical(solid):

@@ -60,7 +60,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     Raises
     ------
     BadArgument
-        For beta = 0: nothing holds the rotation of a half-plane then.
+        For a coupling beyond what kernels take.
     """
     solid, law = problem.solid, problem.law
     kernels(solid.nu, solid.beta, solid.curvature)  # which refuse a solid whose rotation nothing holds

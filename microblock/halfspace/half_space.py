@@ -8,7 +8,6 @@ import numpy as np
 
 from ..halfplane.kernels import is_classical
 from ..model.bodies import Unbounded
-from ..model.material import Cosserat
 from ..model.methods import Cells
 from .obstacles import heights
 from .symbol import require_stable
@@ -48,10 +47,10 @@ class HalfSpace(Unbounded):
     solvers: ClassVar[dict[type, str]] = {Cells: "halfspace.solver.SurfaceSolver"}
     methods = (Cells,)
 
-    def __init__(self, solid: Cosserat, period: float | None = None) -> None:
-        super().__init__(solid, period)
-        if not is_classical(solid):
-            require_stable(solid)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not is_classical(self.solid):
+            require_stable(self.solid)
 
     def check(self, obstacle: object) -> None:
         """Raises BadArgument unless the obstacle has heights over a surface."""

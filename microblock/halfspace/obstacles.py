@@ -6,32 +6,22 @@ Any callable ``height(x1, x2)`` of two arrays serves as well; it returns inf whe
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import LARGEST, BadArgument, make_plain, require_choice, require_positive, shortened
-from ..model.obstacles import Cylinder, check_self_affine, returned
+from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive, shortened
+from ..model.obstacles import Cylinder, SelfAffine, returned
 from ..model.types import AnyArray as Array
 
-FACES = ("round", "square")
-MOST_WAVES = 1024  # to the period, of the shortest: 3 million waves
 TOGETHER = 2**20  # places times wavenumbers along an axis whose powers are kept at once
 
 
-class Lengths:
-    """Base of obstacles whose values are all positive."""
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(**vars(self))
-
-
 @dataclass(frozen=True)
-class Sphere(Lengths):
+class Sphere(Checked):
     """Sphere of radius R near its lowest point, the paraboloid ``(x1^2 + x2^2)/(2 R)``.
 
     Parameters
@@ -50,7 +40,7 @@ class Sphere(Lengths):
     0.05
     """
 
-    R: float
+    R: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths)."""
@@ -58,7 +48,7 @@ class Sphere(Lengths):
 
 
 @dataclass(frozen=True)
-class Ellipsoid(Lengths):
+class Ellipsoid(Checked):
     """Ellipsoid near its lowest point, ``x1^2/(2 R1) + x2^2/(2 R2)``.
 
     Parameters
@@ -77,8 +67,8 @@ class Ellipsoid(Lengths):
     0.15
     """
 
-    R1: float
-    R2: float
+    R1: float = field(metadata=checked(require_positive))
+    R2: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths)."""
@@ -86,7 +76,7 @@ class Ellipsoid(Lengths):
 
 
 @dataclass(frozen=True)
-class Cone(Lengths):
+class Cone(Checked):
     """Blunt cone of the height ``slope*r``.
 
     Parameters
@@ -105,7 +95,7 @@ class Cone(Lengths):
     0.5
     """
 
-    slope: float
+    slope: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths)."""
@@ -114,7 +104,7 @@ class Cone(Lengths):
 
 
 @dataclass(frozen=True)
-class FlatPunch:
+class FlatPunch(Checked):
     """Flat punch with a round or a square face.
 
     Parameters
@@ -134,13 +124,8 @@ class FlatPunch:
     [0.0, inf]
     """
 
-    half_width: float
-    face: str = "round"
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(half_width=self.half_width)
-        require_choice(FACES, face=self.face)
+    half_width: float = field(metadata=checked(require_positive))
+    face: str = field(default="round", metadata=checked(require_choice, ("round", "square")))
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths); inf beside the face."""
@@ -149,7 +134,7 @@ class FlatPunch:
 
 
 @dataclass(frozen=True)
-class RoughSurface:
+class RoughSurface(SelfAffine):
     """Self-affine surface of a period in x1 and x2: cosines of random phases in all directions, amplitudes
     like (wavenumber)^-(hurst + 1).
 
@@ -182,14 +167,9 @@ class RoughSurface:
     True
     """
 
-    period: float
-    slope: float
-    hurst: float = 0.8
     waves: tuple[int, int] = (2, 32)
-    seed: int = 1
 
-    def __post_init__(self) -> None:
-        check_self_affine(self, MOST_WAVES)
+    most = 1024  # 3 million waves
 
     @cached_property
     def amplitudes(self) -> Array:

@@ -70,11 +70,15 @@ class SurfaceCells(Solution):
 
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by its number, at places, array (k, 2) or (k, 3)."""
-        return self.interpolated(self.pressures[corner], *places.T[:2])
+        return self.between(self.pressures[corner], places)
+
+    def between(self, values: Array, places: Array) -> Array:
+        """Returns values on the cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        return self.interpolated(values, *places.T[:2])
 
     def counter_displacement(self, places: Array) -> Array:
         """Returns the displacement along x3 of the surface of a second body at places, array (k,)."""
-        return self.interpolated(self.opposite, *places.T[:2])
+        return self.between(self.opposite, places)
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
         """Returns values on the cells, array (n, n), between their centres; 0 beyond the cells."""

@@ -24,7 +24,6 @@ from .summary import short
 from .types import AnyArray, Interval, Zones
 
 PACKAGE = __name__.partition(".")[0]
-OTHERS = AttributeError, BadZipFile
 # of a result of each kind, what is written
 NAMES: dict[Any, Iterable[str]] = {
     State: tuple({*State.names()} - {"solution"}),
@@ -34,8 +33,8 @@ NAMES: dict[Any, Iterable[str]] = {
 
 
 class Absent:
-    """What is not in a file: a function or a mesh, or what lies between the points of a state. It has what is
-    known of it, and refuses everything else by name.
+    """What is not in a file, such as a function or a mesh: it has what is known of it, and refuses everything
+    else by name.
     """
 
     def __init__(self, text: str, **known: Any) -> None:
@@ -93,11 +92,12 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     >>> path.events == problem.path(load=1.0).events, path.problem == problem, path.at(0.5).load
     (True, True, 0.5)
     """
+    lacking = LookupError, ImportError, AttributeError  # of a class of another version
     try:
         with np.load(file) as found:
             arrays = dict(found)
         result: State | LoadPath | History = _unpacked(json.loads(arrays["text"].item()), arrays)
-    except (OSError, ValueError, TypeError, LookupError, ImportError, EOFError, *OTHERS) as failure:
+    except (OSError, ValueError, TypeError, EOFError, BadZipFile, *lacking) as failure:
         raise BadArgument("file", file, f"must be one that save() has written ({failure})") from failure
     return result
 

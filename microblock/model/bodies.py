@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from ..errors import make_plain, plain, require_kind, require_positive
+from ..errors import Checked, checked, require_kind, require_positive
 from .material import Cosserat
 from .methods import Fitted, Uniform
 from .summary import Row, Shown, Summary
@@ -14,27 +14,16 @@ from .summary import Row, Shown, Summary
 AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
 
 
-class Unbounded(Shown):
+@dataclass(frozen=True, repr=False)
+class Unbounded(Checked, Shown):
     """Base of bodies without an end, of a solid and a period where they repeat (else None)."""
 
-    def __init__(self, solid: Cosserat, period: float | None = None) -> None:
-        require_kind(Cosserat, "a Cosserat", solid=solid)
-        period = plain(period)
-        if period is not None:
-            require_positive(period=period)
-        self.solid, self.period = solid, period
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, type(self)):
-            return NotImplemented
-        return (self.solid, self.period) == (other.solid, other.period)
-
-    def __hash__(self) -> int:
-        return hash((self.solid, self.period))
+    solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
+    period: float | None = field(default=None, metadata=checked(require_positive))
 
     def of(self: AnyUnbounded, solid: Cosserat) -> AnyUnbounded:
         """Returns the same body of another solid."""
-        return type(self)(solid, self.period)
+        return replace(self, solid=solid)
 
     def summary(self) -> Summary:
         """Returns period and moduli, for a notebook."""
@@ -46,7 +35,7 @@ class Unbounded(Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class Block(Shown):
+class Block(Checked, Shown):
     """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program
     makes its mesh.
 
@@ -71,14 +60,13 @@ class Block(Shown):
     (True, True)
     """
 
-    solid: Cosserat
+    solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
     size: float = math.inf
 
     methods = (Fitted, Uniform)
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_kind(Cosserat, "a Cosserat", solid=self.solid)
+        super().__post_init__()
         if not (isinstance(self.size, float) and self.size == math.inf):
             require_positive(size=self.size)
 

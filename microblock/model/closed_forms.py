@@ -16,19 +16,13 @@ StripState: TypeAlias = Literal["separation", "partial", "full"]
 
 @dataclass(frozen=True)
 class Strip:
-    """The strip between rigid planes, (44)-(49), for any curvature coefficient gamma'.
+    """The strip between rigid planes, (44)-(49), for any curvature coefficient gamma'; it occupies -1 <= x2
+    <= 1.
 
-    Lengths are over H, stresses over mu. The strip occupies -1 <= x2 <= 1; fields are those at 0 <= x2 <= 1.
-    With ``k = sqrt(2 beta/gamma')/ell`` (sqrt(beta)/ell in the paper, where gamma' = 2) the fields are
-    ``psi = -a cosh(k x2)/cosh(k)``, ``u1 = a (beta/k) sinh(k x2)/cosh(k)`` and u2 linear; `a` is the
-    rotation of the surface blocks back towards the plane. ``psi0 < 0`` is the mirror image.
-
-    Parameters
-    ----------
-    ell, psi0, nu, beta, delta : float
-        ell/H, initial rotation (radians), Poisson's ratio, coupling, approach over H from first touch.
-    curvature : float
-        gamma'; 2 is the paper's closed form as printed.
+    Lengths are over H, stresses over mu, and ``k = sqrt(2 beta/gamma')/ell``. The fields are ``psi = -a
+    cosh(k x2)/cosh(k)``, ``u1 = a (beta/k) sinh(k x2)/cosh(k)`` and u2 linear; `ell` is ell/H, `psi0` the
+    initial rotation (radians), `delta` the approach over H from first touch, `curvature` gamma', which is 2
+    in the paper.
     """
 
     ell: float
@@ -127,32 +121,16 @@ class Strip:
 
 
 def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
-    """Returns the pressure of a cylinder on a classical half-plane, (50).
-
-    It is an ellipse of the half-width a = sqrt(4 P R/(pi E*)).
-
-    Parameters
-    ----------
-    x : array (n,)
-        Abscissae (lengths).
-    load : float
-        Force per thickness.
-    half_width : float
-        a (length).
-
-    Returns
-    -------
-    array (n,)
-        Stresses.
+    """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
+    thickness and its half-width ``a = sqrt(4 P R/(pi E*))`` (length).
     """
     rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
     return 2 * load / (math.pi * half_width) * np.sqrt(rest)
 
 
 def punch(x: ArrayLike, load: float, half_width: float) -> Array:
-    """Returns the pressure of a flat punch on a classical half-plane: P/(pi sqrt(a^2 - x^2)), 0 outside.
-
-    Parameters and returned values are those of `hertz`; a is half of the punch's width.
+    """Returns the pressure of a flat punch of that half-width on a classical half-plane: P/(pi sqrt(a^2 -
+    x^2)), 0 outside.
     """
     inside = half_width**2 - np.asarray(x, float) ** 2
     return np.where(inside > 0, load / (math.pi * np.sqrt(np.where(inside > 0, inside, 1))), 0)
@@ -161,32 +139,13 @@ def punch(x: ArrayLike, load: float, half_width: float) -> Array:
 def tilted_punch(
     x: ArrayLike, load: float, half_width: float, tilt: float, E_star: float
 ) -> tuple[Array, Interval]:
-    """Returns the pressure of a punch |x| < b rotated by `tilt` on a classical half-plane, and its contact.
+    """Returns the pressure at x, array (n,), of a punch |x| < b of the slope `tilt` on a classical
+    half-plane, and its contact (left, right).
 
     From the deeper edge of the punch on the contact extends over ``4 P/(pi E* |tilt|)``, with the pressure
     ``E* |tilt|/2 sqrt(r/s)``, r from the free edge of the contact, s from the edge of the punch; where that
-    width exceeds 2 b the pressure is ``(P/pi - E* tilt x/2)/sqrt(b^2 - x^2)``. Both follow from ``pv int
-    p(s)/(x - s) ds = pi E* tilt/2`` (Muskhelishvili, Some basic problems, 115).
-
-    Parameters
-    ----------
-    x : array (n,)
-        Abscissae (lengths).
-    load : float
-        Force per thickness.
-    half_width : float
-        b (length).
-    tilt : float
-        Slope of the punch (dimensionless).
-    E_star : float
-        Plane-strain contact modulus (stress).
-
-    Returns
-    -------
-    pressure : array (n,)
-        Stresses.
-    contact : (left, right)
-        Edges of the contact (lengths).
+    width exceeds 2 b the pressure is ``(P/pi - E* tilt x/2)/sqrt(b^2 - x^2)`` (Muskhelishvili, Some basic
+    problems, 115).
     """
     x, b = np.asarray(x, float), half_width
     if load >= math.pi / 2 * E_star * abs(tilt) * b:
@@ -202,28 +161,19 @@ def tilted_punch(
 
 
 def wedge(x: ArrayLike, load: float, half_width: float) -> Array:
-    """Returns the pressure of a blunt wedge on a classical half-plane: P/(pi a) arccosh(a/|x|), with P = E*
-    slope a.
-
-    Parameters and returned values are those of `hertz`, at x != 0.
+    """Returns the pressure of a blunt wedge on a classical half-plane: P/(pi a) arccosh(a/|x|) at x != 0,
+    with P = E* slope a.
     """
     return load / (math.pi * half_width) * np.arccosh(np.maximum(half_width / np.abs(x), 1))
 
 
 @dataclass(frozen=True)
 class Wavy:
-    """Wavy obstacle on a classical half-plane, with its lowest points at 0, +-wavelength, ...
+    """Wavy obstacle on a classical half-plane, with its lowest points at 0, +-wavelength, ... (Westergaard,
+    J. Appl. Mech. 6 (1939) A49; Johnson, Contact Mechanics, 13.2).
 
-    Westergaard, J. Appl. Mech. 6 (1939) A49; Johnson, Contact Mechanics, 13.2.
-
-    Parameters
-    ----------
-    closure : float
-        Mean pressure of full closure, pi E* amplitude/wavelength (stress).
-    wavelength : float
-        Distance of two crests (length).
-    mean : float
-        Mean pressure, above 0 (stress).
+    `closure` is the mean pressure of full closure, pi E* amplitude/wavelength, and `mean` the mean pressure,
+    above 0 (stresses).
     """
 
     closure: float
@@ -237,17 +187,13 @@ class Wavy:
 
     @property
     def approach_over_amplitude(self) -> float:
-        """Approach over the mean level: ``r (1 - log r)``, r = mean/closure; 1 from full closure on.
-
-        Each increment of the load is a flat punch on the arc in contact, whose normal displacement is
-        ``-2/(pi E*) log(s_a)`` times the increment.
-        """
+        """Approach over the mean level: ``r (1 - log r)``, r = mean/closure; 1 from full closure on."""
         r = min(self.mean / self.closure, 1.0)
         return r * (1 - math.log(r))
 
     def pressure(self, x: ArrayLike) -> Array:
-        """Returns p at x, array (n,); with s = sin(pi x/wavelength), s_a at the edge: 2 mean/s_a^2 cos(pi
-        x/wavelength) sqrt(s_a^2 - s^2).
+        """Returns p at x, array (n,): 2 mean/s_a^2 cos(pi x/wavelength) sqrt(s_a^2 - s^2), s = sin(pi
+        x/wavelength).
         """
         phase = math.pi * np.asarray(x, float) / self.wavelength
         if self.mean >= self.closure:
@@ -261,16 +207,9 @@ class ThinLayer:
     """Winkler foundation: an elastic layer on a rigid base, thin against contact and block
     (docs/theory/model.md).
 
-    Parameters
-    ----------
-    normal : float
-        Stress per normal displacement: (lambda + 2 mu)/h on a bonded base, E/(1 - nu^2)/h on a sliding one
-        with free sides.
-    rotational : float
-        Micromoment per microrotation (stress x length): gamma' ell^2 mu/h where psi is constrained on the
-        base, 0 where it is free.
-    ell : float
-        Side of a microblock (length).
+    `normal` is the stress per normal displacement, (lambda + 2 mu)/h on a bonded base, E/(1 - nu^2)/h on a
+    sliding one with free sides; `rotational` the micromoment per microrotation (stress x length), gamma'
+    ell^2 mu/h where psi is constrained on the base, else 0.
     """
 
     normal: float
@@ -278,17 +217,8 @@ class ThinLayer:
     ell: float
 
     def pressures(self, penetration: Array) -> Array:
-        """Returns the corner pressures, array (corners, n), for psi0 = 0 in the levers.
-
-        Parameters
-        ----------
-        penetration : array (corners, n)
-            Approach minus initial gap of each corner, of one corner or of (A, B) (lengths).
-
-        Returns
-        -------
-        array (corners, n)
-            Stresses.
+        """Returns the corner pressures, array (corners, n), for psi0 = 0 in the levers, from approach minus
+        initial gaps, an array like it (lengths).
         """
         depth = np.maximum(penetration, -1e100)  # where there is no obstacle
         if len(depth) == 1:
@@ -302,16 +232,8 @@ class ThinLayer:
         return np.where((closed >= 0).all(axis=0), closed, np.where(first, alone, 0))
 
     def approach(self, load: float, gaps: Array, weights: Array) -> float:
-        """Returns the approach (length) at which the pressures carry a load, by bisection.
-
-        Parameters
-        ----------
-        load : float
-            Force per thickness.
-        gaps : array (corners, n)
-            Initial gaps (lengths).
-        weights : array (n,)
-            Weights of a quadrature rule (lengths).
+        """Returns the approach (length) at which pressures carry a load, from initial gaps, array (corners,
+        n), and the weights of a quadrature rule (n,) (lengths).
         """
         low = high = np.min(gaps)
         while weights @ self.pressures(high - gaps).sum(axis=0) < load:

@@ -58,19 +58,14 @@ class Deformable:
             raise BadArgument("shape", self.shape, failure.allowed) from failure
 
     def height(self, *x: Array) -> ArrayLike:
-        """Returns the height of the undeformed shape at places, an array for each direction along the surface
-        (lengths).
-        """
+        """Returns the height of the undeformed shape at places, an array for each direction (lengths)."""
         height: Any = getattr(self.shape, "height", self.shape)
         return cast(ArrayLike, height(*x))
 
     def __getattr__(self, name: str) -> Any:
-        if name in OF_SHAPE:
+        if name in ("kinks", "jumps", "ends", "formulas", "even", "period"):
             return getattr(self.shape, name)
         raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
-
-
-OF_SHAPE = "kinks", "jumps", "ends", "formulas", "even", "period"  # attributes that are those of the shape
 
 
 def shape_of(obstacle: ObstacleLike) -> ObstacleLike:
@@ -84,9 +79,7 @@ def body_of(obstacle: ObstacleLike) -> Any:
 
 
 def require_same_kind(body: BodyLike, obstacle: ObstacleLike) -> None:
-    """Raises BadArgument for a second body over a line above a first one with a surface, or the other way
-    round.
-    """
+    """Raises BadArgument unless both bodies meet obstacles over a line, or both over a surface."""
     counter = body_of(obstacle)
     if counter is None or hasattr(counter, "check") == hasattr(body, "check"):
         return

@@ -1,12 +1,19 @@
-"""What happens along a load path: zones that are born, merge, split or vanish."""
+"""What happens along a load path or a history: zones that are born, merge, split or vanish; slip."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..errors import BadArgument, require_finite, require_positive
+from ..errors import (
+    BadArgument,
+    require_choice,
+    require_finite,
+    require_kind,
+    require_positive,
+    require_whole,
+)
 from .plain_data import PlainData
 from .summary import Row, Shown, Summary, number, saved
 from .types import ContactLike, Target
@@ -18,38 +25,60 @@ if TYPE_CHECKING:
     from .state import State
 
 
+KINDS = "born", "vanished", "merged", "split", "first slip", "full slip", "reversal"
+
+
 @dataclass(frozen=True)
 class Event:
-    """A zone is born or vanishes, two merge or one splits, at x.
+    """A zone is born or vanishes, two merge or one splits, at x; with friction also slip begins, is that of
+    the whole contact, or is reversed.
 
     Attributes
     ----------
     load, load_error : float
-        Force per thickness at which it happens, and its error.
+        Force per thickness P at which it happens, and its error; of a `History` that of P and of Q together,
+        and None where it is not known.
     kind : str
-        "born", "vanished", "merged" or "split".
+        "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" or "reversal".
     zone : str
-        "A", "B", "full" or "contact".
+        "A", "B", "full" or "contact"; of a history "slip" or "stick".
     x : float
         Abscissa x1 (length). At load 0 it is where the initial gap is least; where the gap is equally small
         elsewhere, as under a flat punch, it is the middle of the first zone that is seen.
+    shear : float or None
+        Shear force per thickness Q of a history.
+    pair : int or None
+        Number of the pair of loads of a history on the way to which it happens, from 0.
+
+    Raises
+    ------
+    BadArgument
+        If a number is none, the kind is none of these, or the zone no name.
 
     Examples
     --------
     >>> mb.Event(load=1, load_error=0, kind="born", zone="A", x=0)
-    Event(load=1.0, load_error=0.0, kind='born', zone='A', x=0.0)
+    Event(load=1.0, load_error=0.0, kind='born', zone='A', x=0.0, shear=None, pair=None)
     """
 
     load: float
-    load_error: float
+    load_error: Any  # a float; of a history also None
     kind: str
     zone: str
     x: float
+    shear: float | None = None
+    pair: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("load", "load_error", "x"):
-            require_finite(**{name: getattr(self, name)})
-            object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
+        if self.pair is not None:
+            require_whole(0, pair=self.pair)
+        unknown = "shear" if self.pair is None else "load_error"
+        for name in ("load", "load_error", "x", "shear"):
+            if name != unknown or getattr(self, name) is not None:
+                require_finite(**{name: getattr(self, name)})
+                object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
+        require_choice(KINDS, kind=self.kind)
+        require_kind(str, "the name of a zone", zone=self.zone)
 
 
 class LoadPath(Shown, PlainData):

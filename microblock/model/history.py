@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
+from .events import Event
 from .plain_data import PlainData
 from .state import Solution, State
 from .summary import Row, Shown, Summary, number, saved
@@ -24,9 +24,8 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class OfMoment(Solution):
-    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path.
-
-    The energy and the work are known up to a constant where the rigid motion is arbitrary.
+    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path:
+    energy and work up to a constant where the rigid motion is arbitrary.
     """
 
     moment: Any
@@ -49,14 +48,8 @@ class OfMoment(Solution):
 
 
 def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:
-    """Returns the largest relative L2 change of pressure, M/ell and q/f from one discretisation to the next.
-
-    Parameters
-    ----------
-    finer, coarser : Solution
-    weights : array (n,)
-        Of the finer one's nodes (lengths).
-    ell, friction : float
+    """Returns the largest relative L2 change of pressure, M/ell and q/f from one Solution to a finer one,
+    with the weights of its nodes, array (n,) (lengths).
     """
     fields = [
         (one.pressures.sum(axis=0), one.micromoment / ell, one.shear_traction / friction)
@@ -64,43 +57,6 @@ def change(finer: Solution, coarser: Solution, weights: Array, ell: float, frict
     ]
     p, M, q = (own - np.interp(finer.x, coarser.x, other) for own, other in zip(*fields))
     return distance(weights, p, M, fields[0][0], q)
-
-
-@dataclass(frozen=True)
-class HistoryEvent:
-    """What happens on the way from one pair of loads to the next.
-
-    Attributes
-    ----------
-    pair : int
-        Number of the pair that is on the way, from 0.
-    normal, shear : float
-        P and Q at which it happens (forces per thickness).
-    error : float or None
-        Error of that place as a share of the way from one pair to the next; None where it is not known.
-    kind : str
-        "first slip", "full slip", "reversal", "born" or "vanished".
-    zone : str
-        "slip" or "stick".
-    x : float
-        Abscissa x1 (length).
-
-    Examples
-    --------
-    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
-    >>> history = problem.history([(1.0, 0.0), (1.0, 0.3), (1.0, 0.0)], rtol=0.05)
-    >>> [event.pair for event in history.events if event.kind == "reversal"]
-    [2]
-    """
-
-    pair: int
-    normal: float
-    shear: float
-    error: float | None
-    kind: str
-    zone: str
-    x: float
 
 
 class History(Shown, PlainData):
@@ -111,7 +67,7 @@ class History(Shown, PlainData):
     problem : Contact
     states : list of State
         One for each pair of loads, in the given order.
-    events : list of HistoryEvent
+    events : list of Event
         What happens on the way, in order.
     warnings : list of str
         What its states warn of, each sentence once.
@@ -127,7 +83,7 @@ class History(Shown, PlainData):
 
     _keys = "states", "events", "warnings"
 
-    def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[HistoryEvent]) -> None:
+    def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[Event]) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
 
     @property
@@ -170,7 +126,7 @@ class History(Shown, PlainData):
             for index, one in enumerate(self.states)
         ]
         rows += [
-            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.normal)}, {number(event.shear)}")
+            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.load)}, {number(event.shear)}")
             for event in self.events
         ]
         words = f"{len(self.states)} pairs, {len(self.events)} events"
@@ -178,12 +134,8 @@ class History(Shown, PlainData):
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:
-    """Returns pairs (P, Q) as an array (n, 2).
-
-    Raises
-    ------
-    BadArgument
-        Unless they are finite, with P > 0 and |Q| <= f P; a Q beyond f P by rounding becomes f P.
+    """Returns pairs (P, Q) as an array (n, 2); raises BadArgument unless they are finite, with P > 0 and |Q|
+    <= f P, and takes a Q beyond f P by rounding for f P.
     """
     try:
         found = np.array(cast(Any, pairs), float)

@@ -10,35 +10,8 @@ import numpy as np
 from ..errors import MissingExtra
 from .events import LoadPath
 from .history import History
+from .plain_data import QUANTITIES, Quantity
 from .state import State
-
-FORCE, LENGTH, STRESS, MOMENT = "force per thickness", "length", "stress", "stress x length"
-UNITS = {
-    **dict.fromkeys(("load", "load_error", "normal", "shear"), FORCE),
-    **dict.fromkeys(("approach", "half_width", "contact_area", "x", "weights", "displacement"), LENGTH),
-    **dict.fromkeys(
-        (
-            "slip",
-            "tangential_approach",
-            "x1",
-            "x2",
-            "x3",
-            "zones",
-            "points",
-            "opposite",
-            "width",
-            "seen_width",
-        ),
-        LENGTH,
-    ),
-    **dict.fromkeys(("pressure", "pressures", "shear_traction"), STRESS),
-    **dict.fromkeys(("energy", "dissipation", "work"), "energy per thickness"),
-    "micromoment": MOMENT,
-    "psi": "radian",
-}
-MAY_LACK = "approach", "error_estimate", "tangential_approach", "seen_width"  # numbers, NaN where unknown
-# of three dimensions, where that is another one
-IN_SPACE = {"load": "force", "energy": "energy", **dict.fromkeys(("contact_area", "weights"), "length^2")}
 
 
 def data_set(result: State | LoadPath | History) -> Any:
@@ -58,23 +31,30 @@ def data_set(result: State | LoadPath | History) -> Any:
     together.attrs = {"warnings": "; ".join(result.warnings)}
     events = [asdict(event) for event in result.events]
     for name in events[0] if events else ():
-        unit = {"units": UNITS[name]} if name in UNITS else {}
-        together[f"event_{name}"] = "event", [event[name] for event in events], unit
+        if name not in ("shear", "pair") or isinstance(result, History):
+            values = [np.nan if event[name] is None else event[name] for event in events]
+            together[f"event_{name}"] = "event", values, _unit(name)
     return together
+
+
+def _unit(name: str, flat: bool = True) -> dict[str, str]:
+    """Attributes that say the unit of a quantity, if it has one."""
+    _, unit, in_space = QUANTITIES.get(name, Quantity())
+    return {"units": unit if flat else in_space or unit} if unit else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
     """Variables, coordinates and attributes of the data set of a state."""
-    units, found = UNITS if state.flat else UNITS | IN_SPACE, dict[str, Any]()
+    found = dict[str, Any]()
     along: tuple[str, ...] = ("x",) if state.flat else ("point",)
     places: dict[str, Any] = {"x": state.x} if state.flat else dict(zip(("x1", "x2", "x3"), state.points.T))
     shape = state.shape or (len(state.weights),)
     if state.shape:
         along, places = ("x1", "x2"), {"x1": state.x1, "x2": state.x2}
     texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
-    for name in (*state.listed, "displacement"):
-        value = getattr(state, name)
-        unit = {"units": units[name]} if name in units else {}
+    may_lack = "approach", "error_estimate", "tangential_approach", "seen_width"
+    for name in state.listed:
+        value, unit = getattr(state, name), _unit(name, state.flat)
         if name == "pressures":
             found[name] = ("corner", *along), np.reshape([*value.values()], (-1, *shape)), unit
         elif name == "zones":
@@ -83,11 +63,9 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
         elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
             more = ("component",) * (value.ndim - 1)
             found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), unit
-        elif isinstance(value, (int, float)) or (value is None and name in MAY_LACK):
+        elif isinstance(value, (int, float)) or (value is None and name in may_lack):
             found[name] = (), np.nan if value is None else value, unit
-    known = {
-        name: (name if name in along else "point", one, {"units": LENGTH}) for name, one in places.items()
-    }
+    known = {name: (name if name in along else "point", one, _unit("x")) for name, one in places.items()}
     return found, {**known, "corner": [*state.pressures], "end": ["left", "right"]}, texts
 
 

@@ -23,13 +23,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite, shortened
+from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
 from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
-SIGNS = (-1, 1)  # of the places of corners along x1 and along x2
 
 
 class Law:
@@ -57,12 +56,8 @@ class Law:
         even = False
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns the levers of (29) at the abscissae x, array (n,).
-
-        Returns
-        -------
-        dict of arrays (n,)
-            Dimensionless, by the name of the corner, in the order of `corners`.
+        """Returns the levers of (29) at the abscissae x, array (n,): {corner: array (n,)} in the order of
+        `corners` (dimensionless).
         """
         raise NotImplementedError
 
@@ -78,7 +73,6 @@ class Law:
         ell : float
             Side of a block (length).
         obstacle : obstacle or callable
-            See `microblock.model.obstacles.gap`.
 
         Returns
         -------
@@ -96,17 +90,11 @@ class Law:
         return (0.0,) * len(self.corners)
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns where the corners lie from the centre of their block, over its side.
+        """Returns where the corners lie from the centre of their block, over its side: array (corners, n, 2),
+        in space (corners, n, 3).
 
-        Parameters
-        ----------
-        points, normals : arrays (n, 2), in space (n, 3)
-            Contact points (lengths) and unit normals, in space e3.
-
-        Returns
-        -------
-        array (corners, n, 2), in space (corners, n, 3)
-            Here they follow from the levers; corners that have one lie half a side above the centre.
+        Points (lengths) and unit normals are arrays (n, 2), in space (n, 3) with the normal e3. Here arms
+        follow from the levers; corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():
@@ -115,7 +103,7 @@ class Law:
         return arms
 
 
-class _Coulomb(Law):
+class _Coulomb(Law, Checked):
     """Base of the laws that take Coulomb friction."""
 
     friction: float = 0.0
@@ -125,15 +113,16 @@ class _Coulomb(Law):
         listed = [f"{name}={value!r}" for name, value, each in known if is_told(each, value)]
         return f"{type(self).__name__}({', '.join(listed)})"
 
-    def _check_friction(self) -> None:
-        require_finite(friction=self.friction)
-        if self.friction < 0:
-            raise BadArgument("friction", self.friction, "must be 0 or positive")
+
+def _not_negative(friction: float) -> None:
+    require_finite(friction=friction)
+    if friction < 0:
+        raise BadArgument("friction", friction, "must be 0 or positive")
 
 
 def _coefficient() -> float:
     """The field `friction`, which a law tells of itself only where there is any."""
-    return field(default=0.0, metadata={"told": "if other than usual"})
+    return field(default=0.0, metadata={"told": "if other than usual"} | checked(_not_negative))
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,26 +155,26 @@ class Microblock(_Coulomb):
     """
 
     psi0: float | Function | tuple[Tilt, Tilt] = 0.0
-    psi0_in: str = "gaps and levers"
+    psi0_in: str = field(default=ACTS_IN[0], metadata=checked(require_choice, ACTS_IN))
     friction: float = _coefficient()
 
     corners = ("A", "B")
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_choice(ACTS_IN, psi0_in=self.psi0_in)
-        self._check_friction()
+        super().__post_init__()
         if self.friction and not self.even:
             raise BadArgument(
                 "friction",
                 self.friction,
                 "must be 0 where psi0 is other than 0: the two corners of a block then slip differently",
             )
-        if isinstance(self.psi0, tuple):
-            _check_pair(self.psi0)
-        elif not callable(self.psi0):
-            require_finite(psi0=self.psi0)
-            self.angle(np.zeros(1))
+        parts: tuple[Any, ...] = self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)
+        if len(parts) != 2 and parts is self.psi0:
+            raise BadArgument("psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
+        for part in parts:
+            if not callable(part):
+                require_finite(psi0=part)
+                rotation(part, np.zeros(1))
 
     @property
     def even(self) -> bool:
@@ -197,14 +186,13 @@ class Microblock(_Coulomb):
         return ell / 2, -ell / 2
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space
-        (N + a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
-
-        Parameters and returned values are those of `Law.arms`.
+        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
+        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``; as of
+        `Law.arms`.
         """
         if points.shape[1] == 3:
             t1, t2 = surface_tilt(self.psi0, *points.T[:2])
-            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in SIGNS for b in SIGNS]
+            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in (-1, 1) for b in (-1, 1)]
             return np.moveaxis(np.array(places), 1, 2) / 2
         psi0, along = self.angle(points[:, 0])[:, None], tangents(normals)
         across, up = along + psi0 * normals, normals - psi0 * along
@@ -216,40 +204,14 @@ class Microblock(_Coulomb):
         return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
-        """Returns psi0 at the abscissae x, array (n,) (radians).
-
-        Raises
-        ------
-        BadArgument
-            If a function psi0 fails, or is not below 1 in absolute value; or if psi0 is a pair.
+        """Returns psi0 at the abscissae x, array (n,) (radians); raises BadArgument if it is a pair, or a
+        function that fails or is not below 1 in absolute value.
         """
         if isinstance(self.psi0, tuple):
             raise BadArgument(
                 "psi0", self.psi0, "must be a number or a function of x1: a pair belongs to a HalfSpace"
             )
-        if not callable(self.psi0) and abs(self.psi0) < 1:
-            return np.full(np.shape(x), float(self.psi0))
-        if not np.size(x):
-            return np.zeros(np.shape(x))
-        try:
-            values = self.psi0(np.array(x)) if callable(self.psi0) else self.psi0
-            psi0 = np.broadcast_to(obstacles.real(values), np.shape(x))
-        except MicroblockError:
-            raise
-        except Exception as failure:  # whatever the user's function does
-            raise BadArgument(
-                "psi0",
-                self.psi0,
-                f"must take an array of x and return as many numbers ({shortened(repr(failure))})",
-            ) from failure
-        if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
-            raise BadArgument(
-                "psi0",
-                self.psi0,
-                "must be finite and below 1 in absolute value (radians): "
-                "beyond it the levers of (41) change sign",
-            )
-        return np.array(psi0)
+        return rotation(self.psi0, x)
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
@@ -261,9 +223,7 @@ class Microblock(_Coulomb):
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
         """Returns the gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``,
-        (20).
-
-        Parameters and returned values are those of `Law.initial_gaps`.
+        (20); as of `Law.initial_gaps`.
         """
         side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
         return {
@@ -296,10 +256,6 @@ class Unilateral(_Coulomb):
 
     even = True
 
-    def __post_init__(self) -> None:
-        make_plain(self)
-        self._check_friction()
-
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns 0: the contact point has no lever."""
         return {"C": np.zeros(np.shape(x))}
@@ -307,7 +263,7 @@ class Unilateral(_Coulomb):
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over the contact point itself; parameters are those of `Law.initial_gaps`."""
+        """Returns the gap over the contact point itself; as of `Law.initial_gaps`."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
@@ -334,49 +290,40 @@ class Microclamped(Unilateral):
     clamps_rotation = True
 
 
-def _check_pair(psi0: tuple[Tilt, ...]) -> None:
-    """Raises BadArgument unless these are two functions, or numbers below 1 in absolute value."""
-    numbers = [each for each in psi0 if not callable(each)]
-    for each in numbers:
-        require_finite(psi0=each)
-    if len(psi0) != 2 or not all(abs(each) < 1 for each in numbers):
-        raise BadArgument("psi0", psi0, "must be two rotations, each below 1 in absolute value (radians)")
-
-
 def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
     """Returns t = (-psi0_2, psi0_1) of blocks over a surface, array (2, ...), of a pair or, about -e2, of a
-    number; raises BadArgument if a function fails, or is not below 1 in absolute value.
+    number.
     """
     about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
-    return np.array([-_angle(about[1], x1, x2), _angle(about[0], x1, x2)])
+    return np.array([-rotation(about[1], x1, x2), rotation(about[0], x1, x2)])
 
 
-def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
-    """Returns a rotation at places, array like x1."""
-    try:
-        values = psi0(np.array(x1), np.array(x2)) if callable(psi0) else psi0
-        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
-    except MicroblockError:
-        raise
-    except Exception as failure:  # whatever the user's function does
+def rotation(psi0: Any, *x: Array) -> Array:
+    """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians); raises
+    BadArgument if the function fails, or a rotation is not below 1 in absolute value.
+    """
+    shape = np.shape(x[0])
+    angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
+    if callable(psi0):
+        angles = obstacles.evaluated(
+            lambda *x: np.array(np.broadcast_to(obstacles.real(psi0(*x)), shape)),
+            *x,
+            name="psi0",
+            given=psi0,
+            allowed="must take an array for each coordinate and return as many numbers",
+        )
+    if not np.all(np.abs(angles) < 1):  # nor NaN
         raise BadArgument(
             "psi0",
             psi0,
-            f"must take arrays of x1 and x2 and return as many numbers ({shortened(repr(failure))})",
-        ) from failure
-    if not np.all(np.abs(found) < 1):  # nor NaN
-        raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")
-    return found
+            "must be finite and below 1 in absolute value (radians): beyond it levers (41) change sign",
+        )
+    return angles
 
 
 def tangents(normals: Array) -> Array:
     """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
     return np.column_stack((normals[:, 1], -normals[:, 0]))
-
-
-def traction(multipliers: Mapping[str, Array]) -> Array | float:
-    """Returns t_n of (29) from the multipliers of all corners, arrays (n,); 0 without corners."""
-    return sum(multipliers.values())
 
 
 def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], ell: float) -> Array | float:
@@ -385,7 +332,7 @@ def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], e
 
 
 def has_constant_levers(law: object) -> bool:
-    """Returns whether levers are known to be the same at all x; of a law that a user adds they are not."""
+    """Returns whether levers are known to be the same at all x; of a user's law they are not."""
     return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
 
 

@@ -103,11 +103,11 @@ class Cosserat(Shown):
 
     @classmethod
     def of_blocks(cls, side: float, stiffness: float, *, couples: bool = False) -> Cosserat:
-        """Returns the solid whose long waves are those of rigid square blocks with elastic interfaces.
+        """Returns the solid whose long waves are those of rigid square blocks with elastic interfaces, in
+        rows and columns.
 
-        The blocks stand in rows and columns; unequal stiffnesses against opening and slip make no isotropic
-        solid. Under a cylinder with 8 blocks on its half-width, forces of this solid and `Microblock` differ
-        from those of the blocks by 3 %, couples by 71 %; source: docs/theory/lattice.md.
+        Under a cylinder with 8 blocks on its half-width, forces of this solid and `Microblock` differ from
+        those of the blocks by 3 %, couples by 71 %; source: docs/theory/lattice.md.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class Cosserat(Shown):
             Stiffness of the interfaces against opening and against slip (stress per length).
         couples : bool
             Whether gamma' is the one that gives blocks in full contact their couples, 5/12 + sqrt(3)/6, in
-            place of 1/6, that of waves of rotation along a row: couples then differ by 10 %, forces by 3 %.
+            place of 1/6, that of waves of rotation along a row: couples then differ by 10 %.
 
         Raises
         ------
@@ -191,20 +191,8 @@ class Cosserat(Shown):
         return self.ell * math.sqrt(self.curvature / (2 * self.beta)) if self.beta else math.inf
 
     def energy(self, gradient: Component, psi: Component, kappa: Component) -> Component:
-        """Returns the energy density (10)-(12) in plane strain (stress).
-
-        Parameters
-        ----------
-        gradient : array (2, 2, ...) or expression
-            Displacement gradient, ``gradient[i, j] = u_i,j``.
-        psi : array (...) or expression
-            Microrotation (radians), counterclockwise positive.
-        kappa : array (2, ...) or expression
-            Gradient of psi (1/length).
-
-        Returns
-        -------
-        array (...) or expression
+        """Returns the energy density (10)-(12) in plane strain (stress), of the displacement gradient (2, 2,
+        ...), the microrotation (radians) and its gradient (2, ...) (1/length): arrays or expressions.
 
         Examples
         --------
@@ -223,18 +211,8 @@ class Cosserat(Shown):
         )
 
     def stress(self, gradient: Component, psi: Component) -> Components:
-        """Returns the force stress (16) as rows; sigma_12 works on gamma_12 = u1,2 + psi.
-
-        Parameters
-        ----------
-        gradient : array (2, 2, ...) or expression
-            Displacement gradient, ``gradient[i, j] = u_i,j``.
-        psi : array (...) or expression
-            Microrotation (radians).
-
-        Returns
-        -------
-        ((s11, s12), (s21, s22))
+        """Returns the force stress (16) as rows ((s11, s12), (s21, s22)); sigma_12 works on gamma_12 = u1,2 +
+        psi. Arguments are as of `energy`.
         """
         (u11, u12), (u21, u22) = _components(gradient)
         pressure = self.lam * (u11 + u22)
@@ -243,17 +221,8 @@ class Cosserat(Shown):
         return ((pressure + 2 * self.mu * u11, shear + skew), (shear - skew, pressure + 2 * self.mu * u22))
 
     def couple_stress(self, kappa: Component) -> tuple[Component, Component]:
-        """Returns the couple stress m = gamma' ell^2 mu grad psi, (17) in the plane.
-
-        Parameters
-        ----------
-        kappa : array (2, ...) or expression
-            Gradient of psi (1/length).
-
-        Returns
-        -------
-        (m1, m2)
-            Couple per area (stress x length).
+        """Returns the couple stress m = gamma' ell^2 mu grad psi, (17) in the plane, from the gradient of psi
+        (1/length): couples per area (stress x length).
         """
         stiffness = self.curvature * self.ell**2 * self.mu
         return stiffness * kappa[0], stiffness * kappa[1]
@@ -300,8 +269,8 @@ def _components(gradient: Component) -> Components:
 
 
 def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: float | None) -> float:
-    """Returns eta from the one measure of the coupling that is given; eta keeps its digits for beta near 0
-    and 2.
+    """Returns eta from the one measure of the coupling that is given; it keeps its digits for beta near 0 and
+    2.
     """
     measures = {"beta": beta, "eta": eta, "mu_c": mu_c}
     given = {name: value for name, value in measures.items() if value is not None}
@@ -319,8 +288,8 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
 
 
 def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:
-    """Returns the contact modulus E* of two bodies (stress): 1/E* is the sum of theirs, and without a second
-    one that of the first.
+    """Returns the contact modulus E* of two bodies (stress), 1/E* the sum of theirs; that of the first
+    without a second.
     """
     return first.E_star if second is None else 1 / (1 / first.E_star + 1 / second.E_star)
 

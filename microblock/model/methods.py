@@ -1,16 +1,15 @@
-"""The methods by name: what a user may fix of each, and which solver it stands for.
-
-A method that a user adds is a class with the attribute `solver`, a Solver class or its dotted path below
+"""The methods by name: what a user may fix of each, and its solver, a class or its dotted path below
 microblock.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..errors import (
     BadArgument,
-    make_plain,
+    Checked,
+    checked,
     require_choice,
     require_finite,
     require_flag,
@@ -23,14 +22,12 @@ from .types import Interval
 
 PANEL_ORDERS = 2, 100  # least and most that may be fixed
 ELEMENT_ORDER = 20  # most that may be fixed
-MOST_CELLS = 2**26  # that may be given: some 20 GB
-SHAPES = ("quadrilaterals", "triangles")
 RULES = ("nodal", "gauss")
-KINDS = ("al", "penalty")
+SHAPES = ("quadrilaterals", "triangles")
 
 
 @dataclass(frozen=True)
-class Panels:
+class Panels(Checked):
     """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
 
     They follow histories of friction between two equal bodies under the law `Unilateral`, also where no
@@ -57,27 +54,21 @@ class Panels:
     True
     """
 
-    order: int | None = None
-    fallback: bool = True
+    order: int | None = field(default=None, metadata=checked(require_whole, *PANEL_ORDERS))
+    fallback: bool = field(default=True, metadata=checked(require_flag))
 
     solver = "halfplane.panel_solver.PanelSolver"
 
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_flag(fallback=self.fallback)
-        if self.order is not None:
-            require_whole(*PANEL_ORDERS, order=self.order)
-
 
 @dataclass(frozen=True)
-class Cells:
+class Cells(Checked):
     """Uniform cells of constant pressure, matrix-free: large rough problems, and problems that repeat with a
     period. Histories of friction have graded cells, on a half-plane without a period.
 
     Parameters
     ----------
     nodes : int, optional
-        Number of cells, at least 32; without it rtol chooses.
+        Number of cells, at least 32 and at most 2**26 (some 20 GB); without it rtol chooses.
     window : (left, right), optional
         Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
         period.
@@ -98,25 +89,22 @@ class Cells:
     256
     """
 
-    nodes: int | None = None
+    nodes: int | None = field(default=None, metadata=checked(require_whole, 32, 2**26))
     window: Interval | None = None
-    residual: float = 1e-9
+    residual: float = field(default=1e-9, metadata=checked(require_positive))
 
     solver = "halfplane.cell_solver.CellSolver"
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        if self.nodes is not None:
-            require_whole(32, MOST_CELLS, nodes=self.nodes)
+        super().__post_init__()
         if self.window is not None:
             object.__setattr__(self, "window", require_pair(window=self.window))
-        require_positive(residual=self.residual)
         if self.residual >= 1:
             raise BadArgument("residual", self.residual, "must lie between 0 and 1")
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Fitted(Checked):
     """Finite elements whose mesh follows the edges of the zones, made by the program.
 
     Parameters
@@ -145,22 +133,17 @@ class Fitted:
     'fitted'
     """
 
-    order: int | None = None
-    spacing: float | None = None
+    order: int | None = field(default=None, metadata=checked(require_whole, 1, ELEMENT_ORDER))
+    spacing: float | None = field(default=None, metadata=checked(require_positive))
     lines: tuple[float, ...] = ()
-    even: bool = False
+    even: bool = field(default=False, metadata=checked(require_flag))
 
     solver = "fem.fitted.FittedSolver"
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_flag(even=self.even)
-        if self.order is not None:
-            require_whole(1, ELEMENT_ORDER, order=self.order)
-        if self.spacing is not None:
-            require_positive(spacing=self.spacing)
-            if self.order is None:
-                raise BadArgument("spacing", self.spacing, "goes with an order: rtol chooses both")
+        super().__post_init__()
+        if self.spacing is not None and self.order is None:
+            raise BadArgument("spacing", self.spacing, "goes with an order: rtol chooses both")
         try:
             lines = tuple(self.lines)
         except TypeError:  # one number, which the type does not allow but the program does
@@ -171,7 +154,7 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Newton:
+class Newton(Checked):
     """Semismooth Newton on displacement, microrotation, corner multipliers and approach at once, (31) or
     (37).
 
@@ -193,20 +176,14 @@ class Newton:
     Newton(kind='penalty', rho=10000.0)
     """
 
-    kind: str = "al"
-    rho: float | None = None
+    kind: str = field(default="al", metadata=checked(require_choice, ("al", "penalty")))
+    rho: float | None = field(default=None, metadata=checked(require_positive))
 
     solver = "fem.newton_solver.NewtonSolver"
 
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_choice(KINDS, kind=self.kind)
-        if self.rho is not None:
-            require_positive(rho=self.rho)
-
 
 @dataclass(frozen=True)
-class Uniform:
+class Uniform(Checked):
     """One mesh of equal squares near the contact, graded outwards: the mesh of section 4.2 of the paper.
 
     Parameters
@@ -239,25 +216,17 @@ class Uniform:
     'uniform'
     """
 
-    h: float
-    order: int = 1
-    reach: float | None = None
-    newton: Newton | None = None
-    shape: str = "quadrilaterals"
-    rule: str = "nodal"
+    h: float = field(metadata=checked(require_positive))
+    order: int = field(default=1, metadata=checked(require_whole, 1, ELEMENT_ORDER))
+    reach: float | None = field(default=None, metadata=checked(require_positive))
+    newton: Newton | None = field(default=None, metadata=checked(require_kind, Newton, "a Newton(...)"))
+    shape: str = field(default="quadrilaterals", metadata=checked(require_choice, SHAPES))
+    rule: str = field(default="nodal", metadata=checked(require_choice, RULES))
 
     solver = "fem.uniform.UniformSolver"
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(h=self.h)
-        require_whole(1, ELEMENT_ORDER, order=self.order)
-        if self.reach is not None:
-            require_positive(reach=self.reach)
-        if self.newton is not None:
-            require_kind(Newton, "a Newton(...)", newton=self.newton)
-        require_choice(SHAPES, shape=self.shape)
-        require_choice(RULES, rule=self.rule)
+        super().__post_init__()
         if self.rule == "gauss" and (self.newton is None or self.newton.kind != "al"):
             raise BadArgument(
                 "rule", self.rule, 'belongs to Newton("al"): the others have their pressures at nodes'

@@ -14,9 +14,9 @@ even       True: the obstacle is symmetric about x1 = 0
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,8 +24,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import (
     LARGEST,
     BadArgument,
+    Checked,
     MicroblockError,
-    make_plain,
+    checked,
     require_finite,
     require_numbers,
     require_positive,
@@ -34,15 +35,12 @@ from ..errors import (
 )
 from .types import Array, Interval, ObstacleLike
 
-SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
-TAIL = 9  # outermost of them, over which an obstacle without a lowest point falls all the way
-MOST_WAVES = 10**6
-ROUNDING = 8 * float(np.finfo(float).eps)  # of four heights, two to a slope, and of the abscissae
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
+SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Checked):
     """Horizontal plane at x2 = level.
 
     Parameters
@@ -61,14 +59,10 @@ class Plane:
     [0.1, 0.1]
     """
 
-    level: float = 0.0
+    level: float = field(default=0.0, metadata=checked(require_finite))
 
     even = True
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_finite(level=self.level)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -76,7 +70,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Checked):
     """Cylinder as the parabola x^2/(2 R), section 4.2.
 
     Parameters
@@ -95,14 +89,10 @@ class Cylinder:
     [0.0, 0.05]
     """
 
-    R: float
+    R: float = field(metadata=checked(require_positive))
 
     even = True
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(R=self.R)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -110,7 +100,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class Wedge:
+class Wedge(Checked):
     """Blunt wedge of the height ``slope*abs(x1)``.
 
     Parameters
@@ -129,7 +119,7 @@ class Wedge:
     [0.1, 0.0]
     """
 
-    slope: float
+    slope: float = field(metadata=checked(require_positive))
 
     kinks = (0.0,)
 
@@ -140,10 +130,6 @@ class Wedge:
 
     even = True
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(slope=self.slope)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -185,7 +171,6 @@ class Obstacle:
     jumps: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        make_plain(self)
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
         kinks = () if self.kinks is None else _tuple(self.kinks)
@@ -204,12 +189,8 @@ class Obstacle:
         Parameters
         ----------
         x, z : arrays (n,), n >= 2
-            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: of a
-            profile z that was measured from above, outwards from its body, they are -z.
-
-        Returns
-        -------
-        Samples
+            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: -z
+            of a profile z that was measured from above.
 
         Raises
         ------
@@ -224,7 +205,7 @@ def _tuple(values: Iterable[float] | float) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class Punch:
+class Punch(Checked):
     """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``.
 
     Parameters
@@ -245,8 +226,8 @@ class Punch:
     [0.0, inf]
     """
 
-    half_width: float
-    tilt: float = 0.0
+    half_width: float = field(metadata=checked(require_positive))
+    tilt: float = field(default=0.0, metadata=checked(require_finite))
 
     @property
     def ends(self) -> Interval:
@@ -259,11 +240,6 @@ class Punch:
         return self.tilt == 0
 
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(half_width=self.half_width)
-        require_finite(tilt=self.tilt)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
@@ -278,16 +254,6 @@ class Samples:
     The slope is discontinuous at each sample inside, where microblocks have a peak of pressure each: that
     takes seconds to a minute. A smooth curve is better given as a function height(x).
 
-    Parameters
-    ----------
-    x, z : arrays (n,), n >= 2
-        Abscissae, strictly ascending, and heights (lengths).
-
-    Raises
-    ------
-    BadArgument
-        If the samples are not finite, not ascending or not as many.
-
     Examples
     --------
     >>> samples = mb.Obstacle.from_samples(x=np.array([-1.0, 0.0, 1.0]), z=np.array([0.5, 0.0, 0.5]))
@@ -296,7 +262,7 @@ class Samples:
     """
 
     x: Array
-    z: Array | None = None
+    z: Array
 
     @property
     def kinks(self) -> tuple[float, ...]:
@@ -306,7 +272,9 @@ class Samples:
     @property
     def jumps(self) -> tuple[float, ...]:
         """By how much the slope jumps at each of them; 0 where that is rounding of the heights."""
-        jumps, rounding = np.diff(np.diff(self._z) / np.diff(self.x)), ROUNDING * np.abs(self._z).max()
+        # of four heights, two to a slope, and of the abscissae
+        rounding = 8 * np.finfo(float).eps * np.abs(self.z).max()
+        jumps = np.diff(np.diff(self.z) / np.diff(self.x))
         return tuple(np.where(np.abs(jumps) * np.diff(self.x).min() > rounding, jumps, 0.0))
 
     @property
@@ -314,15 +282,9 @@ class Samples:
         """The first and the last sample."""
         return self.x[0], self.x[-1]
 
-    @property
-    def _z(self) -> Array:
-        assert self.z is not None  # `__post_init__` raises an error without it
-        return self.z
-
     formulas = True
 
     def __post_init__(self) -> None:
-        make_plain(self)
         for name, values in (("x", self.x), ("z", self.z)):
             if callable(values):
                 raise BadArgument(
@@ -346,18 +308,18 @@ class Samples:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
             return NotImplemented
-        return np.array_equal(self.x, other.x) and np.array_equal(self._z, other._z)
+        return np.array_equal(self.x, other.x) and np.array_equal(self.z, other.z)
 
     def __hash__(self) -> int:
-        return hash((self.x.tobytes(), self._z.tobytes()))
+        return hash((self.x.tobytes(), self.z.tobytes()))
 
     def height(self, x: Array) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf outside the samples."""
-        return np.interp(x, self.x, self._z, left=np.inf, right=np.inf)
+        return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
 
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(Checked):
     """Wavy surface, whose lowest points are at 0, +-wavelength, ...
 
     Parameters
@@ -376,17 +338,13 @@ class Wave:
     [0.0, 0.0]
     """
 
-    amplitude: float
-    wavelength: float
+    amplitude: float = field(metadata=checked(require_positive))
+    wavelength: float = field(metadata=checked(require_positive))
 
     @property
     def period(self) -> float:
         """The wavelength, as obstacles that repeat name it."""
         return self.wavelength
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(amplitude=self.amplitude, wavelength=self.wavelength)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -394,7 +352,32 @@ class Wave:
 
 
 @dataclass(frozen=True)
-class Rough:
+class SelfAffine(Checked):
+    """Base of self-affine heights of a period; `most` waves to the period are the shortest that may be."""
+
+    period: float = field(metadata=checked(require_positive))
+    slope: float = field(metadata=checked(require_positive))
+    hurst: float = field(default=0.8, metadata=checked(require_finite))
+    waves: tuple[int, int] = (4, 256)
+    seed: int = field(default=1, metadata=checked(require_whole, 0))
+
+    most = 10**6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 <= self.hurst <= 1:
+            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
+        try:
+            longest, shortest = self.waves
+            require_whole(1, waves=longest)
+            require_whole(longest, self.most, waves=shortest)
+        except (TypeError, ValueError) as failure:
+            words = f"must be two whole numbers, 1 <= longest <= shortest <= {self.most}"
+            raise BadArgument("waves", self.waves, words) from failure
+
+
+@dataclass(frozen=True)
+class Rough(SelfAffine):
     """Self-affine profile of a period: cosines of random phases, amplitudes like (wavenumber)^-(hurst + 1/2).
 
     Parameters
@@ -423,15 +406,6 @@ class Rough:
     True
     """
 
-    period: float
-    slope: float
-    hurst: float = 0.8
-    waves: tuple[int, int] = (4, 256)
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        check_self_affine(self, MOST_WAVES)
-
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
         """Complex amplitudes of exp(2 pi i m x/period), m from the longest to the shortest wave."""
@@ -452,33 +426,10 @@ class Rough:
         return cast(Array, (total * phase ** self.waves[0]).real)
 
 
-def check_self_affine(rough: Any, most: int) -> None:
-    """Makes the arguments of a self-affine surface plain numbers; raises BadArgument where they are out of
-    range, such as a shortest wave beyond `most` to the period.
-    """
-    make_plain(rough)
-    require_positive(period=rough.period, slope=rough.slope)
-    require_finite(hurst=rough.hurst)
-    if not 0 <= rough.hurst <= 1:
-        raise BadArgument("hurst", rough.hurst, "must lie between 0 and 1")
-    try:
-        longest, shortest = rough.waves
-        require_whole(1, waves=longest)
-        require_whole(longest, most, waves=shortest)
-    except (TypeError, ValueError) as failure:
-        raise BadArgument(
-            "waves", rough.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {most}"
-        ) from failure
-    require_whole(0, seed=rough.seed)
-
-
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
-    """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none.
-
-    Raises
-    ------
-    BadArgument
-        If it is no obstacle, or its height no function that returns a number, or inf, for each of many x.
+    """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none; raises
+    BadArgument if it is no obstacle, or its height no function that returns a number, or inf, for each of
+    many x.
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
@@ -497,7 +448,7 @@ def heights(obstacle: ObstacleLike, x: Array) -> Array:
 
 
 def check(obstacle: ObstacleLike) -> None:
-    """Raises BadArgument unless the obstacle has a height that takes arrays, whatever it is where."""
+    """Raises BadArgument unless the obstacle has a height that takes arrays."""
     if returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, np.zeros(2))
 
@@ -507,7 +458,7 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     sides = {side: heights(obstacle, side * ell * SCALES) for side in (-1, 1)}
     for side, above in sides.items():
         with np.errstate(invalid="ignore"):  # inf - inf
-            falls = np.all(np.diff(above[-TAIL:]) < 0)
+            falls = np.all(np.diff(above[-9:]) < 0)
         if falls and above[-1] <= min(each.min() for each in sides.values()):
             raise BadArgument(
                 "obstacle",
@@ -524,26 +475,35 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
-    if not np.size(x):
-        return np.zeros(np.shape(x))
-    try:
-        with np.errstate(all="ignore"):  # `heights` raises an error where it is no number
-            found = real(height(np.array(x)))  # a copy: a user's function may write into it
+
+    def above(x: Array) -> Array:
+        found = real(height(x))
         left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
         return np.where((x < left) | (x > right), np.inf, found) if np.shape(found) == np.shape(x) else found
+
+    return evaluated(
+        above,
+        x,
+        name="obstacle",
+        given=obstacle,
+        allowed="its height(x) must take an array of x; np.vectorize(height, otypes=[float]) serves a "
+        "function of one number, a HalfSpace one of (x1, x2)",
+    )
+
+
+def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
+    """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
+    of what was given, where the function fails.
+    """
+    if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
+        return np.zeros(np.shape(x[0]))
+    try:
+        with np.errstate(all="ignore"):  # callers look at what is no number
+            return function(*map(np.array, x))  # copies: a user's function may write into them
     except MicroblockError:
         raise
-    except (TypeError, ValueError) as failure:
-        raise BadArgument(
-            "obstacle",
-            obstacle,
-            f"its height(x) must take an array of x ({shortened(str(failure))}); "
-            "np.vectorize(height, otypes=[float]) serves a function of one number, "
-            "a HalfSpace one of (x1, x2)",
-        ) from failure
     except Exception as failure:  # whatever the user's function does
-        words = f"its height(x) failed: {shortened(repr(failure))}"
-        raise BadArgument("obstacle", obstacle, words) from failure
+        raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
 
 
 def real(values: ArrayLike) -> Array:
@@ -555,22 +515,12 @@ def real(values: ArrayLike) -> Array:
 
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
-    """Returns the initial gap between points of a body's surface and the obstacle, along the surface normal.
+    """Returns the initial gap between points of a body's surface (lengths) and the obstacle along the unit
+    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, the distance along e2 seen along n; for n = e2 that
+    is the gap of section 4.2.
 
-    It is ``(height(x1) - x2) n2``, the distance along e2, in which the obstacle approaches, seen along n; for
-    n = e2 that is the gap of section 4.2.
-
-    Parameters
-    ----------
-    obstacle : object with ``height``, or a callable height
-    points, normals : arrays (n, 2)
-        Points of the surface (lengths), and unit normals.
-
-    Returns
-    -------
-    array (n,)
-        Lengths; ``inf`` where the obstacle has no surface above the point, or the body's surface is steeper
-        than 60 degrees, since there a gap along n is no measure of nearness.
+    It is ``inf`` where there is no obstacle above the point, or the surface is steeper than 60 degrees, where
+    it is no measure of nearness.
     """
     above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST

@@ -1,17 +1,16 @@
-"""The obstacle as far as it could touch: one picture of it, from which zones, panels and elements begin.
+"""The obstacle as far as it could touch: from what is known of it zones, panels and elements begin.
 
-A corner touches at x only where the height is below approach plus normal displacement. Under the load P that
-is, at the distance D from the lowest point, no more than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above
-the lowest height (a: half-width of a classical contact under P; the logarithm is that of the half-plane far
-from its load). So the heights within BOUND times that are sampled, first on all scales, then in the low
-stretches so densely that features as wide as SEEN times a show (`Proxy`).
+Under the load P a corner touches at the distance D from the lowest point only where the height is no more
+than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest (a: half-width of a classical contact).
+Heights within BOUND times that are sampled, first on all scales, then in the low stretches so densely that
+features as wide as 5e-4 a show (`Proxy`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,59 +25,11 @@ if TYPE_CHECKING:
     from .problem import Problem
 
 BOUND = 2.0  # of what a classical half-plane would ask for
-SCALES = 1e-3, 1e5  # of ell, between which an obstacle is sampled
-PER_DECADE = 400  # places on either side; of an obstacle that is known as formulas KNOWN
-KNOWN = 24
-FAR = 100.0  # half-widths, at least
-ZOOMS, ZOOMED = 14, 300  # how often nearer, by 4, and at how many of the least heights
-SEEN = 5e-4  # of a: distance of the samples of a function in a low stretch
-INTERVALS = 4000  # first ones of all low stretches together, with samples further apart instead
-COARSEST = 0.02  # of a: beyond this distance of the samples an error is raised
-SITES = 65  # places in a stretch of an obstacle that is known as formulas
-SAME = 1e-6  # of a: a singular point this near to one that is given is that one
-ROUND = 1.95  # power of ``abs(x)**power`` from which a tip is round enough for panels
-# slope discontinuities of a simple obstacle at most; of a, its shortest piece at least
-FEW, WIDE = 2, 0.25
-# of the slope a contact of this load asks for: errors of the height per length that do not matter
-NEGLIGIBLE = 1e-11
-
-
-@dataclass(frozen=True)
-class Shape:
-    """What is known of an obstacle from its height alone.
-
-    Attributes
-    ----------
-    sites, heights : arrays (m,)
-        Ascending places where it could touch, and the heights there (lengths).
-    edges, lengths : arrays (n + 1,), (n,)
-        Pieces on which the height is a polynomial; inf where only slope discontinuities and edges count.
-    kinks, jumps, ends : tuples of float
-        Slope discontinuities, jumps of the slope and edges of the obstacle, given or detected.
-    steps : tuple of float
-        Places at which the height itself jumps.
-    tips : tuple of float
-        Places at which the curvature has no bound though the slope does not jump.
-    found : bool
-        Whether slope discontinuities, jumps of the slope or edges were detected that the obstacle does not
-        name.
-    """
-
-    sites: Array
-    heights: Array
-    edges: Array
-    lengths: Array
-    kinks: tuple[float, ...]
-    jumps: tuple[float, ...]
-    ends: tuple[float, ...]
-    steps: tuple[float, ...] = ()
-    tips: tuple[float, ...] = ()
-    found: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
-class Picture(Shape):
-    """What is known of an obstacle for loads up to `load`: its Shape, and where it could touch.
+class Picture:
+    """What is known of an obstacle for loads up to `load`.
 
     Attributes
     ----------
@@ -94,6 +45,19 @@ class Picture(Shape):
         Intervals of x1, ascending, beyond which nothing touches.
     angle : Proxy or None
         The Proxy of psi0 where that is a function.
+    sites, heights : arrays (m,)
+        Ascending places where it could touch, and the heights there (lengths).
+    edges, lengths : arrays (n + 1,), (n,)
+        Pieces on which the height is a polynomial; inf where only slope discontinuities and edges count.
+    kinks, jumps, ends : tuples of float
+        Slope discontinuities, jumps of the slope and edges of the obstacle, given or detected.
+    steps : tuple of float
+        Places at which the height itself jumps.
+    tips : tuple of float
+        Places at which the curvature has no bound though the slope does not jump.
+    found : bool
+        Whether slope discontinuities, jumps of the slope or edges were detected that the obstacle does not
+        name.
     """
 
     load: float
@@ -103,6 +67,16 @@ class Picture(Shape):
     bound: float
     stretches: tuple[Interval, ...]
     angle: Proxy | None
+    sites: Array
+    heights: Array
+    edges: Array
+    lengths: Array
+    kinks: tuple[float, ...]
+    jumps: tuple[float, ...]
+    ends: tuple[float, ...]
+    steps: tuple[float, ...] = ()
+    tips: tuple[float, ...] = ()
+    found: bool = False
 
     @property
     def minima(self) -> Array:
@@ -113,9 +87,11 @@ class Picture(Shape):
 
     @property
     def simple(self) -> bool:
-        """Whether the obstacle has one lowest place and nothing narrower than the contact beside it."""
-        few = len(self.minima) <= 1 and len(self.kinks) <= FEW and not self.found and self.angle is None
-        return few and bool(self.lengths.min(initial=np.inf) > WIDE * self.half_width)
+        """Whether the obstacle has one lowest place, and nothing beside it that is much narrower than the
+        contact.
+        """
+        few = len(self.minima) <= 1 and len(self.kinks) <= 2 and not self.found and self.angle is None
+        return few and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
 
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
@@ -124,26 +100,23 @@ class Picture(Shape):
 
 
 def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
-    """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness).
-
-    Raises
-    ------
-    BadArgument
-        If no picture can be made of the obstacle or of psi0, which are noise or have too many features; or if
-        the obstacle stays so low far away that a half-plane touches it without bounds, or does not rise
-        enough to carry the load.
+    """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
+    BadArgument if the obstacle or psi0 is noise or has too many features, stays so low far away that a
+    half-plane touches it without bounds, or does not rise enough to carry the load.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)
-    farthest = SCALES[1] * ell
+    farthest = 1e5 * ell
     while True:
-        x, h = _everywhere(obstacle, ell, KNOWN if known else PER_DECADE, farthest)
+        x, h = _everywhere(obstacle, ell, 24 if known else 400, farthest)
         lowest = float(x[np.argmin(h)])
         half, rise = classical(problem, load, lowest)
-        half = max(half, _level_at(x, h, lowest, rise))
-        if farthest >= FAR * half:
+        # as wide as the lowest part up to the rise, which may be a flat bottom
+        level = next(x[j] - x[i] for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
+        half = max(half, float(level) / 2)
+        if farthest >= 100 * half:
             break
-        farthest = 2 * FAR * half
+        farthest = 200 * half
     away = np.abs(x - lowest) / half
     low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
     if low[0] or low[-1]:
@@ -171,19 +144,21 @@ def within(
     """Returns the Picture of given stretches, for contacts of this half-width and rise on any body; without
     `lowest` the lowest point is that of the sites.
     """
-    obstacle, floor = problem.obstacle, NEGLIGIBLE * rise
+    # errors of the height per length that do not matter: of the slope that this load asks for
+    obstacle, floor = problem.obstacle, 1e-11 * rise
     known: bool = getattr(obstacle, "formulas", False)
     shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor / half)
-    angle = _angle(problem.law, stretches, problem.solid.ell, half, floor / problem.solid.ell)
+    there = np.isfinite(shape["heights"])
+    shape |= {name: shape[name][there] for name in ("sites", "heights")}
     return Picture(
-        **vars(shape),
+        **shape,
         load=load,
-        lowest=float(shape.sites[np.argmin(shape.heights)]) if lowest is None else lowest,
+        lowest=float(shape["sites"][np.argmin(shape["heights"])]) if lowest is None else lowest,
         half_width=half,
         rise=rise,
         bound=bound,
         stretches=stretches,
-        angle=angle,
+        angle=_angle(problem.law, stretches, problem.solid.ell, half, floor / problem.solid.ell),
     )
 
 
@@ -205,7 +180,7 @@ class Seen(Obstacle):
 
 
 def classical(problem: Problem, load: float, centre: float) -> tuple[float, float]:
-    """Returns (half-width, rise): the obstacle rises by the approach of a classical parabolic contact."""
+    """Returns (half-width, rise) of the classical parabolic contact: the obstacle rises by its approach."""
     half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
@@ -222,29 +197,18 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise
 
 
-def _level_at(x: Array, h: Array, lowest: float, rise: float) -> float:
-    """Returns half of the width around the lowest place within which heights are below the rise, as on a flat
-    bottom.
-    """
-    within = next((i, j) for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
-    return float(x[within[1]] - x[within[0]]) / 2
-
-
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
-    """Returns places on all scales, ascending, and the heights there; around the least of them places are
-    denser.
-    """
-    scales = np.geomspace(
-        SCALES[0] * ell, farthest, int(per_decade * np.log10(farthest / (SCALES[0] * ell))) + 1
-    )
+    """Returns places on all scales, ascending and denser around the least heights, and the heights there."""
+    nearest = 1e-3 * ell
+    scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
     x = np.unique((*-scales, 0.0, *scales, *own))
     h = heights(obstacle, x)
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
-    lower = lower[np.argsort(h[lower])[:ZOOMED]]
+    lower = lower[np.argsort(h[lower])[:300]]
     left, right = x[lower - 1], x[lower + 1]
     more = [x]
-    for _ in range(ZOOMS if len(lower) else 0):
+    for _ in range(14 if len(lower) else 0):  # each 4 times nearer
         places = left[:, None] + (right - left)[:, None] * np.linspace(0, 1, 9)
         values = heights(obstacle, places.ravel()).reshape(places.shape)
         least = np.clip(np.argmin(values, axis=1), 1, 7)
@@ -254,85 +218,67 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     return x, heights(obstacle, x)
 
 
-def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> Shape:
-    """Returns the Shape of an obstacle that is a polynomial between its slope discontinuities and edges."""
-    kinks: tuple[float, ...] = tuple(getattr(obstacle, "kinks", ()))
-    ends: tuple[float, ...] = tuple(getattr(obstacle, "ends", ()))
+def _named(obstacle: ObstacleLike) -> tuple[dict[float, float], tuple[float, ...]]:
+    """Returns what an obstacle names: its slope discontinuities {place: jump of the slope}, and its edges."""
+    kinks = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
+    return dict(kinks), tuple(getattr(obstacle, "ends", ()))
+
+
+def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, Any]:
+    """Returns what a Picture has of an obstacle that is a polynomial between the places that it names."""
+    kinks, ends = _named(obstacle)
     own = [place for place in (*kinks, *ends) if any(left <= place <= right for left, right in stretches)]
-    sites = np.unique(np.concatenate([np.linspace(*each, SITES) for each in stretches] + [own]))
-    above = heights(obstacle, sites)
-    edges = np.array((stretches[0][0], stretches[-1][1]))
-    there = np.isfinite(above)
-    return Shape(
-        sites[there],
-        above[there],
-        edges,
-        np.array([np.inf]),
-        kinks,
-        tuple(getattr(obstacle, "jumps", ())),
-        ends,
-    )
+    sites = np.unique(np.concatenate([np.linspace(*each, 65) for each in stretches] + [own]))
+    return {
+        "sites": sites,
+        "heights": heights(obstacle, sites),
+        "edges": np.array((stretches[0][0], stretches[-1][1])),
+        "lengths": np.array([np.inf]),
+        "kinks": tuple(kinks),
+        "jumps": tuple(kinks.values()),
+        "ends": ends,
+    }
 
 
-def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float) -> Shape:
-    """Returns the Shape of any other obstacle, from its values in the low stretches."""
-    own: dict[float, float] = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
-    ends: tuple[float, ...] = tuple(getattr(obstacle, "ends", ()))
+def _sampled(
+    obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float
+) -> dict[str, Any]:
+    """Returns what a Picture has of any other obstacle, from its values in the low stretches."""
+    own, ends = _named(obstacle)
     first = _first(stretches, half, (*own, *ends), obstacle)
     pieces = _proxies(lambda x: heights(obstacle, x), first, floor, obstacle, known=own)
-    edges, lengths = _one_after_the_other(pieces)
-    sites, above, singular, jumps, powers = (
-        np.concatenate([getattr(each, name) for each in pieces])
-        for name in ("samples", "values", "singular", "jumps", "powers")
+    names = "edges", "samples", "values", "singular", "jumps", "powers"
+    edges, sites, above, singular, jumps, powers = (
+        np.concatenate([getattr(each, name) for each in pieces]) for name in names
     )
-    sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
+    # between the stretches nothing touches
+    lengths = [np.inf] + [length for each in pieces for length in (*each.lengths, np.inf)]
     gone = singular[np.isnan(jumps)].tolist()
-    found = () if ends else _outermost(gone, sites)
+    outermost = zip(sites[np.isfinite(above)][[0, -1]].tolist(), (-np.inf, np.inf))
+    found = tuple(place if place in gone else beyond for place, beyond in outermost)
+    found = ends or (found if np.isfinite(found).any() else ())
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
-    kinks = {
-        place: jump
-        for place, jump in kinks.items()
-        if not any(abs(place - given) < SAME * half for given in own)
+    kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in own.items()}  # else as measured
+    return {
+        "sites": sites,
+        "heights": above,
+        "edges": edges,
+        "lengths": np.array(lengths[1:-1]),
+        "kinks": tuple(sorted(kinks)),
+        "jumps": tuple(kinks[place] for place in sorted(kinks)),
+        "ends": found,
+        "steps": tuple(place for place in gone if place not in found),
+        "tips": tuple(singular[(jumps == 0) & (powers < 1.95)].tolist()),  # of ``abs(x)**power``
+        "found": kinks != own or found != ends,
     }
-    measured = dict(zip(singular.tolist(), jumps.tolist()))
-    for place, jump in own.items():  # as given; its jump, if that is not, as measured
-        nearest = min(measured, key=lambda each: abs(each - place), default=place)
-        usable = abs(nearest - place) < SAME * half and np.isfinite(measured.get(nearest, np.nan))
-        kinks[place] = jump or (measured[nearest] if usable else 0.0)
-    kinks = dict(sorted(kinks.items()))
-    return Shape(
-        sites,
-        above,
-        edges,
-        lengths,
-        kinks=tuple(kinks),
-        jumps=tuple(kinks.values()),
-        ends=ends or found,
-        steps=tuple(place for place in gone if place not in (*ends, *found)),
-        tips=tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()),
-        found=len(kinks) > len(own) or bool(found) or any(kinks[x] != jump for x, jump in own.items()),
-    )
-
-
-def _outermost(places: Sequence[float], sites: Array) -> tuple[float, ...]:
-    """Returns (left, right) edges of an obstacle from places at which the height ends or jumps; inf where
-    none is.
-    """
-    near = SAME * (sites[-1] - sites[0])
-    left, right = (
-        next((place for place in places if abs(place - site) <= near), None) for site in (sites[0], sites[-1])
-    )
-    if left is None and right is None:
-        return ()
-    return -np.inf if left is None else left, np.inf if right is None else right
 
 
 def _first(stretches: Sequence[Interval], half: float, breaks: Iterable[float], given: object) -> list[Array]:
     """Returns the first intervals of each stretch: [edges, ...]."""
     samples = 27  # of an interval, about: see `proxy`
-    wide, spacing = sum(right - left for left, right in stretches), SEEN * half
-    spacing = max(spacing, wide / (samples * INTERVALS))
-    if spacing > COARSEST * half:
+    wide, spacing = sum(right - left for left, right in stretches), 5e-4 * half
+    spacing = max(spacing, wide / (4000 * samples))
+    if spacing > half / 50:
         raise BadArgument(
             "obstacle",
             given,
@@ -371,13 +317,6 @@ def _proxies(
             f"must be smooth but for some places: {failure}; Cells(nodes=...) "
             "take it as their centres see it",
         ) from failure
-
-
-def _one_after_the_other(pieces: Sequence[Proxy]) -> tuple[Array, Array]:
-    """Returns (edges, lengths) of several proxies; between them nothing touches, and lengths are inf."""
-    edges = np.concatenate([each.edges for each in pieces])
-    lengths = [np.inf] + [length for each in pieces for length in (*each.lengths, np.inf)]
-    return edges, np.array(lengths[1:-1])
 
 
 def _angle(

@@ -1,6 +1,4 @@
-"""Results as plain data: as JSON has them (dictionaries, lists, texts, numbers, and None where a number does
-not exist), as labelled data sets, and in files that bring them back.
-"""
+"""Results as plain data, as JSON has them, as labelled data sets, and in files that bring them back."""
 
 from __future__ import annotations
 
@@ -8,12 +6,63 @@ import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
 if TYPE_CHECKING:
     import xarray
+
+
+class Quantity(NamedTuple):
+    """The states whose dictionary has it ("plane", "friction", "space"), its unit, and that of three
+    dimensions where it is another.
+    """
+
+    listed: str = ""
+    unit: str = ""
+    in_space: str = ""
+
+
+# what results have, by name: dictionaries, data sets and files take names and units from here
+QUANTITIES = {
+    "load": Quantity("plane space", "force per thickness", "force"),
+    "approach": Quantity("plane space", "length"),
+    "half_width": Quantity("plane", "length"),
+    "contact_area": Quantity("plane space", "length", "length^2"),
+    "zones": Quantity("plane", "length"),
+    "energy": Quantity("plane space", "energy per thickness", "energy"),
+    "error_estimate": Quantity("plane space"),
+    "error_parts": Quantity("plane"),
+    "residual": Quantity("plane space"),
+    "iterations": Quantity("plane space"),
+    "unknowns": Quantity("plane space"),
+    "method": Quantity("plane space"),
+    "warnings": Quantity("plane space"),
+    "x": Quantity("plane", "length"),
+    "points": Quantity("space", "length"),
+    "shape": Quantity("space"),
+    "x1": Quantity("space", "length"),
+    "x2": Quantity("space", "length"),
+    "width": Quantity("space", "length"),
+    "seen_width": Quantity("space", "length"),
+    "weights": Quantity("plane space", "length", "length^2"),
+    "pressure": Quantity("plane space", "stress"),
+    "pressures": Quantity("plane space", "stress"),
+    "micromoment": Quantity("plane space", "stress x length"),
+    "psi": Quantity("plane space", "radian"),
+    "displacement": Quantity("plane space", "length"),
+    "closed": Quantity("space"),
+    "opposite": Quantity("space", "length"),
+    "shear": Quantity("friction", "force per thickness"),
+    "dissipation": Quantity("friction", "energy per thickness"),
+    "work": Quantity("friction", "energy per thickness"),
+    "tangential_approach": Quantity("friction", "length"),
+    "zone_errors": Quantity("friction"),
+    "shear_traction": Quantity("friction", "stress"),
+    "slip": Quantity("friction", "length"),
+    "load_error": Quantity(unit="force per thickness"),  # of an event
+}
 
 
 class PlainData:
@@ -73,9 +122,9 @@ class PlainData:
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit.
 
-        The file has all attributes, but not what lies between the points: `pressure_at`, `gap_at` and
-        `fields` of what is loaded raise BadArgument. Functions, such as the height of an obstacle, and meshes
-        are no data: of a problem that has one, these parts come back as their name alone.
+        The file has all attributes, but not what lies between the points: `pressure_at`, `micromoment_at`,
+        `gap_at` and `fields` of what is loaded raise BadArgument. Functions and meshes are no data: they come
+        back as their name alone.
 
         Parameters
         ----------

@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     from .material import Cosserat
     from .picture import Picture
 
-MIRRORED = np.geomspace(1e-3, 1e4, 43)  # of ell: places at which evenness is looked at
-SAME_HEIGHT = 1e-9  # of their size, or of ell: heights that differ by less are the same
-# of the farthest place, or of ell: ell a multiple of the spacing of samples, corners meet them at such ways
-SAME_PLACE = 1e-13
 GROWTH = 4.0  # of panels away from an edge
 
 
@@ -33,19 +29,10 @@ GROWTH = 4.0  # of panels away from an edge
 class Problem:
     """The problem on the line: solid, law and obstacle, in one place.
 
-    Parameters
-    ----------
-    solid : Cosserat
-    law : Microblock, Unilateral or Microclamped
-    obstacle : obstacle or callable
-    mirror : bool
-        Whether obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
-        >= 0 if the law has one corner only.
-    picture : Picture, optional
-        What is known of the obstacle; without it the obstacle is taken for smooth between its slope
-        discontinuities and edges.
-    counter : Cosserat, optional
-        Solid of the second body, if the obstacle is its shape; without it the obstacle is rigid.
+    With `mirror` obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
+    >= 0 if the law has one corner only. Without a `picture` the obstacle is smooth between the places that it
+    names. `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is
+    rigid.
     """
 
     solid: Cosserat
@@ -82,7 +69,8 @@ class Problem:
         own += getattr(self.picture, "tips", ())
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
-        far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
+        # ell a multiple of the spacing of samples, corners meet them up to rounding
+        far = np.diff(places) > 1e-13 * (np.abs(places).max(initial=0.0) + self.ell)
         return np.concatenate((places[:1], places[1:][far]))
 
     def _one_place(self, place: float) -> float:
@@ -146,18 +134,14 @@ class Problem:
         return self.shifts[corner]
 
     def sites(self, corner: int) -> Array:
-        """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated,
-        ascending.
-        """
+        """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated."""
         assert self.picture is not None
         angle = np.empty(0) if self.picture.angle is None else self.picture.angle.samples
         return np.union1d(self.picture.sites + self.shifts[corner], angle)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
-        """Returns how long panels may be on an interval for the sake of heights and psi0 there and beside it.
-
-        A panel is no longer than the pieces on which they are polynomials, and than `grading` times its
-        distance from shorter ones; the length is inf where heights and psi0 are smooth.
+        """Returns how long panels may be on an interval: no longer than pieces on which heights and psi0 are
+        polynomials, and than `grading` times the distance from shorter ones; inf where these are smooth.
         """
         lengths: list[float] = [np.inf]
         for edges, own in self._pieces:
@@ -167,9 +151,7 @@ class Problem:
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
-        """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty if there are
-        none.
-        """
+        """{corner: (left, right)}, contact points beyond which it meets no obstacle; empty without any."""
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
@@ -184,8 +166,8 @@ class Problem:
         return {0: zones[0], 1: tuple((-right, -left) for left, right in reversed(zones[0]))}
 
     def computed(self, zones: CornerZones) -> CornerZones:
-        """Returns of the zones of all corners those that are computed; on a half-line with the mirror images
-        of those on the right.
+        """Returns of the zones of all corners those that are computed; on a half-line with mirror images of
+        those on the right.
         """
         if not half_line(self):
             return {corner: zones[corner] for corner in self.corners}
@@ -235,11 +217,11 @@ def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
-    x = ell * MIRRORED
+    x, same = ell * np.geomspace(1e-3, 1e4, 43), 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
         right, left = heights(obstacle, x), heights(obstacle, -x)
-        apart = ~np.isclose(right, left, rtol=SAME_HEIGHT, atol=SAME_HEIGHT * ell)
+        apart = ~np.isclose(right, left, rtol=same, atol=same * ell)
         if apart.any():
             raise BadArgument(
                 "obstacle",
@@ -249,7 +231,7 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
             )
     if law.even:
         one, other = (list(law.levers(places).values()) for places in (x, -x))
-        if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=SAME_HEIGHT, atol=SAME_HEIGHT):
+        if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=same, atol=same):
             raise BadArgument(
                 "law", law, "says that it is even, but its levers are not those of a mirror image"
             )

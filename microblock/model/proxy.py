@@ -1,9 +1,8 @@
 """A function known by its values alone, as polynomials on pieces: where it is smooth and where it ends.
 
-Pieces on which a polynomial of degree NODES - 1 does not follow are halved (the idea of chebfun: Battles and
-Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). A polynomial follows a smooth function on pieces that are
-short enough, but one with a singular point on none that has it inside. What is narrower than the samples of
-the first intervals, and changes nothing at them, is not seen.
+Pieces on which a polynomial of degree NODES - 1 does not follow are halved (as chebfun does: Battles and
+Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside none is short enough. What is
+narrower than the samples of the first intervals, and changes nothing at them, is not seen.
 """
 
 from __future__ import annotations
@@ -20,12 +19,8 @@ from ..errors import MicroblockError
 from .types import Array, Flags, Function
 
 NODES = 14
-# of the first intervals: features that they show are wider, so that a shorter piece has a singular point
-NARROW = 1 / 64
 LOST = 1e-5  # of all intervals: singular points nearer to each other are one
-MOST = 200  # singular points at a time: more of them are noise
 HALF = 0.5137  # not 1/2: a singular point at a round number shall fall into one of the halves
-KINK = 0.9  # a jump of the slope that shrinks by more on a hundredth of the way is none
 
 _points = chebpts2(NODES)
 _places = np.concatenate((_points, (_points[1:] + _points[:-1]) / 2))  # samples of a piece, in [-1, 1]
@@ -66,8 +61,8 @@ class Proxy:
 
     @property
     def lengths(self) -> Array:
-        """Lengths of the pieces, array (n,); inf where a piece is short only because a singular point is
-        beside it, within two and a half lengths.
+        """Lengths of the pieces, array (n,); inf where a piece is short only because of a singular point
+        within two and a half lengths.
         """
         lengths = np.diff(self.edges)
         middle, least = (self.edges[1:] + self.edges[:-1]) / 2, LOST * (self.edges[-1] - self.edges[0])
@@ -76,32 +71,17 @@ class Proxy:
 
 
 def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[float] = ()) -> Proxy:
-    """Returns the Proxy of a function on the intervals between `edges`.
+    """Returns the Proxy of a function of arrays on the intervals between `edges`, inf where there is nothing.
 
-    Parameters
-    ----------
-    function : callable
-        Function of an array (n,); inf where there is nothing.
-    edges : array (n + 1,)
-        Edges, ascending, of intervals that are short enough for the features that shall be seen.
-    floor : float
-        Error per length that does not matter.
-    known : sequence of float
-        Places inside that are known to be singular.
-
-    Returns
-    -------
-    Proxy
-
-    Raises
-    ------
-    TooRough
-        If there are too many pieces, or more than MOST singular points.
+    The intervals are short enough for the features that shall be seen; `floor` is an error per length that
+    does not matter, `known` are singular places inside. Raises TooRough if there are too many pieces, or more
+    than 200 singular points at a time, as of noise.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
     given = [*known, *_ends(function, x, np.isfinite(h))]
-    whole, narrow, budget = edges[-1] - edges[0], NARROW * np.median(np.diff(edges)), 8000
+    # features that the first intervals show are wider: a shorter piece has a singular point
+    whole, narrow, budget = edges[-1] - edges[0], np.median(np.diff(edges)) / 64, 8000
     cuts = np.unique((edges[0], *given, edges[-1]))
     left, right = cuts[:-1], cuts[1:]
     done: list[tuple[Array, Array]] = []
@@ -111,7 +91,7 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
         rough = _rough(function, left, right, x, h, np.where(short, 0.0, floor)) > 1
         short &= rough
         budget -= len(left)
-        if budget < 0 or np.count_nonzero(short) > MOST:
+        if budget < 0 or np.count_nonzero(short) > 200:
             raise TooRough(f"it changes ever more quickly, next to x = {left[0]:.4g}")
         places += _pinned(function, left[short], right[short], 1e-10 * whole)
         done.append((left[~rough | short], right[~rough | short]))
@@ -167,16 +147,16 @@ def _rough(
     values[~there] = 0.0
     series = values[:, :NODES] @ _coefficients.T
     error = np.abs(values[:, :NODES] @ _between.T - values[:, NODES:]).max(axis=1)
-    piece = np.maximum(np.searchsorted(left, x, side="right") - 1, 0)
-    inside = (left[piece] <= x) & (x <= right[piece]) & np.isfinite(h)
-    piece, length = piece[inside], right - left
-    along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
-    np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
     error[~there.all(axis=1)] = np.inf
-    error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
-    change, eps = np.ptp(values, axis=1), np.finfo(float).eps
+    change, length, eps = np.ptp(values, axis=1), right - left, np.finfo(float).eps
     place = np.maximum(np.abs(left), np.abs(right)) / length
     allowed = (1e-8 + 4 * eps * place) * change + 40 * eps * np.abs(values).max(axis=1) + floor * length
+    piece = np.maximum(np.searchsorted(left, x, side="right") - 1, 0)
+    inside = (error <= allowed)[piece] & (left[piece] <= x) & (x <= right[piece]) & np.isfinite(h)
+    piece = piece[inside]
+    along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
+    np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
+    error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
     return cast(Array, error / np.maximum(allowed, 1e-300))
 
 
@@ -200,13 +180,12 @@ def _pinned(function: Function, left: Array, right: Array, least: float) -> list
 def _at_singular(
     function: Function, place: float, others: Iterable[float], whole: float, exact: bool
 ) -> tuple[float, float, float]:
-    """Returns (place, jump of the slope, power) of a singular point, whose place is known roughly or exactly,
-    from values beside it.
+    """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, whose place
+    is known roughly or exactly, from differences beside it.
 
-    The jump is 0 if it shrinks with the step of the differences, nan if it grows: then the function itself
+    The jump is 0 if it shrinks with their step; jump and power are nan if it grows: then the function itself
     jumps. Where the slope jumps the place is where the polynomials of either side meet: a logarithm d beside
-    its place is off by sqrt(d) in L2. The power is that of ``abs(x - place)**power`` from second differences;
-    nan where the function jumps.
+    its place is off by sqrt(d) in L2.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
 
@@ -220,7 +199,7 @@ def _at_singular(
         power = 1 + np.log(abs(first / second)) / np.log(100)
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
         return place, np.nan, np.nan
-    if abs(second) <= KINK * abs(first):
+    if abs(second) <= 0.9 * abs(first):  # it shrinks with the step
         return place, 0.0, power
     meeting, jump = _meeting(function, place, 1e-3 * width)
     near = abs(meeting - place) < 1e-4 * width

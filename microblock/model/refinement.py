@@ -48,34 +48,11 @@ def refine(
     rtol: float,
     load: float | None = None,
 ) -> tuple[Result, float]:
-    """Solves on finer and finer refinement levels until two neighbours agree to rtol.
+    """Solves on finer and finer levels until two neighbours agree to rtol; returns the finer result, and
+    their relative `distance` as its error, which it bounds as long as a level at least halves the error.
 
-    Their distance bounds the error of the finer as long as each level at least halves the error.
-
-    Parameters
-    ----------
-    solve : callable
-        Returns the result on a level.
-    sizes : sequence
-        Refinement levels, coarse to fine.
-    distance : callable
-        Returns the relative difference of (coarse result, fine result).
-    rtol : float
-        Tolerance, between 0 and 1.
-    load : float, optional
-        Load at which that is, for the message.
-
-    Returns
-    -------
-    result
-        The finer of the two results.
-    estimate : float
-        Estimate of its relative error.
-
-    Raises
-    ------
-    NotConverged
-        If the levels end before rtol is reached; `rtol_reached` is the smallest estimate, rounded up.
+    Raises NotConverged if the levels end before; `rtol_reached` is the smallest estimate, rounded up, and
+    `load` stands in the message.
     """
     require_tolerance(rtol)
     changes = list[float]()

@@ -13,17 +13,15 @@ from .types import Array
 if TYPE_CHECKING:
     from .state import State
 
-NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
-
 
 def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
-    """Returns the contact points x1 at which a corner is closed at one of the places of the obstacle,
-    ascending; up to `within` (length) beside a zone.
+    """Returns the contact points x1, ascending, at which a corner is closed at one of the places of the
+    obstacle, up to `within` (length) beside a zone.
     """
     if not places:  # of a state from a file, whose law may be a name alone
         return []
     law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
-    two, margin = len(law.corners) == 2, max(NEAR * ell, within)
+    two, margin = len(law.corners) == 2, max(1e-6 * ell, within)
     return sorted(
         {
             float(place + shift)
@@ -36,8 +34,8 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
 
 
 def unbounded(state: State) -> list[float]:
-    """Returns the places x1 within the contact at which the pressure is infinite: where a corner meets an end
-    or an edge of the obstacle.
+    """Returns the places x1 in contact at which the pressure is infinite: at ends and
+    edges of the obstacle.
     """
     seen = state.solution.problem.obstacle  # with the places that nobody has named
     kinks, jumps, ends = (getattr(seen, name, ()) for name in ("kinks", "jumps", "ends"))
@@ -45,14 +43,14 @@ def unbounded(state: State) -> list[float]:
 
 
 def of_samples(state: State) -> list[str]:
-    """Returns sentences on a contact with samples: that it reaches the last one, which was hardly meant, and
-    that the straight lines between them have edges.
+    """Returns sentences on a contact with samples: that it reaches the last one, and that
+    lines have edges.
     """
     samples, found = shape_of(state.obstacle), []
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
         return []
     period = state.solution.period
-    whole = period is not None and np.ptp(samples.ends) >= period * (1 - NEAR)
+    whole = period is not None and np.ptp(samples.ends) >= period * (1 - 1e-6)
     for end in () if whole else samples.ends:  # over a whole period the next one begins there
         if touched(state, (end,), _spacing(state, end)):
             found.append(

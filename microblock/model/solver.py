@@ -25,25 +25,17 @@ if TYPE_CHECKING:
 
 
 class Solver:
-    """Base of solvers: a solver is made of a Contact and returns Solutions for loads and tolerances.
+    """Base of solvers: a solver is made of a `Contact` and the method that the user has named.
 
-    A solver defines `solve`; it may define `path` if it can follow events, and `follow` if a neighbouring
-    solution saves work.
-
-    Parameters
-    ----------
-    contact : Contact
-        The problem with body, obstacle and law.
-    options : Panels, Cells, Fitted, Uniform, Condensed, Newton or another method
-        The method as the user has named it; each solver knows the class of its own.
+    It defines `solve`; it may define `path` if it can follow events, `history` if friction, and `follow` if
+    a neighbouring solution saves work.
 
     Attributes
     ----------
     has_level : bool
         Whether the approach means something: the additive constant of a half-plane is arbitrary.
     has_fitted_zones : bool
-        Whether the edges of its zones are unknowns, so that events are found from their widths
-        (`path.ZonePath`).
+        Whether the edges of its zones are unknowns, so that events are found from them (`path.ZonePath`).
     usual_rtol : float or None
         Relative error that is asked for where the user names none.
     most_corners : int or None
@@ -135,29 +127,11 @@ class Solver:
         initial: Solution | None = None,
         progress: bool = False,
     ) -> Solution:
-        """Returns the Solution at a load or an approach (the other is None).
+        """Returns the Solution at a load (force per thickness) or an approach (length), the other being None.
 
-        Parameters
-        ----------
-        load, approach : float or None
-            Force per thickness; approach of the obstacle (length).
-        rtol : float or None
-            Relative error as of `Contact.solve`; None for the usual one of the method.
-        initial : Solution or None
-            A solution of a similar problem; one of another kind is passed over.
-        progress : bool
-            Whether a bar is shown where the method counts its steps.
-
-        Returns
-        -------
-        Solution
-
-        Raises
-        ------
-        BadArgument
-            If the method does not take an argument.
-        NotConverged
-            If the accuracy is out of reach or no zones are found.
+        `rtol` is that of `Contact.solve`, None the usual one; `initial` a solution of a similar problem,
+        passed over where it is of another kind. Raises BadArgument if the method does not take an argument,
+        NotConverged if the accuracy is out of reach or no zones are found.
         """
         raise NotImplementedError
 
@@ -166,11 +140,9 @@ class Solver:
         return State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
-        """Raises NotConverged unless a state has the load or the approach (the other is None) that was asked
-        for, its pressures carry its load, and its equations hold.
-
-        A residual below the error estimate is part of it. A penalty leaves gaps on purpose, so that its
-        residual does not count: states say how large they are.
+        """Raises NotConverged unless a state has the load or the approach that was asked for, its pressures
+        carry its load, and its equations hold: a residual below the error estimate is part of it, and that of
+        a penalty, which leaves gaps on purpose, does not count.
         """
         solution = getattr(state, "solution", state)
         counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
@@ -200,9 +172,7 @@ class Solver:
         return float(np.sum(state.weights * state.pressure * state.normals[:, -1]))
 
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
-        """Returns the LoadPath up to the load `last`; raises BadArgument where the method cannot follow
-        events.
-        """
+        """Returns the LoadPath up to a load; raises BadArgument where the method cannot follow events."""
         raise BadArgument(
             "method",
             type(self.options).__name__,

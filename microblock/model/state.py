@@ -16,7 +16,7 @@ from ..errors import BadArgument, Named, at_least, require_choice, require_numbe
 from .deformable import body_of
 from .material import Cosserat, Elastic, hertz_scales
 from .obstacles import Cylinder, gap, returned
-from .plain_data import PlainData, plain_data
+from .plain_data import QUANTITIES, PlainData, plain_data
 from .sharp import of_samples
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
@@ -40,16 +40,7 @@ if TYPE_CHECKING:
 
     from .problem import Problem
 
-OF_PROBLEM = "obstacle", "law", "solid"  # what a state has of its problem
-LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
-ROUGH = 0.1  # error estimate from which a state says that it is rough
-# slope of the surface: beyond small strain, and of a cylinder beyond its parabola
-STEEP = 0.2
-# nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
-FEWEST = 9
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
-# of the contact's width, over which the obstacle's slope at an edge is taken
-NEXT_TO = 1e-6
 
 
 @dataclass(frozen=True)
@@ -62,12 +53,8 @@ class Surface:
         Points of the undeformed surface (lengths), and unit normals.
     pressures, gaps : arrays (corners, n)
         Stresses and lengths; a gap is inf where there is no obstacle over the corner.
-    micromoment : array (n,)
-        Couple per area (stress x length).
-    psi, rotation : arrays (n,)
-        Microrotation, and rotation of the blocks (radians): psi, with psi0 where that acts in the gaps.
-    displacement : array (n,)
-        Normal displacement into the body, -u.n (length); of a half-plane up to its additive constant.
+    micromoment, psi, rotation, displacement : arrays (n,)
+        As of `State`.
     obstacle : array (n,)
         Height of the obstacle over the undeformed surface along n at the state's approach (length).
     corners : tuple of str
@@ -152,9 +139,7 @@ def corner_gaps(
 
 
 class ErrorParts:
-    """Base of frozen dataclasses of parts of the relative L2 error of pressure and micromoment; `total` is
-    their sum.
-    """
+    """Base of frozen dataclasses of parts of the relative L2 error; `total` is their sum."""
 
     @property
     def total(self) -> float | None:
@@ -165,13 +150,14 @@ class ErrorParts:
 
 
 class Solution:
-    """What a method computes, and what lies between its points: a State takes its fields from it when they
-    are first asked for, by their names, and asks it for `pressure`, `gap`, `fields` and `surface`.
+    """What a method computes, and what lies between its points: a State takes its fields from it by their
+    names, when they are first asked for, and asks it for `pressure`, `moment_at`, `gap`, `fields` and
+    `surface`.
 
-    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
-    `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns` and `displacement`, in the plane
-    `x`, and with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
-    `tangential_approach` and `zone_errors`: as attributes, fields or properties.
+    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`,
+    `micromoment`, `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns` and
+    `displacement`, in the plane `x`, and with friction `shear`, `shear_traction`, `slip`, `dissipation`,
+    `work` and, where they are known, `tangential_approach` and `zone_errors`.
 
     Attributes
     ----------
@@ -182,7 +168,7 @@ class Solution:
     has_edges : bool
         Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
     apart : boolean array (n - 1,) or None
-        Whether the surface is interrupted between a point and the next; None where it nowhere is.
+        As of `State`.
     """
 
     estimate: ErrorParts | None = None
@@ -202,9 +188,7 @@ class Solution:
 
     @property
     def error_estimate(self) -> float | None:
-        """Relative error as of `State`, the sum of the parts of the estimate; None where a mesh or an order
-        was prescribed.
-        """
+        """The sum of the parts of the estimate; None where a mesh or an order was prescribed."""
         return None if self.estimate is None else self.estimate.total
 
     @property
@@ -245,6 +229,15 @@ class Solution:
         """Returns the displacement along x2 of the surface of a second body at x, array (n,) (length)."""
         return np.zeros(len(x))
 
+    def moment_at(self, x: Array) -> Array:
+        """Returns M at x, array (n,): a polygon through the points, where psi is not prescribed of the
+        contact alone.
+        """
+        pressed = sum(self.pressure(corner, x) for corner in range(len(self.pressures))) > 0
+        return np.where(
+            pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
+        )
+
     def moved_on(self, earlier: Solution, share: float) -> Solution:
         """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the
         next.
@@ -252,13 +245,11 @@ class Solution:
         return self
 
     def few_nodes(self, advice: str) -> list[str]:
-        """Returns a list of one sentence where a zone of the contact has few nodes and there is no error
-        estimate.
-        """
+        """Returns a list of one sentence where a zone has few nodes and there is no error estimate."""
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(numbers, default=0)
-        if self.error_estimate is not None or few >= FEWEST:
+        if self.error_estimate is not None or few > 8:  # half a spacing is 1/16 of the zone then
             return []
         where = "in contact" if len(numbers) < 2 else "in a zone of the contact"
         return [f"only {few} nodes {where} and no error estimate: {advice}"]
@@ -279,6 +270,13 @@ class LineSolution(Solution):
             return cast(Array, self._reaction_at_nodes())
         moments = self.problem.levers(self.x) * self.pressures
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
+
+    def moment_at(self, x: Array) -> Array:
+        """Returns M at x, array (n,), from the pressures there, or the reaction to psi = 0."""
+        if self.problem.law.clamps_rotation:
+            return cast(Array, self.reaction(x))
+        pressures = [self.pressure(corner, x) for corner in range(len(self.pressures))]
+        return cast(Array, self.problem.ell / 2 * np.sum(self.problem.levers(x) * pressures, axis=0))
 
     @cached_property
     def energy(self) -> float:
@@ -448,20 +446,6 @@ class State(Shown, PlainData):
     shear_traction: Array | None
     slip: Array | None
 
-    _keys = (
-        *("load", "approach", "half_width", "contact_area", "zones", "energy", "error_estimate"),
-        *("error_parts", "residual", "iterations", "unknowns", "method", "warnings"),
-        *("x", "weights", "pressure", "pressures", "micromoment", "psi"),
-    )
-    _of_friction = (
-        *("shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip"),
-    )
-    _in_space = (
-        *("load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations"),
-        *("unknowns", "method", "warnings", "seen_width", "width", "shape", "x1", "x2", "points", "weights"),
-        *("pressure", "pressures", "micromoment", "psi", "displacement", "opposite", "closed"),
-    )
-
     def __init__(self, solution: Any, **given: Any) -> None:
         """The state of a solution; what is not given is taken from that when it is first asked for."""
         vars(self).update(given, solution=solution)
@@ -472,7 +456,7 @@ class State(Shown, PlainData):
             entry = self.__dataclass_fields__.get(name)
             if entry is None or "solution" not in vars(self):
                 raise AttributeError(f"a State has no {name}")
-            holders = (self.problem,) if name in OF_PROBLEM else self.solution.holders
+            holders = (self.problem,) if name in ("obstacle", "law", "solid") else self.solution.holders
             known = [one for one in holders if getattr_static(one, name, None) is not None]
             if not known and "None" not in entry.type:
                 raise AttributeError(f"{type(self.solution).__name__} has no {name}")
@@ -496,9 +480,8 @@ class State(Shown, PlainData):
     @property
     def listed(self) -> tuple[str, ...]:
         """Names of what `to_dict` has."""
-        if not self.flat:
-            return self._in_space
-        return self._keys if self.shear is None else (*self._keys, *self._of_friction)
+        kinds = {"space"} if not self.flat else {"plane"} if self.shear is None else {"plane", "friction"}
+        return tuple(name for name, own in QUANTITIES.items() if kinds & {*own.listed.split()})
 
     @cached_property
     def problem(self) -> ContactLike:
@@ -580,13 +563,13 @@ class State(Shown, PlainData):
         """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
         ell, found = 0.0 if isinstance(self.solid, Elastic) else self.solid.ell, []
         largest = float(np.abs(self.rotation).max(initial=0.0))
-        if largest > LARGE_ROTATION:
+        if largest > math.radians(10):  # where the small-angle form misses 1.5 %
             angle = math.degrees(largest)
             found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
         slope = self._slope()
-        if slope > STEEP:
+        if slope > 0.2:
             found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
-        if self.error_estimate is not None and self.error_estimate > ROUGH:
+        if self.error_estimate is not None and self.error_estimate > 0.1:
             figure = at_least(self.error_estimate)
             found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
         contact = self.zones["contact"]
@@ -599,7 +582,7 @@ class State(Shown, PlainData):
         edges = np.array([edge for interval in self.zones["contact"] for edge in interval], float)
         if not len(edges) or not self.solution.has_edges:
             return 0.0
-        step = NEXT_TO * max(np.ptp(edges), NEXT_TO * self.solid.ell)
+        step = 1e-6 * max(np.ptp(edges), 1e-6 * self.solid.ell)
         around = np.array([returned(self.solution.problem.obstacle, edges + sign * step) for sign in (-1, 1)])
         known = np.isfinite(around).all(axis=0)
         return float(np.abs(np.diff(around[:, known], axis=0) / (2 * step)).max(initial=0.0))
@@ -636,6 +619,37 @@ class State(Shown, PlainData):
         numbers = range(len(self.pressures)) if corner is None else [self._number(corner)]
         found = sum((self.solution.pressure(number, places) for number in numbers), np.zeros(len(places)))
         return _like(x, found) if self.flat else found
+
+    def micromoment_at(self, x: ArrayLike) -> Array:
+        """Returns the micromoment (29) at x, or the reaction to psi where the law prescribes it.
+
+        Parameters
+        ----------
+        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
+            As of `pressure_at`.
+
+        Returns
+        -------
+        array (n,), or a float for one number; in three dimensions array (n, 2)
+            M, in three dimensions M1 and M2 (stress x length). Of panels and fitted elements it is that of
+            the pressures at x; of other methods linear between their points, as `pressure_at`.
+
+        Raises
+        ------
+        BadArgument
+            If x is no such array of finite numbers.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0)
+        >>> state.micromoment_at([-0.2, 0.2, 1.0]).round(4).tolist()
+        [-0.0712, 0.0712, 0.0]
+        """
+        places = self._places(x)
+        if self.flat:
+            return _like(x, self.solution.moment_at(places))
+        return np.column_stack([self.solution.between(one, places) for one in self.solution.micromoment])
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.
@@ -1025,10 +1039,8 @@ class State(Shown, PlainData):
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
-    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,).
-
-    Of the solution the `pressures` of corners, `psi` and `micromoment` about x1 and x2, `displacement` and
-    the number of `closed` corners are taken, arrays whose last axes are those of the points.
+    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,): of the
+    solution's `pressures`, `psi`, `micromoment`, `displacement` and `closed`, whose last axes are the points.
     """
     names, count = solution.solver.surface_law.names, len(points)
     vectors = {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}
@@ -1051,7 +1063,7 @@ def _like(x: ArrayLike, found: Array) -> Array:
 
 
 def _to_read(values: ArrayLike) -> Array:
-    """Returns an array that cannot be written to: states that begin from this one share its values."""
+    """Returns an array that cannot be written to, since states share values."""
     found = np.asarray(values).view()
     found.flags.writeable = False
     return found

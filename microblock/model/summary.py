@@ -16,8 +16,6 @@ from .types import Interval, Target
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST = 4  # intervals that are listed one by one
-
 
 @dataclass(frozen=True)
 class Row:
@@ -102,7 +100,7 @@ def intervals(pairs: Iterable[Interval]) -> str:
     pairs = [(float(left), float(right)) for left, right in pairs]
     if not pairs:
         return "none"
-    if len(pairs) > MOST:
+    if len(pairs) > 4:
         return f"{len(pairs)} intervals, {number(sum(right - left for left, right in pairs))} together"
     return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
 
@@ -129,8 +127,8 @@ def _cells(row: Row) -> tuple[str, str, str]:
 
 
 def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), caption: str = "") -> Figure:
-    """Returns a Figure, with a caption and what a state warns of above it, written to a file if there is one;
-    raises BadArgument where no file can be.
+    """Returns a Figure, with caption and warnings above it, written to a file if there is one; raises
+    BadArgument where no file can be.
     """
     if warnings or caption:
         lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]

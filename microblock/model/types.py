@@ -1,6 +1,4 @@
-"""Types that signatures share: arrays, intervals and zones, and what obstacles, laws, bodies and methods have
-to offer.
-"""
+"""Types that signatures share, and what obstacles, bodies and methods have to offer."""
 
 from __future__ import annotations
 
@@ -12,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from .events import LoadPath
+    from microblock import Contact
+
     from .law import Law, Microblock
     from .material import Cosserat
     from .solver import Solver
-    from .state import State
     from .summary import Summary
 
 Array: TypeAlias = NDArray[np.float64]
@@ -30,6 +28,7 @@ Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
+ContactLike: TypeAlias = "Contact"
 LawLike: TypeAlias = "Law"
 AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 
@@ -68,59 +67,3 @@ class BodyLike(Protocol):
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the body."""
-
-
-class ContactLike(Protocol):
-    """The contact problem as solvers, states and load paths see it; the class is `microblock.Contact`."""
-
-    @property
-    def body(self) -> BodyLike:
-        """The body."""
-
-    @property
-    def obstacle(self) -> ObstacleLike:
-        """The obstacle."""
-
-    @property
-    def law(self) -> LawLike:
-        """The contact law."""
-
-    @property
-    def solid(self) -> Cosserat:
-        """The solid of the body."""
-
-    @property
-    def method(self) -> MethodLike | None:
-        """The method as the user has named it."""
-
-    @property
-    def solver(self) -> Solver:
-        """The solver of the method."""
-
-    def with_(
-        self,
-        *,
-        body: BodyLike | None = None,
-        solid: Cosserat | None = None,
-        obstacle: ObstacleLike | None = None,
-        law: LawLike | None = None,
-        method: MethodLike | None = None,
-    ) -> ContactLike:
-        """Returns the problem with other parts."""
-
-    def summary(self) -> Summary:
-        """Returns what a notebook shows of the problem."""
-
-    def solve(
-        self,
-        load: float | None = None,
-        *,
-        approach: float | None = None,
-        rtol: float | None = None,
-        initial: State | None = None,
-        progress: bool = False,
-    ) -> State:
-        """Returns the state at a load or an approach."""
-
-    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
-        """Returns the states up to a load."""

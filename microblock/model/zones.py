@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,27 +15,16 @@ if TYPE_CHECKING:
     from .material import Cosserat
 
 NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
-# of the way between two samples, to which a minimum is found: a parabola shows it no better
-REFINED = 1e-9
-FURTHEST = 2.0  # of the way between two states, by which zones are moved on
-SAME_END = 1e-9  # of a period, to which intervals reach its ends
 
 
 def layer_lengths(
     solid: Cosserat, psi: float, u1: float, micromoment: float, pressure: float
 ) -> tuple[float, float] | tuple[None, None]:
-    """Returns the layer lengths L_psi and L_u, field over derivative at a surface free of shear, (48).
+    """Returns the layer lengths (L_psi, L_u), field over derivative at a surface free of shear, (48); (None,
+    None) where M is rounding beside ell times the pressure.
 
-    The derivatives come from the fluxes, not from differentiating the fields: psi' from
-    ``M = gamma' ell^2 mu psi'`` and u1' from ``sigma_12 = (mu + mu_c) u1' + 2 mu_c psi = 0``.
-
-    Parameters
-    ----------
-    psi, u1, micromoment, pressure : float, at the surface
-
-    Returns
-    -------
-    (L_psi, L_u), or (None, None) where M is nothing but rounding beside ell times the pressure
+    The derivatives come from the fluxes: psi' from ``M = gamma' ell^2 mu psi'``, u1' from ``sigma_12 = (mu +
+    mu_c) u1' + 2 mu_c psi = 0``.
     """
     if abs(micromoment) <= NEGLIGIBLE * solid.ell * abs(pressure):
         return None, None
@@ -45,23 +34,16 @@ def layer_lengths(
 
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:
-    """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates; 0 without p.
-
-    Parameters
-    ----------
-    weights, pressure, moment, total : arrays (n,)
-        Weights of the quadrature rule (lengths), dp, dM/ell and p (stresses).
-    shear : array (n,), optional
-        dq/f (stress), with friction.
+    """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates, from arrays (n,): the
+    weights of a quadrature rule (lengths), dp, dM/ell, p and dq/f (stresses); 0 without p.
     """
     size, changes = weights @ total**2, (pressure, moment, *shear)
     return float(np.sqrt(max(weights @ change**2 for change in changes) / size)) if size else 0.0
 
 
 def relative_error(values: Array, reference: Array, weights: Array, scale: float) -> float | None:
-    """Returns the relative L2 error of `values` against `reference` in a quadrature rule.
-
-    Where the reference vanishes, up to rounding of `scale`, it is 0 if the values do too, else None.
+    """Returns the relative L2 error of values against a reference in a quadrature rule; where the reference
+    is rounding of `scale`, 0 if the values are too, else None.
     """
 
     def norm(field: Array) -> float:
@@ -74,8 +56,8 @@ def relative_error(values: Array, reference: Array, weights: Array, scale: float
 
 
 def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
-    """Returns the union of intervals [(left, right), ...], ascending and disjoint; those are joined as well
-    that are apart by no more than `slack`.
+    """Returns the union of intervals [(left, right), ...], ascending and disjoint, joined where they are
+    apart by no more than `slack`.
     """
     found: list[Interval] = []
     for left, right in sorted(intervals):
@@ -106,16 +88,15 @@ def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interv
 
 def over_the_end(intervals: Sequence[Interval], period: float) -> list[Interval]:
     """Returns intervals within one period, those at its two ends as one that goes on beyond it."""
-    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - SAME_END):
+    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - 1e-9):
         return list(intervals)
     (_, right), *others, (left, _) = intervals
     return [*others, (left, right + period)]
 
 
 def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
-    """Returns which places x lie between two nodes (ascending) at which the surface ends and begins again.
-
-    `apart` says so of each node and the next, (n - 1,); None stands for a surface without interruptions.
+    """Returns which places x lie between two nodes (ascending) at which the surface ends and begins again:
+    `apart`, (n - 1,), says so of a node and the next; None stands for nowhere.
     """
     if apart is None:
         return np.zeros(np.shape(x), bool)
@@ -124,10 +105,8 @@ def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
 
 
 def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
-    """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number.
-
-    Intervals are pairs (left, right) of plain floats. Without corners "contact" alone is not empty. A law
-    with other corners has their names in place of "A" and "B".
+    """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number, with the
+    law's own names of corners; without corners "contact" alone is not empty.
     """
     own = [[(float(left), float(right)) for left, right in zones[number]] for number in range(len(corners))]
     if len(corners) == 1:
@@ -137,8 +116,8 @@ def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
 
 
 def half_widths(contact: Sequence[Interval]) -> tuple[float, float]:
-    """Returns the half-width of the contact [(left, right), ...], and of the widest gap in it (0 without
-    one).
+    """Returns the half-width of the contact [(left, right), ...], and that of the widest gap in it, 0 without
+    one.
     """
     if not len(contact):
         return 0.0, 0.0
@@ -148,9 +127,8 @@ def half_widths(contact: Sequence[Interval]) -> tuple[float, float]:
 
 
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
-    """Returns what happened to a list of intervals between two neighbouring states: [(kind, x), ...].
-
-    Kinds are "born", "merged", "split" and "vanished"; x is where.
+    """Returns what happened to a list of intervals between two neighbouring states: [(kind, x), ...], kinds
+    as of `Event`.
     """
 
     def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
@@ -165,39 +143,35 @@ def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[
     return changes
 
 
-def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
-    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
+def _refined(function: Function, x: Array, i: Any, tolerance: float) -> tuple[float, float]:
+    """Returns the smallest value of a function of arrays beside the sample number i, and its place."""
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
 
-    values = function(x)
-    peaks = []
+    found = minimize_scalar(
+        lambda place: function(np.array([place]))[0],
+        bounds=(x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]),
+        method="bounded",
+        options={"xatol": tolerance},
+    )
+    value, place = min((found.fun, found.x), (function(x[i : i + 1])[0], x[i]))
+    return float(value), float(place)
+
+
+def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
+    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
+    values, span = function(x), x[-1] - x[0]
     padded = np.concatenate(([-np.inf], values, [-np.inf]))
     tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max() * (1 - 1e-3))
-    for i in np.flatnonzero(tops).tolist():
-        left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
-        found = minimize_scalar(
-            lambda place: -function(np.array([place]))[0],
-            bounds=(left, right),
-            method="bounded",
-            options={"xatol": tolerance * (x[-1] - x[0])},
-        )
-        place = np.array([found.x, x[i]])
-        best = function(place)
-        peaks.append((float(best.max()), float(place[np.argmax(best)])))
-    top = max(value for value, _ in peaks)
-    places = sorted(place for value, place in peaks if value >= top * (1 - 1e-9))
-    near = 1e-6 * (x[-1] - x[0])
-    apart = [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > near]
-    return top, apart
+    peaks = [_refined(lambda place: -function(place), x, i, tolerance * span) for i in np.flatnonzero(tops)]
+    top = -min(value for value, _ in peaks)
+    places = sorted(place for value, place in peaks if -value >= top * (1 - 1e-9))
+    return top, [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > 1e-6 * span]
 
 
 def lowest(function: Function, x: Array) -> tuple[float, float | None]:
-    """Returns (smallest value, its place) of a function of arrays, refined between the samples x (ascending).
-
-    The place is None where the function is flat there, or equally low elsewhere; inf is passed over.
+    """Returns (smallest value, its place) of a function of arrays, refined between samples x (ascending); the
+    place is None where the function is flat there, or equally low elsewhere. Values of inf are passed over.
     """
-    from scipy.optimize import minimize_scalar  # here: half a second that most states do without
-
     values = function(x)
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
     i, noise = int(np.argmin(values)), NEGLIGIBLE * np.abs(values).max()
@@ -205,14 +179,10 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     low = x[values <= values[i] + noise]
     if len(low) > 2 or low[0] < left or low[-1] > right:
         return float(values[i]), None
-    found = minimize_scalar(
-        lambda place: function(np.array([place]))[0],
-        bounds=(left, right),
-        method="bounded",
-        options={"xatol": REFINED * (right - left)},
-    )
-    if found.fun < values[i] - noise:
-        return float(found.fun), float(found.x)
+    # a parabola shows its lowest place no better than to 1e-9
+    value, place = _refined(function, x, i, 1e-9 * (right - left))
+    if value < values[i] - noise:
+        return value, place
     return float(values[i]), float(x[i]) if len(low) == 1 else None
 
 
@@ -223,21 +193,18 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
-    """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite.
-
-    It is 1 but near the edges (left, right) of the obstacle, where the pressure is infinite: there it is the
-    distance over half of the obstacle's width. `shifts` are those of the contact points from the obstacle's
-    places.
+    """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: 1, but near the edges
+    (left, right) of the obstacle, shifted by `shifts`, the distance over half of its width.
     """
     distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
     return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
 
 
 def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
-    """Returns zones moved on by a share of the way from those of an earlier state; None if they are not alike
-    in both, if one would be inverted, or if that is too far.
+    """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
+    alike, one would be inverted, or that is too far.
     """
-    if not abs(share) <= FURTHEST or any(
+    if not abs(share) <= 2 or any(
         len(earlier.get(corner, ())) != len(zones) for corner, zones in own.items()
     ):
         return None

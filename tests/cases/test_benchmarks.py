@@ -16,7 +16,6 @@ from cases.benchmarks import chart, growth, limits, limits_maps, sampling, speed
 from cases.benchmarks.sampling import Axis, Map, Outcome
 from microblock import NotConverged
 
-PROBLEMS = {one.name: one for one in speed.PROBLEMS}
 RESULTS = Path(chart.RECORD).parent
 
 
@@ -72,8 +71,22 @@ def test_a_method_keeps_its_promise(method):
 def test_quick_maps(tmp_path, capsys):
     words = "limits --quick --only friction strip --workers 1 --json - --out"
     assert main([*words.split(), str(tmp_path)]) == 0
-    assert {row["map"] for row in json.loads(capsys.readouterr().out)["counts"]} == {"friction", "strip"}
+    answer = json.loads(capsys.readouterr().out)
+    assert {row["map"] for row in answer["counts"]} == {"friction", "strip"}
+    assert all((row["failed"] == "not run") == (row["runs"] == 0) for row in answer["table"])
     assert {path.suffix for path in tmp_path.iterdir()} == {".csv", ".png", ".pdf"}
+
+
+@pytest.mark.parametrize("study", ["speed", "limits"])
+def test_an_unknown_part_of_a_study_is_refused(study, capsys):
+    """It was passed over: all of the study ran, or nothing."""
+    assert main([study, "--quick", "--only", "nowhere"]) == 2
+    assert "--only nowhere: must be one of" in capsys.readouterr().err
+
+
+def test_one_method_has_the_problems_of_the_short_form():
+    runs = speed.solve(quick=True, only=("cells",), repeats=1)["runs"]
+    assert set(runs.scene) == set(speed.QUICK) and set(runs.method) == {"cells"} and len(runs) == 4
 
 
 @pytest.mark.parametrize("name, setting", [
@@ -83,7 +96,7 @@ def test_quick_maps(tmp_path, capsys):
 ])  # fmt: skip
 def test_errors_are_those_of_the_record(name, setting):
     """Of another version: the discrete problems are the same, so are their errors."""
-    row = speed.measure(PROBLEMS["classical"], speed.METHODS[name], setting, 1)
+    row = speed.measure(speed.PROBLEMS["classical"], speed.METHODS[name], setting, 1)
     record = pd.read_csv(chart.RECORD).query("scene == 'classical' and method == @name")
     assert np.abs(record.error / row["error"] - 1).min() < 1e-3 and row["failure"] is None
 

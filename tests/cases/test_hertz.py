@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from cases import hertz, size_effect
+from cases.commands import hertz as hertz_command
 from cases.commands import size_effect as sizes
+from cases.paper import fig08_10
 
 ALPHA_MID = 0.8343132323  # to ten digits, from two sides of coalescence
 STATE = {
@@ -37,6 +39,13 @@ def test_laws_have_opposite_size_effects():
     assert np.all(np.diff(result["unilateral"]["half_width"]) < 0)
     assert result["alpha_mid"] == pytest.approx(ALPHA_MID, rel=1e-6)  # events to 1e-7 of the load
     assert result["microblock"]["real"][2] > result["microblock"]["apparent"][2]
+
+
+def test_table_of_figures_8_to_10_has_scaled_columns():
+    (state,) = hertz.solve(alpha=0.5, loads=(0.5,))
+    row = fig08_10.row(state)
+    assert (row["alpha"], row["psi0_deg"], row["load"]) == pytest.approx((0.5, 0.0, 0.5))
+    assert 0.7 < row["half_width"] < 0.9 and 0.5 < row["pressure_max"] < 0.7  # Hertz: 0.71 and 0.71
 
 
 def test_command_returns_the_contract(answer):
@@ -82,6 +91,16 @@ def test_elements_agree_with_panels(answer):
     # one discrete problem
     assert paper["profile"]["pressure"] == pytest.approx(condensed["profile"]["pressure"], abs=1e-9)
     assert paper["error_estimate"] is None and paper["unknowns"] > condensed["unknowns"]
+
+
+def test_error_of_the_nominal_hardness_is_of_two_meshes():
+    """The mesh that reaches 1e-1 reaches 1e-2, too: their distance would be that of rounding."""
+    (value, error), (exact, own) = (
+        sizes.nominal_hardness(hertz_command.resolved(alpha=0.5, model="fe", rtol=rtol))
+        for rtol in (1e-2, 1e-4)
+    )
+    # a value is nearer to the limit than its error says, which is that of the coarser mesh
+    assert abs(value - exact) <= error and own < error < 1e-3 * value
 
 
 @pytest.mark.slow

@@ -20,8 +20,9 @@ from ngsolve.meshes import MakeStructured2DMesh
 import microblock as mb
 from cases.__main__ import main
 from cases.commands.size_effect import axis_closes
-from microblock.fem import meshes, newton_path
+from microblock.fem import meshes
 from microblock.fem.body import Loads
+from microblock.fem.mesh_solution import of_newton
 from microblock.halfplane import kernels
 from microblock.model import closed_forms, zones
 
@@ -139,9 +140,15 @@ def _given(problem, *names):
 def solve(problem):
     """The state of a problem."""
     if problem["method"] == "newton":  # in one step, as it was frozen
-        control = "approach" if problem["load"] is None else "load"
-        return contact_of(problem).solver.newton(control).solve(problem.get("approach", problem["load"]))
+        return by_newton(
+            contact_of(problem).solver, problem.get("approach", problem["load"]), problem["load"]
+        )
     return contact_of(problem).solve(problem["load"], **_given(problem, "approach", "rtol"))
+
+
+def by_newton(solver, level, load=None, start=None):
+    """The solution of Newton's method at a load, or without at an approach."""
+    return of_newton(solver, solver.newton("approach" if load is None else "load").solve(level, start))
 
 
 def estimated(problem):
@@ -244,13 +251,14 @@ def _of_newton(state):
         "approach": state.approach,
         "energy": state.fields.energy(),
         "iterations": state.iterations,
-        "pressure_max": -state.traction.min(),
-        "traction squared": np.mean(state.traction**2),
+        "pressure_max": state.pressures.sum(axis=0).max(),
+        "traction squared": np.mean(state.pressures.sum(axis=0) ** 2),
         "psi_max": np.abs(state.psi).max(),
         "micromoment_max": np.abs(state.micromoment).max(),
-        "residual": max(state.kkt, ROUNDING),
+        "residual": max(state.residual, ROUNDING),
     }
-    return found | {f"closed {corner} number": closed.sum() for corner, closed in state.closed.items()}
+    closed = zip(state.law.corners, state.closed)
+    return found | {f"closed {corner} number": flags.sum() for corner, flags in closed}
 
 
 def path_of(problem):
@@ -382,23 +390,21 @@ def of_closed_forms():
 
 
 def of_bodies():
-    """A body without contact, an event ahead of Newton's steps, layer lengths, the largest shear."""
+    """A body without contact, Newton's steps, layer lengths, the largest shear."""
     loads = Loads(
         force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)}, micromoment={"contact": 0.1}
     )
     fields = body_of({"solid": given.SOLID, "mesh": "block", "order": 3}).solve(loads)
     found = {f"body under loads {name}": value for name, value in under_loads(fields, (0.31, -0.27)).items()}
     strip = next(problem for problem in given.NEWTON if problem["name"] == "newton strip line")
-    newton = contact_of(strip).solver.newton("approach")
-    event = newton_path.next_event(*(newton.solve(approach) for approach in (0.001, 0.002)))
-    last = list(newton_path.load_path(newton, [0.002, 0.004, 0.02]))[-1]
-    u1, moment = newton.facets.values("u1", last.fields)[0], last.micromoment[0]
-    solid = body_of(strip).solid
-    lengths = zones.layer_lengths(solid, last.psi[0], u1, moment, last.traction[0])
+    solver, last = contact_of(strip).solver, None
+    for level in (0.002, 0.004, 0.02):
+        last = by_newton(solver, level, start=last)
+    traction, moment = -last.pressures.sum(axis=0)[0], last.micromoment[0]
+    u1, solid = last.nodes.values("u1", last.fields)[0], body_of(strip).solid
+    lengths = zones.layer_lengths(solid, last.psi[0], u1, moment, traction)
     return found | {
-        "strip next event level": event.level,
-        "strip next event": f"{event.kind} {event.corner}",
-        "strip load path last traction": last.traction[0],
+        "strip load path last traction": traction,
         "strip load path last micromoment": moment,
         "strip layer length psi": lengths[0],
         "strip layer length u1": lengths[1],

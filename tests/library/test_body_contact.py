@@ -328,6 +328,13 @@ def test_a_state_says_what_nobody_would_see(words):
     assert told == [False, True]
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_bump_between_nodes_is_seen_by_either_corner(side):
+    """It lies half a block beyond the end of the body, where one corner of blocks alone reaches it."""
+    bump = lambda x: x**2 / 20 - 0.06 * np.exp(-(((side * x - 1.03) / 0.008) ** 2))  # noqa: E731
+    assert any("features shorter" in words for words in pressed(flat(), obstacle=bump).warnings)
+
+
 @pytest.mark.parametrize(
     "nu, order, locks", [(0.3, 1, False), (0.4999, 1, True), (0.4999, 2, True), (0.4999, 3, False)]
 )

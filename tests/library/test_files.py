@@ -121,6 +121,10 @@ def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
         for name in ("weights", "pressure", "micromoment", "psi"):
             assert np.array_equal(np.array(plain[name], float), getattr(state, name)), name
         assert all(len(block.data) for block in surface.cells)
+        where, ell = state.x if state.zones is not None else state.points, state.solid.ell
+        off = np.abs(state.micromoment_at(where) - state.micromoment).max() / ell
+        beside = np.abs(state.pressure_at(where) - state.pressure).max()  # of panels: loads as asked for
+        assert off <= beside + 1e-12 * state.pressure.max()  # rounding
         names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
         names += ["shear", "tangential_approach", "dissipation", "work"] * ("friction" in kind)
         expected = {name: getattr(state, name) for name in names}
@@ -204,3 +208,12 @@ def test_fields_of_meshes_come_back(kind, tmp_path):
         own = back.point_data[name].reshape(len(points), -1)[inner]
         assert np.abs(own - there).max() < 1e-9 * np.abs(there).max(), name  # rounding
     assert back.point_data["stress"].shape[1] == mesh.dim**2
+
+
+def test_elements_are_cut_for_the_finer_of_displacement_and_rotation(tmp_path):
+    mesh = small().mesh
+    counts = []
+    for order, order_psi in ((1, 4), (4, 1)):
+        body = mb.Body(mesh, SOLID, order, order_psi=order_psi, fixed="bottom")
+        counts.append(len(meshio.read(mb.to_vtk(solved(body), tmp_path / "state")[1]).points))
+    assert counts[0] == counts[1]

@@ -150,6 +150,17 @@ def test_estimate_holds_on_squares_of_any_size(size, law):
         assert apart(state, judge) + judge.error_estimate < state.error_estimate <= rtol
 
 
+def test_a_valley_within_a_zone_opens_it():
+    """Its gap is shorter than an element, and no node is pulled: the kink of the pressure says it."""
+    valley = mb.Obstacle(lambda x: x**2 / 20 - 0.004 * np.abs(x), kinks=(0.0,))
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+    block, plane = (
+        mb.Contact(body(solid), valley, mb.Unilateral()).solve(load=1.0, rtol=rtol).zones["contact"]
+        for body, rtol in ((mb.Block, 2e-3), (mb.HalfPlane, 1e-4))
+    )
+    assert np.array(block) == pytest.approx(np.array(plane), rel=0.05)  # the gap is 1.4e-4 wide, of 0.7
+
+
 class Even:
     """Two valleys, said to be symmetric: half of the block is computed, and has one of them."""
 

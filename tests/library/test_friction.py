@@ -286,7 +286,7 @@ def test_what_a_history_returns_is_so(name):
     problem = make()
     found = problem.history(pairs, rtol=rtol)
     events = [
-        (one.kind, one.shear / one.normal) for one in found.events if one.kind in ("full slip", "reversal")
+        (one.kind, one.shear / one.load) for one in found.events if one.kind in ("full slip", "reversal")
     ]
     assert events == [(kind, pytest.approx(F, rel=1e-2)) for kind in ("full slip", "reversal")]
     for state in found.states:

@@ -383,3 +383,14 @@ def test_a_period_is_the_sum_of_its_images(law):
     u, phi = blocks.surface(np.array([[0.5 / 40], [-0.5 / 40]]) * np.ones(40))
     assert phi == pytest.approx(np.full(40, symbol(solid, [1e-9])[2, 0]), rel=1e-6)
     assert max(np.abs(u).max(), *(np.abs(one).max() for one in blocks.surface(np.ones((2, 40))))) < 1e-13
+
+
+@pytest.mark.parametrize("method", [None, mb.Cells(256)])
+def test_without_coupling_a_half_plane_without_blocks_is_the_classical_one(method):
+    """One rule for panels and cells, with a period or not: nothing has to hold what does not rotate."""
+    free, classical = (
+        mb.Contact(mb.HalfPlane(solid), mb.Cylinder(10), mb.Unilateral(), method).solve(load=1.0)
+        for solid in (mb.Cosserat(E=100, nu=0.3, ell=1.0, beta=0), mb.Elastic(100, 0.3))
+    )
+    x = np.linspace(-0.5, 0.5, 11)
+    assert np.allclose(free.pressure_at(x), classical.pressure_at(x), rtol=1e-12, atol=1e-12)  # rounding

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
+from microblock.data.provenance import digest
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -150,3 +151,8 @@ def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
         more = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "check": True}
         printed.append(subprocess.run([sys.executable, "-c", code], **more).stdout.split())
     assert printed == [["called", "9.0"], ["9.0"], ["called", "1.3"], ["called", "1.29"], ["1.29"]]
+
+
+def test_processes_find_what_threads_have_computed():
+    """Code that did not change since it was loaded is what a process would load now."""
+    assert digest(called, fresh=False) == digest(called, fresh=True)

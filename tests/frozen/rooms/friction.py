@@ -41,7 +41,7 @@ def rows_of_history(problem):
     yield f"{problem['name']} events", words, "outcome"
     for number, event in enumerate(found.events):
         row = f"{problem['name']} event {number}"
-        yield of_kind(f"{row} normal + shear", event.normal + event.shear, kind, worst)
+        yield of_kind(f"{row} normal + shear", event.load + event.shear, kind, worst)
         yield of_kind(f"{row} 1 + x", 1 + event.x, kind, worst**0.5)
 
 
@@ -60,7 +60,8 @@ def rows_of_estimates(problem):
         yield f"{row} warnings", len(state.warnings), "outcome"
         yield from ((f"{row} {name}", value, "discrete") for name, value in forces.items())
         yield from ((f"{row} {name}", value, "count") for name, value in counts.items())
-    yield f"{problem['name']} error of events", max(event.error or 0.0 for event in found.events), "count"
+    worst = max(event.load_error or 0.0 for event in found.events)
+    yield f"{problem['name']} error of events", worst, "count"
 
 
 def edge_row(name, edge, kind, said):
