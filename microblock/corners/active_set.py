@@ -28,14 +28,13 @@ from scipy.linalg.lapack import dposv
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
+from .rounding import SUMS, TERMS
 
-ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
 ROUNDED = 1e-15  # relative residual that no refinement improves
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
 REGULARISATION = 0.0, 1e-12, 1e-10
-FLAT = 1e-13  # of the response of a corner to itself: pivots below are rounding
 # change of the load from one refinement to the next, relative: where rigid corners cannot take an
 # approach the forces grow by as much again each time, and no gap beside H f would show it
 SETTLED = 1e-2
@@ -43,7 +42,6 @@ REFINEMENTS = 30  # solves of the proximal point method; 2 or 3 do unless H is n
 PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in the literature
 PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
 SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
-SINGULAR = "closed corners have a flexibility that is singular to rounding: are two of them one?"
 
 
 @dataclass(frozen=True)
@@ -132,7 +130,9 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
         try:
             return _state(problem, _start(start, problem), load, approach)
         except np.linalg.LinAlgError as failure:
-            singular = NotConverged(SINGULAR)  # more of D, then
+            singular = NotConverged(
+                "closed corners have a flexibility that is singular to rounding: are two of them one?"
+            )  # more of D, then
             singular.__cause__ = failure
         except NotConverged as failure:
             if load is not None and failure.iterations:
@@ -221,7 +221,7 @@ def _is_positive(H):
             factor = np.linalg.cholesky(H)
     except np.linalg.LinAlgError:
         return False
-    return bool(np.all(factor.diagonal() ** 2 > FLAT * H.diagonal()))
+    return bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
 
 
 def _start(start, problem):
@@ -336,7 +336,7 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
         sides = np.column_stack((g0[on] - base, np.ones(len(on))))
         with released(len(on)):
             factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
-        if failed or np.any(factor.diagonal() ** 2 < FLAT * diagonal[on]):
+        if failed or np.any(factor.diagonal() ** 2 < SUMS * diagonal[on]):
             raise np.linalg.LinAlgError
         pulled, pressed = found.T
         d = 0.0 if load is None else (load + pulled.sum()) / pressed.sum()
@@ -344,7 +344,7 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
         forces[on] = d * pressed - pulled
         moved = H[:, on] @ forces[on]
         gaps = g0 - base + moved - d
-        least = -ROUNDING * np.ptp(forces), -ROUNDING * (np.ptp(moved) + np.abs(g0[on]).max())
+        least = -TERMS * np.ptp(forces), -TERMS * (np.ptp(moved) + np.abs(g0[on]).max())
         wrong = np.where(closed, forces < least[0], gaps < least[1])
         steps["sets"] += 1
         count = np.count_nonzero(wrong)

@@ -36,18 +36,16 @@ from ..errors import NotConverged
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from ..threads import released
+from .rounding import PATHS
 
 Numbers = NDArray[np.integer[Any]]
 SETS = "closed", "stick", "slips", "x", "y", "_tableau"  # what an exchange changes
 
-ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
-SINGULAR = 1e-12  # pivots below it are rounding; flexibilities are over the largest one
 TURNED = -1e-8  # pivots below it are negative beyond rounding
 PATIENCE = 3  # exchanges of all violated without fewer of them, before single ones
 SINGLE = 50, 3  # of them, and for each pair at a limit, before chance decides
-ROUNDS = 20  # times 50 and the number of pairs: exchanges at one load
-EVENTS = 60  # times the number of corners and nodes, on one leg
+BUDGET = 60  # times the number of pairs: exchanges at one load, and events on one leg
 PENDING = 48  # pivots that are not yet in the tableau
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
 
@@ -207,7 +205,7 @@ class Tableau:
         """Exchanges a pair, unless the pivot is 0 to rounding: whether it did."""
         column, row = self.columns(i), self._made[i] + self._right @ self._left[i]
         pivot = column[i]
-        if abs(pivot) <= SINGULAR:
+        if abs(pivot) <= PATHS:
             return False
         self.exchanged[i] ^= True
         self.sign *= np.sign(pivot)
@@ -268,7 +266,7 @@ class Follower:
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
         self._sliding, self._seen = 0.0, (self.closed.copy(), self.slips.copy())
-        if by_motions and (self.y[:m] < -ROUNDING * self._span).any():
+        if by_motions and (self.y[:m] < -PATHS * self._span).any():
             raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
         if not by_motions:
             down = self._motions[:m, 0]
@@ -368,7 +366,7 @@ class Follower:
 
     def _direction(self, node: int, passing: Array) -> float:
         """In which a node slips that touches, or 0."""
-        still = abs(passing[node]) <= 100 * ROUNDING * np.abs(passing).max()
+        still = abs(passing[node]) <= 100 * PATHS * np.abs(passing).max()
         return self._sliding or (0.0 if still else float(np.sign(passing[node])))
 
     def _slip(self, node: int, direction: float, passing: Array) -> bool:
@@ -439,7 +437,7 @@ class Follower:
         done = 0.0
         if self._flat and self._n:
             self._begin(self._given[self._u], end)
-        for _ in range(1000 + EVENTS * (self._m + self._n)):
+        for _ in range(BUDGET * (SINGLE[0] + len(self.x))):
             counted()
             dx, dy, event, step = self._settled(way, 1 - done)
             self._note(done)
@@ -458,7 +456,7 @@ class Follower:
     def _begin(self, start: Array, end: Array) -> None:
         """Where all has slid, or begins to, the state of each node in contact is set anew."""
         f, sliding = self.contact.friction, 0.0
-        largest = ROUNDING * f * max(start[0], end[0])
+        largest = PATHS * f * max(start[0], end[0])
         if start[0] > 0 and start[1] * end[1] > 0:
             sliding = float(np.sign(end[1])) * all(abs(abs(q) - f * p) <= largest for p, q in (start, end))
         if sliding != self._sliding:
@@ -493,9 +491,9 @@ class Follower:
         dx, dy = self._rates(way)
         m, nodes, closed, stick, slips = self._m, self._nodes, self.closed, self.stick, self.slips
         value, fall = np.where(closed, self.x[:m], self.y[:m]), np.where(closed, -dx[:m], -dy[:m])
-        force, tiny = ROUNDING * np.abs(dx[: nodes.stop]).max(), ROUNDING * self.x[:m].max()
+        force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
         small = force * np.where(closed, 1.0, 100 * self._terms)
-        limit = value <= np.where(closed, tiny, ROUNDING * self._span)
+        limit = value <= np.where(closed, tiny, PATHS * self._span)
         if self._n:
             last, slipping = self._last(), (slips != 0) & (not self._sliding)
             bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
@@ -514,14 +512,14 @@ class Follower:
         the way to it.
         """
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
-        for _ in range(ROUNDS * (SINGLE[0] + len(self.x))):
+        for _ in range(BUDGET * (SINGLE[0] + len(self.x))):
             dx, dy, value, fall, limit = self._look(way)
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
                 self._require_unique(np.flatnonzero(limit), way, passing)
                 falling = np.flatnonzero((fall > 0) & np.isfinite(value))
                 steps = np.maximum(value[falling], 0) / fall[falling]
-                if not len(steps) or steps.min() >= remaining * (1 - ROUNDING):
+                if not len(steps) or steps.min() >= remaining * (1 - PATHS):
                     return dx, dy, None, remaining
                 first = int(np.argmin(steps))
                 return dx, dy, int(falling[first]), float(steps[first])

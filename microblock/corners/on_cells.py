@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from ..model.types import AnyArray as Array
+from .rounding import PATHS
 
-SAME = 1e-12  # of the initial gaps: less than that is rounding of them
 NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
 
 
@@ -152,7 +152,7 @@ class Flexibility:
         known = np.isfinite(work)
         if self.settling_displaces and slope is not None:
             return twisted(forces, -np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), known)
-        size = SAME * np.abs(g0[:, known]).max(initial=0.0)
+        size = PATHS * np.abs(g0[:, known]).max(initial=0.0)
         down = np.where(np.abs(work) > size, -np.copysign(np.inf, work), of_least_norm(forces))
         return twisted(forces, down, known)
 

@@ -33,18 +33,15 @@ from ..errors import BadArgument, NotConverged, at_least
 from ..model.progress import counted
 from ..threads import bounded
 from .active_set import require_level
+from .rounding import SUMS, TERMS
 
 # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 SHARE = 0.1
 # of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
 INNER = 0.5
 FINAL = 1e-3  # the same, where the face is that of the step before
-INNER_STEPS = 60
+STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
-SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
-ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
-SAME = 1e-13  # of the load: a sum of forces that is this near to it is the load
-BACKTRACKS = 60  # of alpha, each by half or more
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
 LEAST = 1e-3  # see `GridForces.kkt`
@@ -221,7 +218,7 @@ class _Problem:
             return np.maximum(values, 0)
         kept = values[values > 0]
         whole = kept.sum()
-        if abs(whole - self.load) <= SAME * self.load:  # else rounding lifts all others above 0
+        if abs(whole - self.load) <= SUMS * self.load:  # else rounding lifts all others above 0
             return np.maximum(values, 0) * (self.load / whole)
         if not whole > self.load:  # tau < 0
             kept = values
@@ -290,7 +287,7 @@ def _unloaded(g0, approach):
 def _gradient_step(problem, forces, slope, alpha):
     """1: the projected step, its slope, and the alpha to begin with next time."""
     slope_here = slope - problem.level(forces, slope)
-    for _ in range(BACKTRACKS):
+    for _ in range(STEPS):
         moved = problem.project(forces - alpha * slope_here)
         change = moved - forces
         length = change @ change
@@ -319,7 +316,7 @@ def _rise(problem, forces, change, slope, ahead):
     """q at the end of a change less q at its beginning, and its rounding."""
     middle = (slope + ahead) / 2
     middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
-    return change @ middle, ROUNDING * problem.size(forces, ahead) * np.abs(change).sum()
+    return change @ middle, TERMS * problem.size(forces, ahead) * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol, inner):
@@ -330,7 +327,7 @@ def _face_step(problem, forces, slope, rtol, inner):
     residual = _on_face(slope, face, free)
     enough = max(inner * _largest(residual), rtol * problem.size(forces, slope) / 4)
     forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
-    for _ in range(INNER_STEPS):
+    for _ in range(STEPS):
         if _largest(residual) <= enough:
             break
         z = precondition(residual)
@@ -375,7 +372,7 @@ def _projected_search(problem, forces, slope, trial, ahead):
     """3: forces and slope of the farthest point tried that is not above the beginning."""
     if trial.min() >= 0:
         return trial, ahead
-    for part in SEARCH:
+    for part in (1, 1 / 4, 1 / 4**2):
         moved = problem.project(forces + part * (trial - forces))
         there = problem.slope(moved)
         rise, rounding = _rise(problem, forces, moved - forces, slope, there)

@@ -30,15 +30,15 @@ from ..errors import BadArgument
 from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
+from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
 from .cells import wavenumbers
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
-OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
 HELD = 3e-3  # see above
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
-FEW = 48  # squares along an axis, whose loads act as one far away
+FEW = 48  # squares along an axis: cells of a window that is looked for, loads that act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
@@ -135,10 +135,11 @@ class Counter:
         centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
         y1, y2, pressed = as_points(*centres, whole)
         found = np.empty((len(self.offsets), len(x1)))
+        nearest = width / (4 * np.arcsinh(1))  # where a point displaces as a cell does its own centre
         for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
-            for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(y1) // 2**20):
+            for block in in_blocks(len(x1), len(y1)):
                 r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
-                own[block] = kernel(self.solid, np.maximum(r, OWN * width)) @ pressed
+                own[block] = kernel(self.solid, np.maximum(r, nearest)) @ pressed
         return found
 
     def smooth(self, length: int, width: float) -> Array:

@@ -23,18 +23,15 @@ from scipy.special import kv
 from ..errors import BadArgument
 from ..halfplane.kernels import RATES, symbol_of_roots
 from ..model.material import Cosserat
-from ..model.quadrature import gauss_rule
+from ..model.quadrature import gauss_rule, in_blocks
 from ..model.types import AnyArray as Array
 from .symbol import along, require_stable, spread_rate
 
 NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated
 PER_DECADE = 32  # points of the table, between which a spline of order 7 is good to 1e-11
-ORDER = 7
-GAUSS = 16  # points on a piece of the integrals over t
 PIECE = 0.4  # its width in log t
 GRADED = 40  # halvings of a piece towards a branch point
 MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are symmetric
-KERNELS = 6
 
 
 class Kernels:
@@ -64,10 +61,10 @@ class Kernels:
         require_stable(solid)
         self._r = np.geomspace(NEAREST, FARTHEST, int(PER_DECADE * np.log10(FARTHEST / NEAREST)) + 1)
         values = _integrals(solid, self._r) * self._r
-        self._spline = make_interp_spline(np.log(self._r), values.T, k=ORDER)
+        self._spline = make_interp_spline(np.log(self._r), values.T, k=7)
 
     def __call__(self, r: Array) -> Array:
-        """Returns the kernels at r/ell, array (KERNELS, ...)."""
+        """Returns the kernels at r/ell, array (6, ...)."""
         r = np.asarray(r, float)
         values: Array = np.moveaxis(self._spline(np.log(np.clip(r, NEAREST, FARTHEST))), -1, 0) / r
         return values
@@ -97,7 +94,7 @@ class Kernels:
             i, j = i[keep], j[keep]
             points, gauss = gauss_rule(order)
             x, y = ((points - 0.5) * width)[:, None], ((points - 0.5) * width)[None, :]
-            for block in np.array_split(np.arange(len(i)), 1 + len(i) * order**2 // 2**20):
+            for block in in_blocks(len(i), order**2):
                 places = i[block, None, None] * width + x, j[block, None, None] * width + y
                 values = (self.clamped if clamped else self.components)(*places)
                 found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
@@ -142,7 +139,7 @@ def kernels(nu: float, beta: float, curvature: float, alpha_prime: float, beta_p
 
 
 def _integrals(solid: Cosserat, r: Array) -> Array:
-    """Returns the kernels at r by Gauss quadrature over t, array (KERNELS, n)."""
+    """Returns the kernels at r by Gauss quadrature over t, array (6, n)."""
     t, dt = _points(solid)
     k = 1j * t
     rate = 1 / solid.layer_length**2
@@ -153,7 +150,7 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
     held, reaction = U - V**2 / W, -c * V / W
     parts = -U.imag, V.real, -(W + other).imag / 2, -(W - other).imag / 2, -held.imag, reaction.real
     weights = np.array(parts) * t * dt / (np.pi**2 * c)
-    found = np.empty((KERNELS, len(r)))
+    found = np.empty((len(weights), len(r)))
     for block in np.array_split(np.arange(len(r)), 1 + len(r) // 64):
         tr = np.outer(t, r[block])
         zero, one = kv(0, tr), kv(1, tr)
@@ -202,7 +199,7 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
         edges = np.unique(
             np.concatenate((edges, place - away, place + np.array((-reach, 0, reach)), place + away))
         )
-    points, gauss = gauss_rule(GAUSS)
+    points, gauss = gauss_rule(16)
     widths = np.diff(edges)
     t = np.exp((edges[:-1, None] + widths[:, None] * points).ravel())
     first, first_weights = low * points, low * gauss  # from 0 to where the pieces begin

@@ -30,14 +30,13 @@ Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
-AROUND = 3  # windows, the side of the square in which what is as narrow as in the window is looked for
 SEEN = 8**0.5  # of a square's side over its rows: diameter of a disc in which there is a sample
 NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
 STEPS = 200  # towards a valley, each a quarter of the one before once less is nearer
-EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same height may differ
+EQUAL = 1e-6  # of their range in question: heights that differ less are the same
 SAME = 0.25  # of the disc's radius, between two valleys
 
 RISES = "rise in every direction"
@@ -145,7 +144,7 @@ class Picture:
 
     def look_about(self, window: Any) -> None:
         """Looks at a window, and as far again on all sides of it, for what may be narrow, and follows it."""
-        times = 1 if self.repeats else AROUND
+        times = 1 if self.repeats else 3
         self.look(window.middle, times * window.side, times * FINE)
         self.follow()
 
