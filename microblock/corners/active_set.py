@@ -209,9 +209,8 @@ def _problems(H, g0, c, free):
 
 
 def lifted(H):
-    """The rigid level that is added to H: no forces of a given sum feel it, and with it H is definite where
-    it is so on those whose sum is 0.
-    """
+    """The rigid level that is added to H, with which it is definite where it is so on forces whose sum is
+    0."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 

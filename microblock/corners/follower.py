@@ -151,9 +151,8 @@ class Moment:
 
 @dataclass(frozen=True)
 class Change:
-    """A corner that closes or opens, or a node that begins to slip or to stick, or leaves the contact, at a
-    share of a leg.
-    """
+    """A corner that closes or opens, or a node that begins to slip or to stick, or leaves, at a share of a
+    leg."""
 
     leg: int
     share: float
@@ -601,9 +600,7 @@ class Follower:
         self.x[nodes] = np.where(self.slips != 0, self.slips * self._bound(), self.x[nodes])
 
     def _check_last(self, x: Array, y: Array) -> None:
-        """NotConverged where the last node that sticks is beyond what friction allows; before, it was at x
-        and y.
-        """
+        """NotConverged where the last node that sticks, before at x and y, is beyond what friction allows."""
         if not self._last():
             return
         node, f = int(np.argmax(self.stick)), self.contact.friction

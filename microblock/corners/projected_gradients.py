@@ -305,9 +305,7 @@ def _gradient_step(problem, forces, slope, alpha):
 
 
 def _curvature_step(problem, change, bend):
-    """|change|^2 over its product with what it adds to the slope, at least 1/|H|; 0 where that is unknown, as
-    along forces that displace nothing.
-    """
+    """|change|^2 over its product with what it adds to the slope; 0 where that is unknown."""
     curvature, length = change @ bend, change @ change
     return length / curvature if curvature > FLAT * problem.unit * length else 0.0
 

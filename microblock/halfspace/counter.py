@@ -55,13 +55,13 @@ class Counter:
     offsets : array (corners, 2)
         (a, b), places of the corners from the contact point over ell/2.
     shares : dict of sparse arrays (m, n)
-        By a or b: of forces on the n cells of the contact points, along an axis, those on the m of the second
-        surface, ``beyond`` more on either side.
+        By a or b: of forces on n cells along an axis, those on the m of the second surface, ``beyond`` more
+        on either side.
     response : Waves
         Of u2 to forces on the m x m cells.
     beyond : int
     held, twisted : float
-        The least and the most twist of a block, see `with_inverse` (length per force).
+        The least and the most twist of a block (length per force).
     """
 
     solid: Cosserat
@@ -82,7 +82,7 @@ class Counter:
         Raises
         ------
         BadArgument
-            If the corners stand farther outside of the cells than the cells of the second body reach.
+            If the corners stand farther outside than WIDEST windows.
         """
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:

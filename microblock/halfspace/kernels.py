@@ -119,8 +119,8 @@ class Kernels:
         return np.array((u, m * x / r, m * y / r))
 
     def _own(self, width: float) -> Array:
-        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre: by the
-        symmetry of the square the odd ones and the tensor's w2 vanish.
+        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre; the others
+        vanish by symmetry.
         """
         rays, turns = gauss_rule(32)
         angle = rays * np.pi / 4
@@ -161,9 +161,8 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
 
 
 def _pole(solid: Cosserat) -> float | None:
-    """Returns the t beyond both branch points where the denominator of W_par vanishes; None without any.
-
-    There is one where gamma' + beta' is large: the integrals are principal values then.
+    """Returns the t beyond both branch points where the denominator of W_par vanishes, as where gamma' +
+    beta' is large: the integrals are principal values then. None without any.
     """
     g, tau, eta = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2, solid.eta
     rates = 1 / solid.layer_length**2, spread_rate(solid)

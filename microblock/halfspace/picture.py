@@ -61,9 +61,9 @@ class Picture:
     obstacle : object
         To be named in errors.
     window : optional
-        Square with a `middle` and a `side`, in which a contact is looked for instead of everywhere.
+        Square with a `middle` and a `side`, in which a contact is looked for.
     repeats : bool
-        Whether it is a period, so that nothing else is beside it.
+        Whether it is a period.
 
     Attributes
     ----------
@@ -170,8 +170,8 @@ class Picture:
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
-        """Looks at squares about the middle, again in more rows if none meets the obstacle, then about the
-        lowest place, as far as the bound asks for.
+        """Looks at squares about the middle, in more rows if none meets the obstacle, then about the lowest
+        place, as far as the bound asks for.
         """
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):

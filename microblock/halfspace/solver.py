@@ -101,9 +101,7 @@ class SurfaceSolver(Solver):
         self._require_repeating()
 
     def _require_repeating(self) -> None:
-        """Raises BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it
-        begins.
-        """
+        """Raises BadArgument unless obstacle and psi0 fit the period."""
         own, period = getattr(self.obstacle, "period", None), self.period
         if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
@@ -206,7 +204,7 @@ class SurfaceSolver(Solver):
         raise self._out_of_reach(picture, best or state, goal)
 
     def _out_of_reach(self, picture: Picture, state: SurfaceCells, goal: float) -> NotConverged:
-        """Returns the error for a goal that no grid reaches, with the state of the least estimate."""
+        """Returns the error for a goal that no grid reaches, at the state of the least estimate."""
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         cut = self.period is None and _reaches(state, 1)
         words, ways = [f" on {len(state.x1)} x {len(state.x1)} cells"], ["fix Cells(nodes=...)"]
@@ -304,9 +302,8 @@ class SurfaceSolver(Solver):
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of the least and
-        largest x1 and x2.
-        """
+        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of least and largest
+        x1 and x2."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
         width = side / FEW
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
@@ -326,8 +323,8 @@ class SurfaceSolver(Solver):
         raise NotConverged(NO_WINDOW)
 
     def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places of the picture at which a gap is negative, outside of the window, and between cells
-        that do not see them: arrays (k, 2).
+        """Returns places of the picture at which a gap is negative, outside of the window, and between cells:
+        arrays (k, 2).
         """
         low, grid = picture.low(state.approach), _grid(state)
         if self.period:

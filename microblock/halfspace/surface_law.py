@@ -83,8 +83,8 @@ class SurfaceLaw:
 
 
 def closed_corners(forces: Array, closed: Array) -> Array:
-    """Returns how many corners of each block touch, array (...): those with a force, and all four where none
-    of the gaps is open.
+    """Returns how many corners of each block touch, array (...): those with a force, and all four where no
+    gap is open.
     """
     touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
     return np.asarray(touching.sum(axis=0))

@@ -56,8 +56,6 @@ def draw_loop(axis, loop):
 
 
 def slip_and_shear(state):
-    """A point of the loop: the mean slip with the pressure as weight, along which the work of the shear is
-    dissipated where all slips; and Q/(f P).
-    """
+    """A point of the loop: the mean slip with the pressure as weight, and Q/(f P)."""
     slip = float(state.weights @ (state.pressure * state.slip)) / state.load
     return slip, state.shear / (state.law.friction * state.load)

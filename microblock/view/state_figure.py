@@ -154,8 +154,8 @@ class StateFigure:
         return self
 
     def _held(self, needed, widened):
-        """Ends {name: (low, high)} of axes: those before while they fit, so that the eye has something to
-        hold on to; else all anew, ``widened(low, high, room)``: one jump instead of several.
+        """Ends {name: (low, high)} of axes: those before while they fit, for the eye to hold on to; else all
+        anew, ``widened(low, high, room)``.
         """
         before = {name: self._ends.get(name, (math.nan, math.nan)) for name in needed}
         if not all(_fit(before[name], ends) for name, ends in needed.items()):

@@ -25,12 +25,12 @@ FACES = {"top": (1, 3, 7, 5), "front": (0, 1, 5, 4), "right": (4, 5, 7, 6)}
 
 @plots.styled()
 def draw(state, axis=None):
-    """The figure of the blocks of a state on cells, or of an axis of three dimensions that is given.
+    """The figure of the blocks of a state on cells, or of a given axis of three dimensions.
 
     Raises
     ------
     BadArgument
-        If a law has one corner, and so no blocks that could be drawn, or the state is one at nodes.
+        If the law has no blocks, or the state is one at nodes.
     """
     law = on_surface(state.law)
     if not law.psi0:

@@ -161,9 +161,7 @@ class Panel:
         return self._widgets.FloatLogSlider(value=value, min=low, max=high, **words)
 
     def _arranged(self):
-        """All widgets in a box that arranges them by the width it is given; where no widgets can be, the
-        picture is shown.
-        """
+        """All widgets in a box that arranges them by its width; where no widgets can be, the picture."""
         toggles = [self.hertz] if "radius" in self.controls else []
         if hasattr(self.explorer.state.solution, "fields_below"):
             toggles += [self.beneath, self.quantity]
@@ -226,9 +224,7 @@ class Panel:
         self.below.value = self.explorer.state.plot_below(self.quantity.value)._repr_png_()
 
     def _at_rest(self, work):
-        """Do it when nothing has changed for a while, so that no slider waits for it; without a kernel at
-        once.
-        """
+        """Do it when nothing has changed for a while; without a kernel at once."""
         if self._awaited is not None:
             self._awaited.cancel()
         try:
