@@ -271,7 +271,7 @@ class Contact(Shown):
         load : float
             Last load of the path, force per thickness.
         rtol : float, optional
-            Relative error of the states, as of `solve`.
+            Relative error of the states `at` a load, as of `solve`; events have their own `load_error`.
         progress : bool
             Whether a bar counts what the events take; of panels as they are asked for, else at once.
 

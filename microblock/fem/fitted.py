@@ -31,7 +31,6 @@ from ..corners import active_set
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
-from ..halfplane.search import LooksTooNear
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
@@ -79,6 +78,10 @@ OUTSIDE = 60  # places on either side beyond the contact boundary, beside the ob
 # the estimate is asked for; and where the order is fixed, by what edges that are settled leave
 LOWERED, SETTLED = 0.01, 1e-11
 TRUNCATION = 2.0  # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
+
+
+class LooksTooNear(Exception):
+    """Something beyond the obstacle's picture could touch: look farther."""
 
 
 class FittedSolver(MeshFitter):

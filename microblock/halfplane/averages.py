@@ -1,10 +1,7 @@
 """Kernels of a half-plane averaged over the cell that is loaded and over the one that answers.
 
-The average is a second difference of the kernel's second antiderivative F. Over x^2 that is smooth in log x,
-and is tabulated like the kernels; far away, where the difference would cancel, Gauss points replace it.
-Averages over both cells make a matrix that is symmetric and positive definite, whatever the distances of the
-cells: corners press a second body at places that are no multiples of a cell apart. Formulas:
-docs/theory/friction.md.
+The average is a second difference of the kernel's second antiderivative F, tabulated over x^2; far away Gauss
+points replace it. So matrices are symmetric and positive definite at any distances (docs/theory/friction.md).
 """
 
 from functools import partial
@@ -15,17 +12,9 @@ import numpy as np
 from ..model.quadrature import gauss_rule
 from .kernels import NEAREST, Kernels, is_classical, kernels, laplace_weights, step
 
-FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
-SMALL = 1e-3  # below it the difference in the second antiderivative is a series
-
 
 class SecondAntiderivatives(Kernels):
-    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is.
-
-    Parameters
-    ----------
-    nu, beta, curvature : float, as of `Cosserat`
-    """
+    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is."""
 
     @staticmethod
     def _values(solid, x):
@@ -39,17 +28,13 @@ class SecondAntiderivatives(Kernels):
 
 
 def _twice(y):
-    """(exp(-y) - 1 + y)/y^2 of an array."""
-    small = np.minimum(y, SMALL)
-    large = np.maximum(y, SMALL)
+    small, large = np.minimum(y, 1e-3), np.maximum(y, 1e-3)  # a series below
     series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720
-    return np.where(y < SMALL, series, (np.expm1(-large) + large) / large / large)
+    return np.where(y < large, series, (np.expm1(-large) + large) / large / large)
 
 
 def _tables(solid):
-    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of
-    U and Y alone.
-    """
+    """Functions of (x/ell, numbers): kernels over c, and F/x^2; of a classical solid for U and Y alone."""
     if not is_classical(solid):
         material = solid.nu, solid.beta, solid.curvature
         return kernels(*material), kernels(*material, SecondAntiderivatives)
@@ -64,16 +49,13 @@ def _tables(solid):
 
 
 def averaged(solid, apart, source, target, which):
-    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape.
-
-    Returns
-    -------
-    array (len(which), *shape)
-        Lengths per force (per thickness).
+    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape:
+    array (len(which), ...) of lengths per force (per thickness).
     """
     once, twice = _tables(solid)
     apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
-    found, far = np.zeros((len(which), *apart.shape)), np.abs(apart) > FAR * np.maximum(source, target)
+    # beyond 16 widths of the larger cell two Gauss points on either leave 1e-9
+    found, far = np.zeros((len(which), *apart.shape)), np.abs(apart) > 16 * np.maximum(source, target)
     own, other, middle = target[~far], source[~far], apart[~far]
     for sign_own, sign_other in product((-1, 1), repeat=2):
         place = middle + sign_own * own / 2 - sign_other * other / 2
@@ -86,7 +68,5 @@ def averaged(solid, apart, source, target, which):
 
 
 def normal_averages(solid, distance, source, target):
-    """`kernels.normal_kernel` averaged over cells of the widths `source` and `target` at distances, arrays
-    of one shape: lengths per force.
-    """
+    """`kernels.normal_kernel` averaged as in `averaged`: lengths per force."""
     return averaged(solid, distance, source, target, (0,))[0]

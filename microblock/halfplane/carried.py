@@ -1,9 +1,7 @@
 """What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
 
-Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap
-of B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries
-both from corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get
-fainter by a factor each (docs/theory/two_bodies.md).
+What is singular in p_A at x is so in the gap of B at x - ell, what is singular in p_B at x in that of A at x
++ ell, fainter by a factor each step (docs/theory/two_bodies.md).
 """
 
 import numpy as np
@@ -12,17 +10,15 @@ from ..model.zones import zone_edges
 from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
 MOST = 24  # steps
-COARSE = 4  # points on a panel, and for each four more a digit: where singularities are left to them
-MEETING = 26  # order of panels, as far as which the exponent of a meeting looks
 SAME = 1e-9  # of ell: places this near to each other are one
 
 
 def decay(problem):
-    """Factor by which singularities are fainter from step to step, 0 to 1; 0 if the obstacle is rigid, or has
+    """Factor by which singularities are fainter from step to step, 0 to 1; 0 without a second body or with
     one corner to a block.
 
-    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t)
-    A + (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md); the levers are those at x = 0.
+    ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
+    c of the second body; the levers are those at x = 0.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
         return 0.0
@@ -37,21 +33,18 @@ def decay(problem):
 
 
 def steps(problem, order, share=1.0):
-    """How often singular places are carried on until panels of an order do not see them any more; `share` is
-    what they are worth to begin with.
-    """
+    """How often places that are worth `share` are carried on until panels of an order do not see them."""
     factor = decay(problem)
     if not factor:
         return 0
-    enough = 1 - ((order - COARSE) / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    # panels of order 4 leave singularities a share of 1, and for each four points more a digit less
+    enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(share)) / np.log(factor)
     return int(np.clip(np.ceil(enough), 0, MOST))
 
 
 def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals}, without those by symmetry, and the places they are carried to.
-
-    Two edges of one corner that are a width w apart are worth sqrt(w) in L2: of narrow gaps little is
-    carried.
+    """Edges of zones {corner: intervals} and the places they are carried to; two edges of a corner a width w
+    apart are worth sqrt(w).
     """
     shares = {}
     whole = np.ptp(zone_edges(zones))
@@ -67,9 +60,8 @@ def carried_edges(problem, zones, order):
 
 
 def carried(problem, places, order, shares=None):
-    """Singular places and those they are carried to, ascending list; the given ones stay as they are.
-
-    `shares` {place: share} is what they are worth, 1 without it.
+    """Singular places and those they are carried to, ascending list; `shares` is {place: what it is
+    worth}.
     """
     own = sorted(float(x) for x in places)
     shares = dict.fromkeys(own, 1.0) if shares is None else shares
@@ -89,11 +81,8 @@ def _ways(problem, order, share=1.0):
 
 
 def log_sizes(problem, zones, order):
-    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there.
-
-    A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
-    U and k W for k -> infinity (docs/theory/halfplane.md, "Contact line"). A second body joins those of
-    different corners at the same place of its surface.
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there: a jump J
+    in the slope of a corner's initial gap needs ``pi J`` through the limits of k U and k W.
     """
     whole = problem.all_zones(zones)
     found = {kink: {} for kink in problem.kinks}
@@ -114,7 +103,6 @@ def log_sizes(problem, zones, order):
 
 
 def _sizes(problem, zones, chain, kink, jumps):
-    """{(place, corner): K} on a chain of places, from the jumps at one of them."""
     inside = [
         (x, corner)
         for x in chain
@@ -128,9 +116,7 @@ def _sizes(problem, zones, chain, kink, jumps):
 
 
 def _short_waves_between(problem, inside):
-    """Limits of k times the gaps from pressures, for k -> infinity, between pairs (place, corner): array
-    (n, n) of lengths per stress times k.
-    """
+    """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n)."""
     x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
     lever = np.array(problem.lever(corner, x), float)
     pressed = x - np.array([problem.shift(each) for each in corner])
@@ -141,14 +127,10 @@ def _short_waves_between(problem, inside):
 
 
 def meeting_exponent(problem, zones, x):
-    """s of p ~ x^s where edges of the two corners meet at x, with these zones of all corners.
-
-    By way of the second body a corner that is closed a block's side away gives way: what is left of the
-    corners' own compliances is that of `kernels.coalescence_exponent`.
-    """
+    """s of p ~ x^s where edges of the two corners meet at x, with these zones."""
     if not decay(problem):
         return coalescence_exponent(problem.solid)
-    ways = [way for way in _ways(problem, MEETING) if way]
+    ways = [way for way in _ways(problem, 26) if way]
     others = [
         (x + way * problem.solid.ell, corner)
         for way in ways

@@ -24,16 +24,7 @@ from .kernels import HalfPlane
 FIRST, MOST = 128, 2**21  # cells of the coarsest and finest grid that rtol may ask for
 # at which halving a given number of cells ends, after two halvings at the earliest
 COARSEST = 1024
-COARSE_RESIDUAL = 0.01  # of the coarser grids, over their nodes: far below what the next one changes
-RESIDUAL = 1e-9  # of the state
-PER_RESIDUAL = 10.0  # error of the pressures for a residual; 2 to 40 are met
-ENOUGH = 1e-3  # of rtol: residual of states that only follow others
-AROUND = 0.05  # of the low stretches, left free on either side
 FITS = 1e-6  # of their range, heights at both ends of a period may differ; so may periods
-PLACES = 257  # on a period, at which its range is taken
-# ratio of successive changes from grid to grid, in the mean of so many: 2 is expected, with a logarithm or an
-# end of the obstacle 1.41
-SLOWEST, FASTEST, LUCK = 1.4, 1.75, 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,18 +35,15 @@ class CellSolution(Solution):
     ----------
     solver : CellSolver
     x, weights : arrays (n,), centres and lengths of the cells
-    pressures : array (corners, n), of each corner
-    micromoment, psi, displacement : arrays (n,), M of (29) (where psi is prescribed the reaction to it), psi,
-        -u2
-    load, approach : force per thickness (and per period), approach over the mean of the surface
-    energy : float, half the work of the forces, up to the same constant
-    residual : float, largest relative residual of (a), see
-        `microblock.corners.projected_gradients.GridForces`
-    iterations : int, products with the flexibility that were spent on this grid
-    change : float, relative L2 error of pressure and micromoment over ell, next to an end of the obstacle,
-        where the pressure is infinite, with the distance from it as weight; None without coarser grids
-    notes : sentences on why cells were taken where panels were asked for
-    raised : array (corners, n), displacement of a second body under each corner; None of a rigid obstacle
+    pressures : array (corners, n)
+    micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2
+    load, approach : force per thickness (and period), approach over the mean of the surface
+    energy : float, up to a constant
+    residual : float, see `microblock.corners.projected_gradients.GridForces`
+    iterations : int, products with the flexibility
+    change : float, the error estimate, or None
+    notes : sentences on why cells were taken
+    raised : array (corners, n), displacement of a second body, or None
     """
 
     solver: Solver
@@ -90,9 +78,7 @@ class CellSolution(Solution):
 
     @property
     def all_zones(self):
-        """{corner number: array (k, 2) of the intervals of cells with pressure}; 0 is A (left), 1 is B
-        (right).
-        """
+        """{corner number: array (k, 2) of the intervals of cells with pressure}."""
         half = self.weights[0] / 2
         return {
             number: np.array(
@@ -110,9 +96,7 @@ class CellSolution(Solution):
         return contact_zones(self.all_zones, self.solver.law.corners)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells, even from
-        the outer ones to its edges, so that its integral is that of the cells, and 0 outside.
-        """
+        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells."""
         x, own = _folded(x, self.period), self.pressures[corner]
         along, last = (x - self.x[0]) / self.weights[0], len(own) - 1
         cell = np.floor(along + 0.5)
@@ -123,9 +107,7 @@ class CellSolution(Solution):
         return np.where(inside, here + np.abs(along - cell) * slope, 0.0)
 
     def pressure_and_moment(self, x):
-        """Total pressure and micromoment over ell at x, array (2, n): of the corners' pressures there, of a
-        reaction a polygon.
-        """
+        """Total pressure and micromoment over ell at x, array (2, n); a reaction is a polygon."""
         own = np.array([self.pressure(corner, x) for corner in range(len(self.pressures))])
         if len(own) > 1:
             return np.array((own.sum(axis=0), (self.problem.levers(x) * own).sum(axis=0) / 2))
@@ -137,13 +119,7 @@ class CellSolution(Solution):
         return self.problem.ell * self.pressure_and_moment(x)[1]
 
     def gap(self, corner, x):
-        """Gap of a corner at x, array (n,): displacement and rotation as polygons through the cells' centres.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the cells.
-        """
+        """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
         period, half = self.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
             raise BadArgument(
@@ -155,7 +131,6 @@ class CellSolution(Solution):
         return corner_gaps(*where, raised, psi, self.counter_displacement)[corner]
 
     def counter_displacement(self, x):
-        """As of every solution: a polygon through what is known under the corners."""
         if self.raised is None:
             return np.zeros_like(x)
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
@@ -183,12 +158,11 @@ class CellSolver(Solver):
             self.require_lowest()
 
     def _require_repeating(self):
-        """BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it begins."""
         period = self.body.period
         own = getattr(self.obstacle, "period", None)
         if own is not None and abs(period / own - round(period / own)) > FITS:
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
-        x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
+        x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, 257)))
         above = heights(self.obstacle, x)
         known = above[np.isfinite(above)]
         if np.isfinite(above[:2]).all() and abs(above[1] - above[0]) > FITS * np.ptp(known):
@@ -210,7 +184,6 @@ class CellSolver(Solver):
 
     @cached_property
     def problem(self):
-        """The problem along x1; on a period the obstacle with its images."""
         obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
         obstacle = obstacle if self.body.period is None else _repeated(obstacle, self.body.period)
         return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
@@ -228,16 +201,18 @@ class CellSolver(Solver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         solver = self._with_window(load)
-        nodes, residual = self.options.nodes, self.options.residual
+        nodes = self.options.nodes
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
         if nodes is not None:
             start = initial if isinstance(initial, CellSolution) else None
-            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress, start)
+            *_, last = solver._solutions(
+                load, approach, halvings(nodes), self.options.residual, progress, start
+            )
             return last
         rtol = self.usual_rtol if rtol is None else rtol
         doublings = FIRST * 2 ** np.arange(int(np.log2(MOST / FIRST)) + 1)
-        state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
+        state = solver.upto(load, rtol, doublings, approach=approach, progress=progress)
         if state.error_estimate <= rtol:
             return state
         panels = "" if solver.has_level else "take Panels() under a smooth obstacle"  # none on a period
@@ -245,7 +220,6 @@ class CellSolver(Solver):
         raise out_of_reach(rtol, state.error_estimate, why, panels, load=load, approach=approach)
 
     def _with_window(self, load):
-        """The solver on a window: its own, or all places where the obstacle could touch at the load."""
         if self.body.period is not None or self.options.window is not None:
             return self
         if load is None:
@@ -258,7 +232,6 @@ class CellSolver(Solver):
         return self.windowed(around(found, self.solid.ell))
 
     def windowed(self, window):
-        """The same solver on a window (left, right)."""
         return CellSolver(self.contact, replace(self.options, window=window))
 
     def follow(self, load, rtol, initial):
@@ -267,25 +240,23 @@ class CellSolver(Solver):
             return self.solve(load, None, rtol, initial)
         solver, rtol = self._with_window(load), self.usual_rtol if rtol is None else rtol
         sizes = halvings(len(initial.x))
-        *_, state = solver._solutions(load, None, sizes, max(RESIDUAL, ENOUGH * rtol), False)
+        *_, state = solver._solutions(load, None, sizes, max(self.options.residual, 1e-3 * rtol), False)
         return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
 
-    def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, residual=RESIDUAL, progress=False):
-        """The first state on grids of these sizes that has rtol and at least so many cells, or that of the
-        last grid.
-        """
-        for state in self._solutions(load, approach, sizes, residual, progress):
+    def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, progress=False):
+        """The first state on grids of these sizes with rtol and at least so many cells, or the last."""
+        for state in self._solutions(load, approach, sizes, self.options.residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break
         return state
 
     def _solutions(self, load, approach, sizes, residual, progress, start=None):
-        """Solutions on grids of given sizes, each started from the one before, the first from `start`."""
         state, changes = None, []
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
-                enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL / size)
+                # of coarser grids far below what the next one changes
+                enough = residual if size == sizes[-1] else max(residual, 0.01 / size)
                 try:
                     finer = self._solve(size, load, approach, state or start, enough)
                 except BadArgument:  # an approach above the mean height that so few cells see
@@ -296,11 +267,11 @@ class CellSolver(Solver):
                     changes.append(difference(finer, state, self._end_weights))
                 state = finer
                 bar.update(size)
-                ends = len(getattr(self.obstacle, "ends", ()))  # there errors fall by the root of the cells
-                yield replace(state, change=_estimate(changes, state.residual, SLOWEST if ends else FASTEST))
+                # next to ends errors fall by the root of the cells
+                fastest = 1.4 if len(getattr(self.obstacle, "ends", ())) else 1.75
+                yield replace(state, change=_estimate(changes, state.residual, fastest))
 
     def _end_weights(self, x):
-        """1, and towards ends of the obstacle, where the pressure has no bound, falling with the distance."""
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.body.solid.ell))
 
     def _cells(self, nodes):
@@ -313,7 +284,6 @@ class CellSolver(Solver):
         return {}
 
     def prepare(self, nodes):
-        """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
         if nodes not in self._grids:
             cells = self._cells(nodes)
             self._grids[nodes] = (
@@ -368,7 +338,7 @@ class CellSolver(Solver):
 
 
 def difference(finer, coarser, ends):
-    """max(|dp|, |dM|/ell)/|p| in L2 of what two states say at all x, with the weight `ends` of places."""
+    """max(|dp|, |dM|/ell)/|p| in L2 between two states, with the weight `ends` of places."""
     points, _ = gauss_rule(2)  # exact for squares of polygons that break at centres and ends of cells
     size, change = 0.0, 0.0
     for offset in np.concatenate((points - 1, points)):
@@ -380,30 +350,26 @@ def difference(finer, coarser, ends):
 
 
 def _estimate(changes, residual, fastest):
-    """Error of the last state from the changes from grid to grid, a geometric series of a ratio between
-    SLOWEST and the fastest, and from its residual; None without changes.
-
-    The ratio is that of the last LUCK changes in the mean: one that is much less than the change before is
-    luck, where a cell falls on an edge.
+    """Error of the last state from its residual and the changes from grid to grid, a geometric series of the
+    mean ratio; None without changes.
     """
     if not changes:
         return None
-    own = changes[-LUCK:]
+    own = changes[-4:]  # one change that is much less than the one before is luck
     ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
-    ratio = float(np.clip(ratio, SLOWEST, fastest))
+    ratio = float(np.clip(ratio, 1.4, fastest))
     last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
-    return last / (ratio - 1) + PER_RESIDUAL * residual
+    return last / (ratio - 1) + 10 * residual
 
 
 def around(found, ell):
     """(left, right) of the surface that holds all low stretches of an obstacle's Picture."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
-    margin = AROUND * (right - left)
+    margin = (right - left) / 20
     return left - margin, right + margin
 
 
 def halvings(nodes):
-    """Sizes of the grids below one of so many nodes, and its own, ascending."""
     sizes = [nodes]
     while sizes[-1] > 2 * COARSEST or len(sizes) < 3:
         sizes.append((sizes[-1] + 1) // 2)
@@ -421,12 +387,11 @@ def _polygon(x, nodes, values, period):
 
 
 def _folded(x, period):
-    """Abscissae within the period around x1 = 0 that stand for x; x itself without a period."""
+    """Abscissae within the period around x1 = 0 that stand for x."""
     return x if period is None else (x + period / 2) % period - period / 2
 
 
 def _repeated(obstacle, period):
-    """An obstacle's height with a period."""
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         return obstacle  # refused by name in `obstacles.gap`

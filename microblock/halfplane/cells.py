@@ -1,18 +1,12 @@
-"""The half-plane on n equal cells, matrix-free: corner forces to corner gaps by FFT, O(n log n) a product.
+"""The half-plane on n equal cells, matrix-free: corner forces to corner gaps by FFT.
 
-With the normal displacement u = -u2, phi = ell psi/2, and p, m the sums and differences of the forces on a
-cell,
+With u = -u2, phi = ell psi/2, and p, m the sums and differences of the forces on a cell,
 
     p = sum f_alpha,   m = sum lever_alpha f_alpha,   u = U p + i V m,   phi = -i V p + W m,   gap_alpha = u +
     lever_alpha phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`: U, V, W are convolutions, the levers act cell
-by cell.
-
-Without images U, V, W are those of cells of constant pressure, as in `HalfPlane.compliance`, embedded in a
-circulant of twice the length or more, which a product with padded forces does not see. On a period they are
-the symbol of `microblock.halfplane.kernels` itself at k = 2 pi m/period; the mean level of the surface is 0.
-The inverse symbol of the half-plane that repeats after the cells is the preconditioner.
+is the flexibility H of (a) in `microblock.corners.active_set`. Without images U, V, W are those of cells in a
+circulant of twice the length, on a period the symbol. The inverse symbol is the preconditioner.
 """
 
 from dataclasses import dataclass
@@ -29,14 +23,7 @@ from .kernels import ODD, HalfPlane, symbol
 
 @dataclass(frozen=True)
 class CellGrid:
-    """n equal cells on [left, right] of the surface of a half-plane, or on one of its periods.
-
-    Parameters
-    ----------
-    body : HalfPlane
-    left, right : float; a period apart for the latter
-    count : int
-    """
+    """n equal cells on [left, right] of the surface of a half-plane, or on one of its periods."""
 
     body: HalfPlane
     left: float
@@ -45,12 +32,10 @@ class CellGrid:
 
     @property
     def width(self):
-        """Of a cell."""
         return (self.right - self.left) / self.count
 
     @cached_property
     def x(self):
-        """Centres of the cells, array (count,)."""
         return self.left + self.width * (np.arange(self.count) + 0.5)
 
     @property
@@ -85,9 +70,7 @@ class CellGrid:
         return Flexibility(offsets, tilt, response, back, aside, clamping, other)
 
     def _spectrum(self, length, one, clamping):
-        """What the forces of one corner or of two do: (U, V, W), or of one (u, m) from p where psi = 0 is
-        prescribed, else at least (U, V).
-        """
+        """(U, V, W) of two corners; of one (u, m) where psi = 0 is prescribed, else at least (U, V)."""
         if not self.periodic:
             return self._embedded(length, ((3, 4) if clamping else (0, 1)) if one else (0, 1, 2))
         U, V, W = self._symbol(length)
@@ -107,9 +90,7 @@ class CellGrid:
         return U / self.width, V / self.width, W / self.width
 
     def _embedded(self, length, which):
-        """Spectra of kernels without images, numbered as in `kernels.Kernels`, in a circulant of the length:
-        U, V, W, and where psi = 0 u and m from p.
-        """
+        """Spectra of kernels without images, numbered as in `Kernels`, in a circulant."""
         c, ell = (1 - self.body.solid.nu) / self.body.solid.mu, self.body.solid.ell
         kernels = self.body.cells(self.count, self.width, which)
         # kernel 4 is -m, over 1/ell instead of c, from a unit force
@@ -119,16 +100,13 @@ class CellGrid:
 
 
 def _held(U, V, W):
-    """u and m from p where psi = 0, m taking the rotation away."""
     return U - V**2 / W, -V / W
 
 
 def _turning_at_rest(solid):
-    """W at k = 0."""
     return (1 - solid.nu) / solid.mu * solid.layer_length / (4 * solid.curvature * (1 - solid.nu))
 
 
 def _inverse(U, V, W):
-    """(p, m) from (u, phi): the inverse of [[U, V], [V, W]]."""
     determinant = U * W - V**2
     return W / determinant, -V / determinant, U / determinant

@@ -1,6 +1,4 @@
-"""Uniform cells where panels find no zones, or do not reach what was asked for: the larger model where the
-smaller one fails.
-"""
+"""Uniform cells where panels find no zones or do not reach what was asked for."""
 
 from dataclasses import replace
 
@@ -12,31 +10,31 @@ from ..model.methods import Cells
 from ..model.state import State
 from .cell_solver import FIRST, CellSolver, around
 
-MOST = 2**17  # cells: some ten seconds with two corners
-# cells on the shortest piece on which the height is a polynomial, at least: a feature shows on some of them
-FEATURE = 12
 OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
-    """The CellSolution of a half-plane's problem under an obstacle of this Picture; `failure` says why panels
-    have none.
+    """The CellSolution under an obstacle of this Picture; `failure` says why panels have none.
 
     Raises
     ------
     NotConverged
-        If cells do not reach rtol either: with what they do reach.
+        If cells do not reach rtol either.
     """
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
         raise failure from None
     window = around(found, solver.solid.ell)
-    least = FEATURE * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0])
-    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= MOST]
+    # a feature shows on some of 12 cells on the shortest polynomial; 2^17 cells take some ten seconds
+    most, least = (
+        2**17,
+        12 * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0]),
+    )
+    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= most]
     cells = CellSolver(solver.contact, Cells(window=window))
-    if least > MOST:
+    if least > most:
         raise NotConverged(
-            f"{failure}; more than {MOST} cells would be needed to see all features of the obstacle"
+            f"{failure}; more than {most} cells would be needed to see all features of the obstacle"
         ) from None
     try:
         state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))

@@ -1,10 +1,8 @@
-"""The load at which two symmetric zones of partial contact meet on the axis: its limit, on panels or by
-fitted finite elements.
+"""The load at which two symmetric zones of partial contact meet on the axis.
 
-The inner edge is prescribed and the load left free: on one mesh the coefficients of the pressure at the edges
-are affine in the load, and the load is right where K0 of the inner edge vanishes. With the edge at the
-distance b from the axis it misses coalescence by b^(2 s), where p ~ x^s there (docs/theory/halfplane.md):
-two Richardson steps, from the side of a gap and of an overlap.
+The inner edge is prescribed: K0 and K1 of the edges are affine in the load, which is right where K0 of the
+inner edge vanishes. With the edge b from the axis it misses coalescence by b^(2 s), where p ~ x^s there
+(docs/theory/halfplane.md).
 """
 
 import numpy as np
@@ -12,22 +10,17 @@ import numpy as np
 from ..errors import BadArgument, NotConverged
 from .kernels import coalescence_exponent
 
-INNER_EDGES = (1.5, 2.0, 2.5, 3.0, 3.5)  # -log10 of the inner edges over ell
-OUTER_AT_TOUCH = 1.4  # outer edge over ell: a first guess
-OUTER_STEP = 1e-6  # of the outer edge that may be left: the load feels its square
-STEPS = 12
-
 
 def coalescence(solver, order=9, levels=5):
     """Load (force per thickness) at which the zones of a symmetric problem of a FittedSolver meet, and its
     error.
-
-    The order's own error is not in it: compare two of them.
     """
     if not solver.symmetric or len(solver.law.corners) != 2:
         raise BadArgument("problem", solver.contact, "must be a symmetric one of microblocks")
     solid, coefficients = solver.solid, on_meshes(solver, order, levels)
-    return extrapolated(coefficients, solid, INNER_EDGES, lambda outer: coalescence_exponent(solid))
+    return extrapolated(
+        coefficients, solid, (1.5, 2.0, 2.5, 3.0, 3.5), lambda outer: coalescence_exponent(solid)
+    )
 
 
 def on_meshes(solver, order, levels):
@@ -41,10 +34,8 @@ def on_meshes(solver, order, levels):
 
 
 def extrapolated(coefficients, solid, inner_edges, exponent):
-    """Limit of the load for an inner edge on the axis, and its error.
-
-    Two Richardson steps, from the side of a gap and from that of an overlap; the error is the larger of the
-    last correction and the distance of the two sides.
+    """Limit of the load for an inner edge on the axis, and its error: two Richardson steps, from a gap and
+    from an overlap.
 
     Parameters
     ----------
@@ -52,7 +43,7 @@ def extrapolated(coefficients, solid, inner_edges, exponent):
     inner_edges : -log10 of the inner edges over ell, equally spaced
     exponent : outer edge -> s of p ~ x^s at coalescence
     """
-    limits, corrections, outer = [], [], OUTER_AT_TOUCH * solid.ell
+    limits, corrections, outer = [], [], 1.4 * solid.ell  # a first guess
     for side in (1, -1):
         column = []
         for digits in inner_edges:
@@ -67,22 +58,17 @@ def extrapolated(coefficients, solid, inner_edges, exponent):
 
 
 def load_at_inner_edge(coefficients, solid, inner, outer):
-    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap, < 0: an overlap), and
-    the outer edge, from a first guess of it.
-
-    `coefficients` gives ((K0, K1) of the inner edge at each load, the same of the outer one) for (inner,
-    outer, loads); they are affine in the load.
+    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap), and the outer edge;
+    `coefficients` of (inner, outer, loads) are the (K0, K1) of both at each load.
     """
     load = solid.E_star * outer
-    for _ in range(STEPS):
+    for _ in range(12):
         inner_K, outer_K = np.array(coefficients(inner, outer, (load, 2 * load)))
         share = inner_K[0, 0] / (inner_K[0, 0] - inner_K[1, 0])
         K0, K1 = outer_K[0] + share * (outer_K[1] - outer_K[0])
         step = 2 * K0 / K1
         outer += float(np.clip(step, -0.3 * outer, 0.3 * outer))
         load = abs(load * (1 + share))
-        if abs(step) < OUTER_STEP * outer:
+        if abs(step) < 1e-6 * outer:  # the load feels its square
             return float(load), outer
-    raise NotConverged(
-        f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=STEPS
-    )
+    raise NotConverged(f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=12)

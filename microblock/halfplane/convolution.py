@@ -1,18 +1,13 @@
 """Convolutions of one or two real fields on equal cells with kernels that are known in Fourier space.
 
 Two fields p, m answer with u = U p + i V m, phi = -i V p + W m at each wavenumber, U and W even in it, V odd,
-all real; one field answers with an even or an odd kernel. `Waves` does so with real transforms of the period,
-which is best while they stay in the processor's cache. For long periods `Halves` does: with z = p + i m and
-w = u + i phi
+all real. For long periods `Halves` uses z = p + i m and w = u + i phi,
 
-    w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2,
+    w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2.
 
-two real factors and one complex transform instead of two real ones. In a period of twice the length of the
-fields, which those without images need, the even wavenumbers are those of the length itself, and the odd ones
-are those of exp(-i pi t/length) times the field: no padding is transformed. A transform of rows x columns
-values is one along the columns, a factor exp(-2 pi i row column/length) and one along the rows (D. H. Bailey,
-J. Supercomput. 4 (1990) 23); the wavenumbers are left in the order in which they come, which the products do
-not mind. So every line that is transformed stays in the cache, and threads have lines to share.
+On a doubled period the even wavenumbers are those of the length itself, the odd ones those of exp(-i pi
+t/length) times the field. Transforms of rows x columns values are along the columns, then, with exp(-2 pi i
+row column/length), along the rows (D. H. Bailey, J. Supercomput. 4 (1990) 23), and stay in the cache.
 """
 
 from __future__ import annotations
@@ -29,13 +24,6 @@ from ..model.types import AnyArray as Array
 from ..threads import workers
 
 LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of another 4 times as many
-ROWS = 256  # of a transform in two steps, at most: its columns are read in long pieces
-WAVES = 2**14  # that are multiplied at once
-BESIDE = 8  # values left free beside a row: columns at a distance of a power of two evict each other
-# values whose rows are transformed at once: they stay in the cache; enough to be shared by threads
-SLAB, SHARED = 2**14, 2**17
-# times as many values as other transforms need threads take a share: four short ones wait for each other
-LARGER = 8
 
 
 def free_period(count: int) -> int:
@@ -44,20 +32,13 @@ def free_period(count: int) -> int:
 
 
 def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels.
+    """Returns the product with kernels, a function of fields (2 or 1, n).
 
     Parameters
     ----------
     spectrum : (U, V, W), or (U,) for one field, arrays (length//2 + 1,)
-        At the wavenumbers of the period.
-    length : int
-        Cells of the period.
-    doubled : bool
-        Whether fields take no more than half of the period, as on `free_period`.
-
-    Returns
-    -------
-    function of fields, array (2 or 1, n), that returns an array of the same shape
+    length : int, cells of the period
+    doubled : bool, whether fields take no more than half of the period
     """
     parts = 2 if doubled else 1
     if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
@@ -67,18 +48,14 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period, of fields on cells along a line or on a surface.
-
-    In Fourier space what answers is D R D^H of the fields, R real and D = 1 or -i.
+    """By real transforms of the whole period, on a line or a surface: D R D^H of the fields, R real, D = 1 or
+    -i.
 
     Attributes
     ----------
-    length : tuple of int
-        Cells of the transforms along each axis.
-    spectrum : rows of arrays (..., length//2 + 1)
-        R, or a part of it.
-    even : (int, int)
-        Number of its first rows, and columns, that belong to p and u: the others turn by -i and i.
+    length : tuple of int, cells along each axis
+    spectrum : rows of arrays (..., length//2 + 1), R or a part of it
+    even : (int, int), its first rows, and columns, that belong to p and u
     """
 
     length: tuple[int, ...]
@@ -86,7 +63,6 @@ class Waves:
     even: tuple[int, int] = (1, 1)
 
     def __call__(self, values: Array) -> Array:
-        """Returns the responses to fields on cells, arrays (k, ...)."""
         shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}
         waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
         for axis, length in enumerate(self.length[:-1], start=1):
@@ -94,8 +70,8 @@ class Waves:
         found = waves
         if len(waves) > 1 or len(self.spectrum) > 1:
             found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
-        step = max(1, WAVES // waves[0, 0].size)
-        for first in range(0, len(waves[0]), step):  # which stays in the processor's cache
+        step = max(1, 2**14 // waves[0, 0].size)  # waves that stay in the processor's cache
+        for first in range(0, len(waves[0]), step):
             slab = slice(first, first + step)
             wave = waves[:, slab]
             wave[self.even[1] :] *= 1j
@@ -111,8 +87,8 @@ class Waves:
 
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:
-    """Returns the transform of responses at distances of (i, ...) cells, array (count, ...), even or odd
-    along each axis, in a period of the length: its real part, or less its imaginary one where that is all.
+    """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis, in a
+    period: its real part, or less its imaginary one.
     """
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part
@@ -131,7 +107,6 @@ class Halves:
 
     @classmethod
     def of(cls, spectrum: tuple[Array, ...], length: int, parts: int) -> Halves:
-        """Returns the halves of a spectrum, see `convolution`."""
         U, V, W = spectrum
         made = []
         for first in range(parts):
@@ -144,9 +119,9 @@ class Halves:
         return cls(tuple(made))
 
     def __call__(self, values: Array) -> Array:
-        """Returns the responses to fields, arrays (2, n)."""
         rows, columns = self.halves[0].A.shape
-        z = np.zeros((rows, columns + BESIDE), complex)[:, :columns]
+        # columns at a distance of a power of two evict each other from the cache
+        z = np.zeros((rows, columns + 8), complex)[:, :columns]
         pieces = list(_pieces(values.shape[1], columns))
         for part, own in zip((z.real, z.imag), values):
             for place, flat in pieces:
@@ -165,14 +140,8 @@ class Halves:
 
 @dataclass(frozen=True)
 class Half:
-    """The wavenumbers k + shift/2 of a period; see the module.
-
-    Attributes
-    ----------
-    shift : int
-        0 or 1.
-    A, D : array (rows, columns)
-        Over the number of wavenumbers; number k is at (k % rows, k // rows).
+    """The wavenumbers k + shift/2 of a period; A, D (rows, columns) are over their number, k at (k % rows, k
+    // rows).
     """
 
     shift: int
@@ -180,8 +149,9 @@ class Half:
     D: Array
 
     def __call__(self, z: Array) -> Array:
-        """Returns the conjugate of w from z, both arrays (rows, columns) in the order of cells; z is lost."""
-        (rows, columns), threads = z.shape, workers(z.size // LARGER)
+        """Returns the conjugate of w from z, arrays (rows, columns); z is lost."""
+        # four short transforms wait for each other: threads take a share of more values than elsewhere
+        (rows, columns), threads = z.shape, workers(z.size // 8)
         turn = _turn(rows, columns, self.shift)
         start = np.exp(-1j * np.pi * self.shift * np.arange(rows) / rows)[:, None]
         if self.shift:
@@ -194,17 +164,14 @@ class Half:
         return z
 
     def _along_rows(self, z: Array, turn: Array, threads: int) -> None:
-        """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back.
-
-        What is transformed back is conjugate, so that forward transforms do it. Rows at the same distance
-        from both ends have each other's opposites, but the first one of wavenumbers without shift its own.
-        """
+        """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back."""
         if not self.shift:
             own = fft(z[0])
             z[0] = fft(self.A[0] * own.conj() + self.D[0] * np.roll(own[::-1], 1))
         A, D, turn, rest = (one[1 - self.shift :] for one in (self.A, self.D, turn, z))
         count, options = len(rest), {"overwrite_x": True, "workers": threads}
-        step = max(1, (SLAB if threads == 1 else SHARED) // z.shape[1])
+        # rows that stay in the cache, or enough to be shared by threads
+        step = max(1, (2**14 if threads == 1 else 2**17) // z.shape[1])
         for first in range(0, (count + 1) // 2, step):
             last = min(first + step, (count + 1) // 2)
             pair = slice(first, last), slice(count - last, count - first)
@@ -218,20 +185,18 @@ class Half:
 
 
 def _rows(length: int) -> int:
-    """Rows of a transform in two steps, a divisor of its length."""
-    most = min(ROWS, int(np.sqrt(length)))
+    most = min(256, int(np.sqrt(length)))  # columns are read in long pieces
     return next(rows for rows in range(most, 0, -1) if length % rows == 0)
 
 
 @lru_cache(maxsize=2)
 def _turn(rows: int, columns: int, shift: int) -> Array:
-    """exp(-2 pi i (row + shift/2) column/length), array (rows, columns), of the two halves last used."""
     angle = np.outer(np.arange(rows) + shift / 2, np.arange(columns))
     return np.exp(-2j * np.pi / (rows * columns) * angle)
 
 
 def _pieces(count: int, columns: int) -> Any:
-    """Places of so many cells in rows of `columns`, and their numbers: the full rows and the last one."""
+    """Places of so many cells in rows of `columns`, and their numbers."""
     whole = count // columns
     yield (slice(whole), slice(None)), slice(whole * columns)
     yield (slice(whole, whole + 1), slice(count - whole * columns)), slice(whole * columns, count)

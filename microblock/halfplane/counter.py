@@ -1,6 +1,4 @@
-"""The second body of a contact line: its normal displacement from the pressures of all corners, each where
-the corner stands.
-"""
+"""The second body of a contact line: its normal displacement from the pressures where the corners stand."""
 
 from dataclasses import replace
 
@@ -28,15 +26,11 @@ def counter_response(problem, panels, places):
 
 
 def counter_log_response(problem, panels, places):
-    """The same from the known logarithms: array (n,)."""
     both = panels.with_mirror() if problem.mirror else panels
     return sum(log_response(*where) for _, where in _by_corner(problem, both, places))
 
 
 def _by_corner(problem, panels, places):
-    """For each corner its panels, as flags, and what to integrate over them: places as contact points that
-    have this corner there.
-    """
     shifts = problem.shifts
     whole = replace(problem, mirror=False)
     for corner, shift in enumerate(shifts):
@@ -46,7 +40,7 @@ def _by_corner(problem, panels, places):
 
 
 def require_same_period(body, obstacle):
-    """Raises BadArgument for a second body that repeats with another period than the first."""
+    """Raises BadArgument for a second body of another period than the first."""
     counter = body_of(obstacle)
     if counter is not None and counter.period != body.period:
         raise BadArgument(
@@ -55,8 +49,8 @@ def require_same_period(body, obstacle):
 
 
 def counter_flexibility(problem, x, widths):
-    """What cells of constant pressure, one corner's forces after the other's, add to the gaps of all
-    corners at the centres by way of the second body: array (corners n, corners n).
+    """What cells of constant pressure add to the gaps of all corners at the centres by way of the second
+    body: array (corners n, corners n).
     """
     places = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))

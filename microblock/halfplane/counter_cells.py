@@ -1,9 +1,8 @@
 """A second body on equal cells: its displacement under the corners where they stand, by FFT.
 
-Corner a of the contact point x presses the second body at x - s_a. With U2 its displacement under a force,
-the gap of a gets U2 at the distance x - s_a - (y - s_b) from the force of corner b at y: in Fourier space
-U2 times exp(-i k (s_a - s_b)). For corners half a block beside the contact point, in sums and differences
-of their forces, that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2 for V and U2 (1 - cos k ell)/2 for W.
+The gap of corner a gets U2 exp(-i k (s_a - s_b)) from the force of corner b. In sums and differences of the
+forces of corners half a block beside the contact point that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2
+for V and U2 (1 - cos k ell)/2 for W.
 """
 
 from __future__ import annotations
@@ -23,10 +22,9 @@ class CounterCells:
 
     Attributes
     ----------
-    length, back : int, cells of the period of products and of that of a preconditioner
-    spectra : array (corners, corners, length//2 + 1), of gap a from force b (length per force on a cell)
-    smooth : array (back//2 + 1,), U2 at the wavenumbers of the preconditioner, positive
-    phase : array (back//2 + 1,), k times the way from the right corner to the left one
+    length, back : int, cells of the period of products and of a preconditioner
+    spectra : array (corners, corners, length//2 + 1), of gap a from force b
+    smooth, phase : arrays (back//2 + 1,), U2 and k times the way between the corners
     """
 
     length: int
@@ -58,7 +56,7 @@ class CounterCells:
         return irfft(waves, self.length)[:, : forces.shape[1]]
 
     def added(self, U, V, W):
-        """The symbol of a body with corners half a block to the left and to the right, and of this one."""
+        """The symbol of a body with corners half a block to either side, and of this one."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
         sine[-1:] *= self.back % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2

@@ -1,10 +1,9 @@
 """Contact of a half-plane on its contact line alone: the edges of the zones, by Newton's method.
 
-On trial zones the gaps of the corners in contact are closed at all Gauss points (collocation). At a free edge
-the pressure must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j =
--delta_ij K1_i/2``, so that moving each edge outwards by ``2 K0/K1`` is Newton's method without a Jacobian.
-Edges of one corner that meet annihilate: a zone vanishes, or a hole closes. Edges of two corners pass each
-other: they come to stand half as far apart, the other way round, so that going to and fro is a bisection.
+On trial zones the gaps of the corners in contact are closed at all Gauss points. With ``p = K0/sqrt(r) + K1
+sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j = -delta_ij K1_i/2``: moving each edge outwards by ``2
+K0/K1`` is Newton's method. Edges of one corner that meet annihilate; edges of two corners pass each other and
+come to stand half as far apart.
 """
 
 import numpy as np
@@ -22,13 +21,6 @@ from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import log_response, make_panels, response
 
-TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `kernels.Kernels`
-PATIENCE = 6  # steps that do not halve the error of the edges, after which the best state is returned
-# -log10 of inner edges over ell, extrapolated to coalescence
-INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
-# norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
-MISSED = 4.0
-
 
 def tolerated(order):
     """Error of the pressure that panels of an order leave where obstacles are rough."""
@@ -36,12 +28,8 @@ def tolerated(order):
 
 
 def solve_zones(problem, panels, loads):
-    """q and approach with the gaps closed on given zones, at each of the loads, and the noise of the first q.
-
-    Returns
-    -------
-    (arrays (loads, m), array (loads,), array (m,)); the noise is q under gaps off by TABLE_ERROR of the sum
-    of their terms, up and down from node to node.
+    """q and approach with the gaps closed on given zones, at each of the loads, and q under gaps off by
+    rounding.
     """
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
@@ -58,7 +46,7 @@ def solve_zones(problem, panels, loads):
     right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]
     right[count, :-1] = loads - sides * panels.log_size @ np.abs(panels.h)
     terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * loads[0]
-    right[:count, -1] = TABLE_ERROR * terms * (-1.0) ** np.arange(count)
+    right[:count, -1] = 5e-15 * terms * (-1.0) ** np.arange(count)
     try:
         with released(count):
             solution = np.linalg.solve(system, right)
@@ -70,16 +58,14 @@ def solve_zones(problem, panels, loads):
 
 
 def _share(panels, part, whole):
-    """Relative L2 size over x of one q beside another."""
     panel, v, _, weights = panels.nodes
     weights = weights / panels.slope(panel, v)
     return float(np.sqrt(weights @ part**2 / (weights @ whole**2)))
 
 
 def edge_coefficients(panels, q):
-    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels.
-
-    side is +1 where the panel lies right of its anchor.
+    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels;
+    side is 1 where the panel lies right of its anchor.
     """
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
@@ -91,16 +77,14 @@ def edge_coefficients(panels, q):
 
 
 def mean_coefficients(panels, q):
-    """The same by the best two terms over each panel: K0 is less good, K1 safe where the panel is too smooth
-    for the pressure.
-    """
+    """The same by the best two terms over each panel: safe where it is too smooth for the pressure."""
     points, weights = panels.points
     terms = np.column_stack((np.ones_like(points), points**2))
     return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
 
 
 def _read(panels, q, basis):
-    """The coefficients from functionals of q on a panel: its value at v = 0, and what stands before v^2."""
+    """The coefficients from functionals of q: its value at v = 0, and what stands before v^2."""
     found = {}
     for number in np.flatnonzero(panels.root):
         constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]
@@ -111,16 +95,13 @@ def _read(panels, q, basis):
 
 
 def fit(problem, load, zones, order, tolerance):
-    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance
-    of the edges' share in the relative L2 error of the pressure; the best one, if it is not reached but the
-    root of what the order leaves is.
-
-    An edge where the obstacle ends stays while it is pressed.
+    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance of
+    the edges' share in the relative L2 error; the best one, if it reaches the root of what the order leaves.
 
     Parameters
     ----------
     problem : Problem
-    load : float, resultant force per thickness
+    load : float, force per thickness
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
     tolerance : float
@@ -136,12 +117,13 @@ def fit(problem, load, zones, order, tolerance):
         load,
         [(corner, edge, edge, False) for corner, own in zones.items() for edge in np.ravel(own)],
     )
-    while idle < PATIENCE:
+    while idle < 6:
         counted()
         iterations += 1
         panels = make_panels(problem, zones, order)
         (q,), (approach,), noise = solve_zones(problem, panels, (load,))
-        unit = load / (MISSED * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
+        # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
+        unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
         further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
         estimate = Estimate(None, float(missed / unit), _share(panels, noise, q))
         state = PanelSolution(
@@ -164,17 +146,13 @@ def fit(problem, load, zones, order, tolerance):
 
 
 def _arranged(problem, zones):
-    """The corners of all edges, from left to right."""
     edges = [(edge, corner) for corner, own in problem.all_zones(zones).items() for edge in np.ravel(own)]
     return [corner for _, corner in sorted(edges)]
 
 
 def _moved(problem, load, zones, panels, q, before, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, the largest |K0| of an edge, and {(corner, how many, which
-    edge): (its place, K0)}.
-
-    K1 comes from how K0 has changed on the way of an edge where that is known and K0 falls slowly: next to
-    an edge an obstacle may be less smooth than the panel's polynomial takes it for.
+    """Zones with each free edge moved by 2 K0/K1, the largest |K0|, and {(corner, how many, which edge): (its
+    place, K0)}. K1 comes from how K0 has changed where K0 falls slowly.
     """
     found, known, rows = edge_coefficients(panels, q), {}, []
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
@@ -207,18 +185,14 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
 
 
 def _not_past(problem, edge, move):
-    """The place of an edge after a move: beyond a kink, where K0 and K1 are others, no farther than it came
-    from.
-    """
+    """The place of an edge after a move: beyond a kink no farther than it came from."""
     kinks = np.array([*problem.kinks, *(-kink for kink in problem.kinks if problem.mirror)])
     ahead = (kinks - edge) * np.sign(move)
     return edge + np.sign(move) * min(abs(move), 2 * ahead[ahead > 0].min(initial=np.inf))
 
 
 def _sorted_out(problem, load, rows):
-    """The zones of edges (corner, place before, place after, whether their zone is pressed): within the
-    obstacle, without neighbours of one corner that have met, those of two corners passed.
-    """
+    """The zones of edges (corner, place before, place after, whether their zone is pressed)."""
     edges = np.array(rows, float)
     for corner in problem.corners:
         ends, own = problem.ends_of(corner) or problem.reach, edges[:, 0] == corner
@@ -239,9 +213,7 @@ def _sorted_out(problem, load, rows):
 
 
 def _annihilated(edges):
-    """Edges, rows as above of one corner after the other, without neighbours of one corner that have met, the
-    farthest past each other first; a zone that is pressed becomes half as wide.
-    """
+    """Edges without neighbours of one corner that have met; a zone that is pressed becomes half as wide."""
     while True:
         same = edges[1:, 0] == edges[:-1, 0]
         ways = np.where(same, np.diff(edges[:, 2]), np.inf)
@@ -259,9 +231,7 @@ def _annihilated(edges):
 
 
 def _require_finite_chain(problem, zones):
-    """NotConverged where a corner touches an edge of the second body: what it carries of the pressure without
-    bound there opens a zone a block's side away, whose edges open the next, and so on.
-    """
+    """NotConverged where a corner touches an edge of the second body, which opens zone after zone."""
     touched = [
         edge
         for corner, intervals in zones.items()
@@ -287,14 +257,10 @@ def at_inner_edge(problem, order):
 
 
 def coalescence(problem, order=14):
-    """Load at which two symmetric zones of partial contact touch: (load, its error).
-
-    With the inner edge at the distance b the load misses it by b^(2 s) and b^(4 s), where p ~ x^s at
-    coalescence (`kernels.coalescence_exponent`), so that the limit is extrapolated
-    (`coalescence.extrapolated`).
-    """
+    """Load at which two symmetric zones of partial contact touch: (load, its error)."""
 
     def exponent(outer):
         return meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0)
 
-    return extrapolated(at_inner_edge(problem, order), problem.solid, INNER_EDGES, exponent)
+    inner_edges = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
+    return extrapolated(at_inner_edge(problem, order), problem.solid, inner_edges, exponent)

@@ -1,6 +1,4 @@
-"""First zones from cells of constant pressure on all of the surface that could touch: a complementarity
-problem on them, so that no contact is left out.
-"""
+"""First zones from cells of constant pressure on all that could touch: a complementarity problem."""
 
 import numpy as np
 
@@ -12,17 +10,13 @@ from .counter import counter_flexibility
 from .kernels import cell_rule, kernels
 from .panels import short_enough
 
-CELLS = 48  # of an interval that could touch, at least
-RESOLVED = 3  # cells of a zone or a hole, at least
-PARTS = 4  # of a cell that is divided
 ROUNDS, TRIALS = 10, 4  # of division, and of zones
 MOST = 2000  # cells, of all corners together
-FAR = 2.9  # lengths of a cell, beyond which two Gauss points are enough on it; no distance of equal ones
 
 
 def first_zones(problem, load):
-    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge: by
-    cells that resolve zones and holes, then by smaller ones at all edges, time and again.
+    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
+    finer each time.
 
     Raises
     ------
@@ -45,30 +39,25 @@ def first_zones(problem, load):
             trials, split = trials + 1, changing
             if trials == TRIALS or _many(cells, split) > most:
                 return
-        parts = np.where(split, PARTS, 1)
+        parts = np.where(split, 4, 1)
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)
 
 
 def _many(cells, split):
-    """The number of cells when some of them are divided."""
-    return len(cells) + (PARTS - 1) * np.count_nonzero(split)
+    return len(cells) + 3 * np.count_nonzero(split)
 
 
 def _first_cells(problem):
-    """Left and right edges of the first cells, array (n, 2): no longer than the obstacle's features ask for,
-    and cut at its ends.
-    """
     ends = np.array([end for corner in range(len(problem.shifts)) for end in problem.ends_of(corner)])
     cells = []
     for left, right in problem.stretches:
-        edges = np.union1d(np.linspace(left, right, CELLS + 1), ends[(left < ends) & (ends < right)]).tolist()
+        edges = np.union1d(np.linspace(left, right, 49), ends[(left < ends) & (ends < right)]).tolist()
         for start, end in zip(edges, edges[1:]):
             cells += [(x, x + width) for x, width, _ in short_enough(problem, start, end - start, False)]
     return np.array(cells)
 
 
 def _divided(cells, parts):
-    """Each of the cells, array (n, 2), in so many equal parts."""
     number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
     left, width = np.repeat(cells[:, 0], parts), np.repeat((cells[:, 1] - cells[:, 0]) / parts, parts)
     return np.column_stack((left + number * width, left + (number + 1) * width))
@@ -86,23 +75,21 @@ def _pressed(problem, load, cells, start):
 
 
 def _unresolved(closed):
-    """Cells of zones and holes of a corner that have few of them, and their neighbours: flags (n,)."""
+    """Cells of zones and holes that have few of them, and their neighbours: flags (n,)."""
     few = np.zeros(closed.shape[1], bool)
     for own in closed:
         # what lies beyond the outermost zones is no hole
         for first, last in [*runs(own), *runs(~own & (np.cumsum(own) > 0) & (np.cumsum(own) < own.sum()))]:
-            few[max(first - 1, 0) : last + 2] |= last - first + 1 < RESOLVED
+            few[max(first - 1, 0) : last + 2] |= last - first < 2
     return few
 
 
 def _changing(closed):
-    """Cells beside which a corner's contact begins or ends, flags (n,)."""
     steps = np.any(closed[:, 1:] != closed[:, :-1], axis=0)
     return np.append(steps, False) | np.insert(steps, 0, False)
 
 
 def _zones(cells, pressures, closed):
-    """((left, right), ...) of a corner, from its pressures: their squares grow evenly from an edge."""
     x, found = cells.mean(axis=1), []
     for first, last in runs(closed):
         found.append(
@@ -122,9 +109,6 @@ def _edge(cells, x, p, first, last, way):
 
 
 def _flexibility(problem, x, widths):
-    """Gaps of all corners at the centres from forces on the cells, made symmetric: array (corners n, corners
-    n).
-    """
     matrix = _of_body(problem, x, widths)
     if problem.counter is not None:
         matrix = matrix + counter_flexibility(problem, x, widths)
@@ -132,7 +116,6 @@ def _flexibility(problem, x, widths):
 
 
 def _of_body(problem, x, widths):
-    """The same of the body alone, not symmetric."""
     U, V, W, clamped = _averages(problem, x, widths)
     if problem.law.clamps_rotation:
         return clamped
@@ -143,7 +126,7 @@ def _of_body(problem, x, widths):
 
 
 def _averages(problem, x, widths):
-    """U, V, W and the clamped kernel (length per force), at x_i averaged over the cell j: arrays (n, n)."""
+    """U, V, W and the clamped kernel at x_i, averaged over the cell j: arrays (n, n)."""
     solid = problem.solid
     table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
     apart = x[:, None] - x
@@ -154,7 +137,8 @@ def _averages(problem, x, widths):
         places = apart[rows, columns][:, None] - widths[columns][:, None] * points
         return c * table(places / solid.ell, which) @ weights
 
-    near = np.abs(apart) < FAR * np.maximum(widths, widths[:, None])
+    # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells
+    near = np.abs(apart) < 2.9 * np.maximum(widths, widths[:, None])
     for mask, order in ((~near, 2), (near & ~np.eye(len(x), dtype=bool), 10)):
         rows, columns = np.nonzero(mask)
         points, gauss = gauss_rule(order)

@@ -1,6 +1,4 @@
-"""Cells for a history of frictional contact: small towards the edges of contact and of stick at each pair of
-loads, towards the first touch, and towards slope discontinuities and edges of the obstacle.
-"""
+"""Cells for a history of frictional contact: small towards edges, first touches and slope discontinuities."""
 
 from __future__ import annotations
 
@@ -12,21 +10,14 @@ import numpy as np
 from ..model.problem import Problem
 from ..model.types import Array
 
-BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
 SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
 NEAREST = 1e-9  # of the half-width, next to a feature
-# length that a cell may have for each length away from a piece of the obstacle's picture, and cells of one
-GRADING, PER_PIECE = 0.5, 2.0
-SMALLEST = 2e-4  # cell for the sake of the picture, over the half-width
-# cells at the first touch and at slope discontinuities: times the square of the fineness; LOGARITHM times the
-# fineness is their length over the distance from these, as long as that is shorter
-FIRST_TOUCH, TIP, LOGARITHM = 0.25, 0.01, 3.0
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A place to which cells get smaller, known to `band`; there they have the length `smallest`, and away
-    from it no more than `growth` times the distance.
+    """A place, known to `band`, at which cells have the length `smallest`, and away from it no more than
+    `growth` times the distance.
     """
 
     place: float
@@ -38,11 +29,8 @@ class Feature:
 def cells(
     problem: Problem, fineness: float, features: Iterable[Feature], reach: tuple[float, float] | None
 ) -> Array:
-    """Returns left and right edges of cells on all that could touch, array (n, 2).
-
-    At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
-    half-width of a classical contact: so pressures that begin like a square root are resolved alike
-    everywhere. Beyond `reach` (left, right), outside of all contact, cells grow with the distance.
+    """Returns left and right edges of cells on all that could touch, array (n, 2): at the distance r from a
+    feature of the length `fineness` times the root of r a, a the half-width of a classical contact.
     """
     assert problem.picture is not None
     a = problem.picture.half_width
@@ -58,10 +46,9 @@ def cells(
         places += [each.place + sign * steps for each in own for sign in (-1, 1)]
         x = np.unique(np.clip(np.concatenate(places), left, right))
         grid = np.linspace(left, right, SAMPLED)
-        pieces = np.array([problem.scale(place, place, GRADING) for place in grid]) / PER_PIECE
-        size = np.minimum(
-            _size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, SMALLEST * a))
-        )
+        # two cells on a piece of the obstacle's picture, half as long as the way from it
+        pieces = np.array([problem.scale(place, place, 0.5) for place in grid]) / 2
+        size = np.minimum(_size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, 2e-4 * a)))
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
         ends = [left, *inner, right]
         for first, last in zip(ends[:-1], ends[1:]):
@@ -83,24 +70,21 @@ def _size(
         longest = np.minimum(fineness * np.sqrt(away * a), each.growth * np.maximum(away, NEAREST * a))
         size = np.minimum(size, np.hypot(longest, each.smallest))
     if reach is not None:
-        size = np.maximum(size, BEYOND * np.maximum(np.maximum(reach[0] - x, x - reach[1]), 0.0))
+        size = np.maximum(size, 0.4 * np.maximum(np.maximum(reach[0] - x, x - reach[1]), 0.0))
     return size
 
 
 def fixed(problem: Problem) -> list[float]:
-    """Returns contact points at which a corner is under a slope discontinuity or an edge, ascending."""
+    """Returns contact points at which a corner is under a slope discontinuity or an edge."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 
 
 def touching(problem: Problem, fineness: float) -> list[Feature]:
-    """Returns features at the first touch of each corner, and at slope discontinuities and edges.
-
-    Under a slope discontinuity the pressure is a logarithm: cells there are as long as their distance allows.
-    """
+    """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
     assert problem.picture is not None
     a = problem.picture.half_width
-    least = FIRST_TOUCH * fineness**2 * a
+    least = fineness**2 * a / 4
     found = [Feature(problem.picture.lowest + shift, 0.0, least) for shift in problem.shifts]
-    kinks = [Feature(each, 0.0, TIP * fineness**2 * a, LOGARITHM * fineness) for each in fixed(problem)]
+    kinks = [Feature(each, 0.0, fineness**2 * a / 100, 3 * fineness) for each in fixed(problem)]
     return found + kinks

@@ -1,11 +1,8 @@
 """Edges of contact, of each corner's zones and of stick below the length of a cell.
 
-Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q|
-in a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond
-would slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells
-next to the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What
-is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to
-a quarter of one; else the cells' edge stays. docs/theory/friction.md.
+Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q| in
+a stick zone that shrinks, and like r^(3/2) in one that grows. Means over cells of such powers are fitted to
+the cells next to the edge (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -20,34 +17,17 @@ from ..model.zones import common, contact_zones, runs, without
 
 SKIPPED = 2  # cells at the edge that are not fitted to
 WINDOWS = ((6, 2, 5e-2), (16, 3, 2e-2))  # cells, powers, and residual at most, relative to each value
-SHRINKING, GROWING = 0.5, 1.5  # the first power
 STEEP = 0.85, 1.15  # d log y/d log r, below which the first power is 1/2, and above which it is 3/2
-STEPS = 20  # of Gauss and Newton
-SHARP = 1e-4  # of a cell, at which they end
-APART = 3  # cells outside of a zone that must belong to no other of its kind
-AGREE = 1 / 4  # of a cell, to which both fits agree
-# cells of a stick zone, and of its limit what it is below it: less of both is none. The cells of levels that
-# do not sum up to the shear force are 1e-3 off
-FEWEST, NEXT_TO = 6, 1e-2
-LEFT = 1 / 8  # of a cell, at least in doubt: fits may agree and be off together
-SAME = 1e-9  # relative, by which an edge may be off the obstacle's
 
 
 def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | None:
-    """Returns how far beyond the near end of the first cell values vanish, and the doubt about it (lengths).
+    """Returns (how far beyond the near end of the first cell values vanish, the doubt about it), or None.
 
     Parameters
     ----------
-    cells : array (n, 2)
-        Near and far ends, as distances from the near end of the first one (lengths).
-    values : array (n,)
-        Means over the cells of what falls like the root of the distance.
-    grows : bool
-        Whether it may also fall like the root's third power.
-
-    Returns
-    -------
-    (shift, doubt), or None where neither fits
+    cells : array (n, 2), near and far ends (lengths)
+    values : array (n,), means over the cells
+    grows : bool, whether values may also fall like the root's third power
     """
     few = slice(SKIPPED, SKIPPED + WINDOWS[0][0])
     if len(values[few]) < WINDOWS[0][0] or not np.all(values[few] > 0):
@@ -55,7 +35,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
     slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(values[few]), 1)[0]
     if STEEP[0] < slope and not (grows and slope > STEEP[1]):
         return None
-    power, found = SHRINKING if slope < STEEP[0] else GROWING, []
+    power, found = 0.5 if slope < STEEP[0] else 1.5, []
     for count, terms, residual in WINDOWS:
         own, y = cells[SKIPPED : SKIPPED + count], values[SKIPPED : SKIPPED + count]
         if len(own) == count and np.all(y > 0):
@@ -63,17 +43,18 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
             if left <= residual:
                 found.append(shift)
     width = float(np.ptp(cells[0]))
-    if not found or np.ptp(found) > AGREE * width or abs(found[-1]) > width:
+    if not found or np.ptp(found) > width / 4 or abs(found[-1]) > width:
         return None
-    return found[-1], LEFT * width + float(np.ptp(found)) if len(found) > 1 else width
+    # fits may agree and be off together
+    return found[-1], width / 8 + float(np.ptp(found)) if len(found) > 1 else width
 
 
 def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
-    """(shift, relative residual) of a sum of powers of the distance + shift; inf where there is none."""
+    """(shift, relative residual) of a sum of powers of the distance + shift."""
     unit = cells[-1, 1]
     near, far = cells.T / unit
     powers, shift = power + np.arange(terms)[:, None], 0.0
-    for _ in range(STEPS):
+    for _ in range(20):  # Gauss and Newton
         a, b = near + shift, far + shift
         if not 0 < a[0] < 2:
             break
@@ -83,7 +64,7 @@ def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[floa
         slopes = share @ (b**powers - a**powers) / (b - a) / values
         step = np.linalg.lstsq(np.vstack((means, slopes)).T, left, rcond=None)[0][-1]
         shift += step
-        if abs(step) < SHARP * (far[0] - near[0]):
+        if abs(step) < 1e-4 * (far[0] - near[0]):
             return float(shift * unit), float(np.sqrt(np.mean(left**2)))
     return np.inf, np.inf
 
@@ -94,20 +75,12 @@ class FrictionEdges:
 
     Attributes
     ----------
-    cells : array (n, 2)
-        Left and right edges (lengths).
-    closed : boolean array (corners, n)
-    stick : boolean array (n,)
-        Cells that stick and are not at the limit.
-    pressures : array (corners, n)
-    shear : array (n,)
-        q.
+    cells : array (n, 2), left and right edges (lengths)
+    closed, pressures : arrays (corners, n)
+    stick, shear : arrays (n,), cells that stick and are not at the limit, q
     friction : float
-    fixed : sequence of float
-        Edges and slope discontinuities of the obstacle: zones that end there are not fitted.
-    doubts : dict
-        Doubt about each edge of `zones` (length): how far fits to few and to many cells are apart and an
-        eighth of a cell, or a whole one where the edge is that of a cell.
+    fixed : sequence of float, edges and slope discontinuities of the obstacle
+    doubts : dict, doubt about each edge of `zones` (length)
     """
 
     cells: Array
@@ -138,7 +111,6 @@ class FrictionEdges:
         return {**found, "slip": slip}
 
     def _runs(self, inside: Flags) -> list[tuple[int, int]]:
-        """First and last cell of each zone; a zone ends where the next cell is not the neighbour."""
         found: list[tuple[int, int]] = []
         for first, last in runs(inside):
             cuts = np.flatnonzero(self.cells[first + 1 : last + 1, 0] > self.cells[first:last, 1]) + first
@@ -146,19 +118,18 @@ class FrictionEdges:
         return found
 
     def _is_zone(self, run: tuple[int, int]) -> bool:
-        """Whether a run of sticking cells is a zone: a few that are next to their limit, or between slip one
-        way and slip the other way, stick for the sake of the sum. Where all slips, both ways, the obstacle
-        may be anywhere between two places, and the cell that would turn first holds it.
+        """Whether a run of sticking cells is a zone: a few next to their limit stick for the sake of
+        the sum.
         """
         (first, last), touching = run, np.flatnonzero(self.closed.any(axis=0))
         bound = self.friction * self.pressures.sum(axis=0)[first : last + 1]
         left = bound - np.abs(self.shear[first : last + 1])
         sides = self.shear[touching[touching < first][-1:]], self.shear[touching[touching > last][:1]]
         turns = all(map(len, sides)) and sides[0][0] * sides[1][0] < 0
-        return last - first + 1 >= FEWEST or not (turns or left.max() < NEXT_TO * bound.max())
+        # the cells of levels that do not sum up to the shear force are 1e-3 off
+        return last - first > 4 or not (turns or left.max() < 1e-2 * bound.max())
 
     def _stick_edge(self, run: tuple[int, int], side: int, zones: Zones) -> float:
-        """An end of a stick zone: where slip begins, or an end of contact."""
         touching, beside = np.asarray(self.closed.any(axis=0)), run[side > 0] + side
         if 0 <= beside < len(touching) and touching[beside]:
             bound = self.friction * self.pressures.sum(axis=0)
@@ -176,9 +147,9 @@ class FrictionEdges:
         """The left (side = -1) or right end (1) of a run of cells, beyond which cells are `outside`."""
         (first, last), end = run, self._end(run, side)
         order = np.arange(last, first - 1, -1) if side > 0 else np.arange(first, last + 1)
-        beside = order[0] + side * np.arange(1, APART + 1)
+        beside = order[0] + side * np.arange(1, 4)
         width = float(np.ptp(self.cells[order[0]]))
-        at_obstacle = any(abs(end - each) <= SAME * max(abs(end), width) for each in self.fixed)
+        at_obstacle = any(abs(end - each) <= 1e-9 * max(abs(end), width) for each in self.fixed)
         shift, doubt = 0.0, 0.0 if at_obstacle else width
         if not at_obstacle and beside.min() >= 0 and beside.max() < len(outside) and outside[beside].all():
             distances = np.sort(side * (end - self.cells[order]), axis=1)

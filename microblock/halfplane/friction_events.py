@@ -15,9 +15,6 @@ from ..model.history import SLIDING
 from ..model.types import Array, Flags
 from ..model.zones import runs
 
-# cells of a stick zone that is reported, and its width over that of the contact: less may come and go with
-# the cells
-FEWEST, NARROWEST = 6, 0.05
 SAME = 1e-9  # shares of a leg that are one
 NODES = "stick", "slip", "leave"
 
@@ -54,7 +51,6 @@ class _Story:
         self.found.append(Event(P, None, kind, zone, x, Q, leg))
 
     def _turn(self, leg: int) -> None:
-        """A leg on which the shear force goes the other way, after slip."""
         change = float(self.pairs[leg + 1, 1] - self.pairs[leg, 1])
         if change * self.direction < 0 and self.slip.any():
             self._note(leg, 0.0, "reversal", "slip", self.x[self.slip].mean())
@@ -90,10 +86,9 @@ class _Story:
         touching = np.flatnonzero(self.stick | self.slip)
         extent = self.edges[touching[-1], 1] - self.edges[touching[0], 0]
         width = self.edges[last, 1] - self.edges[first, 0]
-        return bool(last - first + 1 >= FEWEST and width >= NARROWEST * extent)
+        return bool(last - first > 4 and width >= 0.05 * extent)  # less may come and go with the cells
 
     def _end(self, leg: int) -> None:
-        """A pair with Q = f P, at which the last stick zone has vanished."""
         P, Q = self.pairs[leg + 1]
         limit = self.friction * P
         before = self.pairs[leg]

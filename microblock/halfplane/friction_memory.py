@@ -1,14 +1,10 @@
-"""What the shear traction between equal bodies remembers of its history, in terms of normal forces alone.
-
-Where pressures do not move two surfaces along each other, and shear tractions do what pressures do, the shear
-traction is a sum of pressures without friction, p(x; P) under the load P,
+"""What the shear traction between equal bodies remembers of its history: a sum of pressures without friction,
 
     q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 
 While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of
-g is dQ/dP. Else slip comes from the edges of contact: g becomes f in its direction from xi = P down to that
-P* with which its integral is Q, and what sticks is the contact of the load P*. So g, Phi of
-docs/theory/friction.md, is constant on layers, whose bounds are loads.
+g is dQ/dP. Else g becomes f in the direction of slip from xi = P down to that P* with which its integral is
+Q, and the contact of the load P* sticks (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -24,7 +20,7 @@ ROUNDING = 1e-12  # of the load: thinner layers are none
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slip has changed: its bounds, the change of g, and the loads P at which slip was there."""
+    """A layer that slip has changed: bounds, change of g, and the loads P at which slip was there."""
 
     lower: float
     upper: float
@@ -39,14 +35,10 @@ class Memory:
 
     Attributes
     ----------
-    bounds : tuple of float
-        Loads, ascending from 0 to P.
-    shares : tuple of float
-        g between a bound and the next.
-    stuck : float
-        The load P* whose contact has stuck all the way from the pair before.
-    slipped : tuple of Slipped
-        What slip has changed on that way.
+    bounds : tuple of float, loads, ascending from 0 to P
+    shares : tuple of float, g between a bound and the next
+    stuck : float, the load P* whose contact has stuck
+    slipped : tuple of Slipped, what slip has changed since the pair before
     """
 
     bounds: tuple[float, ...] = (0.0,)
@@ -56,21 +48,15 @@ class Memory:
 
     @property
     def load(self) -> float:
-        """P."""
         return self.bounds[-1]
 
     @property
     def shear(self) -> float:
-        """Q."""
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:
-        """Returns the memory at the next pair, straight on from this one.
-
-        Raises
-        ------
-        BadArgument
-            If the normal force grows, and the shear force by more than friction allows what is new.
+        """Returns the memory at the next pair; BadArgument if the normal force grows, and the shear force by
+        more than friction allows.
         """
         load = self.load if abs(load - self.load) <= ROUNDING * load else load
         grown, change = load - self.load, shear - self.shear
@@ -91,7 +77,6 @@ class Memory:
         return self._after_slip(load, shear, float(np.copysign(friction, missing)))
 
     def _below(self, load: float) -> Memory:
-        """The layers below a load."""
         inner = [bound for bound in self.bounds if bound < load * (1 - ROUNDING)]
         return Memory((*inner, load), self.shares[: len(inner)], load)
 

@@ -1,7 +1,5 @@
-"""Histories of frictional contact between equal bodies on panels: sums of states without friction.
-
-`friction_memory` says which; every number of them is one of panels fitted to the contact of its load, so that
-edges of stick are found to as many digits as those of contact. docs/theory/friction.md.
+"""Histories of frictional contact between equal bodies on panels: sums of states without friction
+(`friction_memory`, docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -24,12 +22,7 @@ from .kernels import kernels
 from .panel_solution import PanelSolution
 from .panels import log_response, response
 
-USUAL_RTOL = 1e-6
-LESS = 0.25  # of what seems enough, where the states without friction are solved anew
-POINTS = 16  # of the rule between two ends of panels, clustered towards both
-STEADY = 1e-9  # relative change of the load that is none
 NESTED = 1e-3  # of the contact, by which a smaller load's may stand out: edges have errors
-NARROWEST = 1e-12  # of the contact: less is no distance between two ends of panels
 
 
 def require_superposition(contact: Any, order: int | None) -> None:
@@ -48,13 +41,7 @@ def require_superposition(contact: Any, order: int | None) -> None:
 
 
 class FrictionPanels:
-    """Histories of one Contact.
-
-    Parameters
-    ----------
-    solver : PanelSolver
-    pairs : array (n, 2)
-    """
+    """Histories of one Contact of a PanelSolver through pairs, array (n, 2)."""
 
     def __init__(self, solver, pairs):
         require_superposition(solver.contact, solver.options.order)
@@ -62,27 +49,21 @@ class FrictionPanels:
 
     @cached_property
     def memories(self):
-        """The Memory at each pair, and the first one; BadArgument where shear is no sum of pressures."""
+        """The Memory at each pair, and the first one."""
         found = [Memory()]
         for P, Q in self.pairs:
             found.append(found[-1].to(float(P), float(Q), float(self.solver.law.friction)))
         return found
 
     def history(self, rtol):
-        """Returns the History to rtol.
-
-        Raises
-        ------
-        NotConverged
-            If rtol is out of reach.
-        """
-        rtol = USUAL_RTOL if rtol is None else rtol
+        """Returns the History to rtol; NotConverged if it is out of reach."""
+        rtol = 1e-6 if rtol is None else rtol
         friction, memories = float(self.solver.law.friction), self.memories
         solutions, plain = self._solutions(memories, rtol)
         worst = max(one.error_estimate for one in solutions)
         if worst > rtol:  # shear is a sum of several states
             try:
-                solutions, plain = self._solutions(memories, LESS * rtol * rtol / worst)
+                solutions, plain = self._solutions(memories, rtol * rtol / worst / 4)
             except NotConverged as failure:
                 raise out_of_reach(rtol, worst) from failure
             worst = max(one.error_estimate for one in solutions)
@@ -105,8 +86,6 @@ class FrictionPanels:
 
 
 class _Plain:
-    """States without friction by their loads, up to the largest, to rtol."""
-
     def __init__(self, solver, largest, rtol):
         self._solver, self._largest, self._rtol, self._known = solver, largest, rtol, {}
 
@@ -116,7 +95,7 @@ class _Plain:
         return self._known[load]
 
     def require_growing(self):
-        """NotConverged unless the contact of a load holds those of smaller ones: the sums rest on it."""
+        """NotConverged unless the contact of a load holds those of smaller ones."""
         for low, high in pairwise(sorted(self._known)):
             inner, outer = (self._known[load].zones_by_name["contact"] for load in (low, high))
             size = outer[-1][1] - outer[0][0]
@@ -138,17 +117,16 @@ class _Plain:
 
     @property
     def lowest(self):
-        """Where the obstacle touches first."""
         return self._solver._picture(self._largest).lowest
 
     def rubbed(self, one):
         """Integral of P d' - d(P) + H' over a layer, H that of p times the height: what friction has done
-        there for g = 1. P is the load at which slip passes.
+        there for g = 1.
         """
         low, high = self.scalars(one.lower), self.scalars(one.upper)
         approach, area, height = (after - before for before, after in zip(low, high))
         P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
-        if abs(R - P) <= STEADY * R:
+        if abs(R - P) <= 1e-9 * R:
             return R * approach - self.scalars(R)[0] * width + height
         slope = (R - P) / width
         return (
@@ -176,7 +154,7 @@ class PanelFriction(Solution):
     solver : PanelSolver
     plain : _Plain
     memory : Memory
-    first : tuple of Memory, those at which the normal force was larger than ever before
+    first : tuple of Memory, at which the normal force was larger than ever before
     dissipation : float
     """
 
@@ -191,19 +169,16 @@ class PanelFriction(Solution):
 
     @property
     def _own(self) -> PanelSolution:
-        """The state without friction under the same load."""
         return self.plain.at(self.memory.load)
 
     @cached_property
     def _parts(self):
-        """[(factor, state without friction), ...]: their sum is q."""
         bounds, shares = self.memory.bounds, (*self.memory.shares, 0.0)
         steps = zip(bounds[1:], shares[:-1], shares[1:])
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
     @property
     def holders(self):
-        """This, the loads, and the state without friction."""
         return self, self.memory, self._own
 
     @property
@@ -212,7 +187,6 @@ class PanelFriction(Solution):
 
     @property
     def approach(self):
-        """Up to a constant."""
         return self._own.approach
 
     @property
@@ -242,11 +216,11 @@ class PanelFriction(Solution):
         ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
         ends = np.unique(np.concatenate((ends, np.ravel(contact))))
         size = contact[-1][1] - contact[0][0]
-        ends = ends[np.concatenate(([True], np.diff(ends) > NARROWEST * size))]
+        ends = ends[np.concatenate(([True], np.diff(ends) > 1e-12 * size))]
         middle = (ends[1:] + ends[:-1]) / 2
         inside = contains(contact, middle)
         left, right = ends[:-1][inside, None], ends[1:][inside, None]
-        points, weights = gauss_rule(POINTS)
+        points, weights = gauss_rule(16)  # clustered towards both ends
         x = left + (right - left) * np.sin(np.pi / 2 * points) ** 2
         return x.ravel(), ((right - left) * np.pi / 2 * np.sin(np.pi * points) * weights).ravel()
 
@@ -256,30 +230,24 @@ class PanelFriction(Solution):
 
     @property
     def x(self):
-        """Gauss points between the ends of all panels in contact."""
         return self._rule[0]
 
     @property
     def weights(self):
-        """Weights at `x`."""
         return self._rule[1]
 
     @cached_property
     def pressures(self):
-        """Pressure, array (1, n)."""
         return self.pressure(0, self.x)[None]
 
     def pressure(self, corner, x):
-        """Pressure at x, array (n,)."""
         return self._own.pressure(corner, x)
 
     def gap(self, corner, x):
-        """Gap at x, array (n,)."""
         return self._own.gap(corner, x)
 
     @cached_property
     def shear_traction(self):
-        """q, array (n,)."""
         return sum((factor * one.pressure(0, self.x) for factor, one in self._parts), np.zeros_like(self.x))
 
     @cached_property
@@ -294,9 +262,7 @@ class PanelFriction(Solution):
 
     @cached_property
     def zone_errors(self):
-        """What the pressure's error leaves to the edges: a root of the distance from an edge that is off by a
-        share of its zone is off by more than that share, and has that of its zone's width to the power 3/2.
-        """
+        """What the pressure's error leaves to the edges, more of narrow zones."""
         errors = {}
         for one in (self.plain.at(load) for load in (self.memory.stuck, self.memory.load) if load):
             zones = one.zones_by_name["contact"]
@@ -321,7 +287,6 @@ class PanelFriction(Solution):
         return found
 
     def _displaced(self, memory):
-        """Relative tangential displacement at `x`, but for what all of the surface shares."""
         layers = zip(memory.bounds[:-1], memory.bounds[1:], memory.shares)
         gaps = {load: self._gap_under(load) for load in memory.bounds} if any(memory.shares) else {}
         return sum(
@@ -357,7 +322,6 @@ class PanelFriction(Solution):
         return self.energy + self.dissipation
 
     def _of_shear(self, x, target):
-        """Displacement -u.n of the first surface (`target` 0), or ell/2 psi (1), by the shear, array (n,)."""
         found, targets = np.zeros_like(x), np.full_like(x, target)
         for factor, one in self._parts:
             where = one.problem, one.panels, x, targets, shear_kernel
@@ -366,28 +330,22 @@ class PanelFriction(Solution):
 
     @cached_property
     def displacement(self):
-        """-u.n of the first surface at `x`, array (n,)."""
         return self._own.displacement_at(self.x, np.zeros_like(self.x)) + self._of_shear(self.x, 0.0)
 
     @cached_property
     def psi(self):
-        """Microrotation at `x`, array (n,)."""
         return self._own.rotation(self.x) + 2 / self.problem.solid.ell * self._of_shear(self.x, 1.0)
 
     @property
     def micromoment(self):
-        """0: one contact point transmits none."""
         return np.zeros_like(self.x)
 
     def counter_displacement(self, x):
-        """Displacement of the second surface at x, array (n,): what shear does to it is what it does to the
-        first one, the other way.
-        """
+        """Displacement of the second surface at x, array (n,), to which shear does the opposite."""
         return self._own.counter_displacement(x) - self._of_shear(x, 0.0)
 
 
 def _events(memories, plain, friction):
-    """First slip, reversals, full slip, and where the first zone of stick is born, in order."""
     found, slipped, direction = [], False, 0.0
 
     def note(leg, memory, kind, zone, x):

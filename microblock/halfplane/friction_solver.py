@@ -1,8 +1,7 @@
 """Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
 
-Each level follows the whole history on cells that are half as long as those before, and eight times smaller
-at the edges that the level before has found. What changes between two levels is the error estimate. In time
-nothing is discretised (`corners.follower`). docs/theory/friction.md.
+Cells of each level are half as long as those before, and eight times smaller at the edges; what changes
+between two levels is the error estimate. In time nothing is discretised (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -35,15 +34,6 @@ if TYPE_CHECKING:
     from ..model.solver import Solver
 
 FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
-FIRST = 0.1  # of the half-width: cells of the first level, which does not know the edges
-FEWEST = 200  # cells of the first level on all that could touch, where that is wide
-SHARPER = 8.0  # times smaller are cells at the edges from level to level
-NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
-JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
-DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
-FASTEST = 8.0  # ratio of the changes of successive levels, at most
-USUAL_RTOL = 1e-2
-SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
 
 @dataclass(frozen=True)
@@ -52,7 +42,7 @@ class Errors(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, change from the level before, or what is lost where q/f jumps if that is more
+    discretisation : float, change from the level before, or what is lost where q/f jumps
     """
 
     discretisation: float
@@ -64,15 +54,12 @@ class FrictionCells(OfMoment):
 
     Attributes
     ----------
-    solver : Solver
-    problem : Problem
+    solver, problem : Solver, Problem
     edges : array (n, 2), of the cells
     moment : Moment, forces and gaps
-    psi, displacement : arrays (n,), averages over the cells
-    micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
-    raised : array (corners, n) or None, displacement of a second body where the corners stand
-    estimate : Errors or None
-    before : dict or None, zones of the level before
+    psi, displacement, micromoment : arrays (n,), averages over the cells
+    raised : array (corners, n) or None, displacement of a second body
+    estimate, before : Errors and zones of the level before, or None
     notes : tuple of str, why cells were taken
     """
 
@@ -93,31 +80,25 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def x(self) -> Array:
-        """Centres of the cells."""
         return self.edges.mean(axis=1)
 
     @cached_property
     def weights(self) -> Array:
-        """Lengths of the cells."""
         return self.edges[:, 1] - self.edges[:, 0]
 
     @cached_property
     def pressures(self) -> Array:
-        """Of each corner, array (corners, n)."""
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
     @property
     def load(self) -> float:
-        """P."""
         return self.moment.load
 
     @property
     def approach(self) -> float:
-        """Up to a constant where the rigid motion is arbitrary."""
         return self.moment.approach
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns a polygon through the averages that are known where the corners stand."""
         if self.raised is None:
             return np.zeros_like(x)
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
@@ -126,23 +107,19 @@ class FrictionCells(OfMoment):
 
     @property
     def residual(self) -> float:
-        """That of contact, friction and loads."""
         return self.moment.residual
 
     @property
     def iterations(self) -> int:
-        """Pieces of the history, up to here."""
         return self.moment.pieces
 
     @property
     def unknowns(self) -> int:
-        """Corner forces and tangential forces."""
         corners = self.moment.normal.size
         return corners + (len(self.x) if self.problem.counter is None else corners)
 
     @cached_property
     def _fitted(self) -> tuple[Zones, dict[float, float]]:
-        """Zones, and the doubt about each of their edges."""
         edges = FrictionEdges(
             cells=self.edges,
             closed=self.moment.closed.reshape(-1, len(self.x)),
@@ -156,28 +133,24 @@ class FrictionCells(OfMoment):
 
     @property
     def zones_by_name(self) -> Zones:
-        """Zones of the corners, "contact", "full", "stick" and "slip"."""
         return self._fitted[0]
 
     @cached_property
     def _jumping(self) -> NDArray[np.integer[Any]]:
-        """Numbers of the cells in contact from which to the next q/f changes by more than half of the
-        pressure: from slip one way to slip the other way, or where such a place has been frozen.
+        """Numbers of cells in contact from which to the next q/f changes by more than half of the
+        pressure.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
-        jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
+        jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > (p[1:] + p[:-1]) / 4)
         return np.flatnonzero(jumping)
 
     @property
     def jumps(self) -> list[float]:
-        """Places at which q/f jumps from one cell to the next."""
         return [float(each) for each in self.edges[1:][self._jumping, 0]]
 
     @property
     def lost_in_jumps(self) -> float:
-        """Relative L2 error of q/f where it jumps: the place is known to a cell, and half of the jump is lost
-        on one to either side of it. Two levels that lose the same do not differ.
-        """
+        """Relative L2 error of q/f where it jumps."""
         p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
         half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
         lost = half**2 @ (self.norm[at] + self.norm[at + 1])
@@ -186,7 +159,7 @@ class FrictionCells(OfMoment):
     @cached_property
     def norm(self) -> Array:
         """Weights of the norm of errors, array (n,): lengths of the cells, next to an edge of the obstacle
-        times the distance from it.
+        times the distance.
         """
         own = self.problem
         ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
@@ -194,7 +167,6 @@ class FrictionCells(OfMoment):
 
     @property
     def doubts(self) -> dict[float, float]:
-        """Doubt about each edge of `zones_by_name` (lengths)."""
         return self._fitted[1]
 
     @property
@@ -218,22 +190,13 @@ class FrictionCells(OfMoment):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): a polygon through the centres of cells, as the estimate
-        compares them; 0 where the corner is open.
-        """
+        """Pressure of a corner at x, array (n,): a polygon through the centres of cells."""
         number, inside = self._cell(x)
         closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
         return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
     def gap(self, corner: int, x: Array) -> Array:
-        """Gap of a corner at x, array (n,): what it has over the initial one as a polygon through the cells'
-        centres.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the cells.
-        """
+        """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
         low, high = self.edges[0, 0], self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
             raise BadArgument("x", x, f"must lie within the cells, from {low} to {high}")
@@ -244,8 +207,6 @@ class FrictionCells(OfMoment):
 
 @dataclass(frozen=True, eq=False)
 class _Level:
-    """A history on the cells of one level."""
-
     edges: Array
     solutions: list[FrictionCells]
     events: list[Event]
@@ -254,14 +215,8 @@ class _Level:
 
 @dataclass(frozen=True)
 class FrictionSolver:
-    """Of one Contact on a half-plane, through pairs of loads, array (n, 2).
-
-    Parameters
-    ----------
-    solver : Solver
-        Of the problem without history, for which its states stand.
-    pairs : array (n, 2)
-    coupled : bool
+    """Of one Contact on a half-plane, through pairs of loads, array (n, 2); `solver` is that of the problem
+    without history.
     """
 
     solver: Any
@@ -270,20 +225,13 @@ class FrictionSolver:
 
     @cached_property
     def problem(self) -> Problem:
-        """The problem on the line with the obstacle's picture for the largest load."""
         plain: Problem = replace(self.solver.problem, mirror=False)
         found = picture.picture(plain, float(self.pairs[:, 0].max()), picture.BOUND)
         return replace(plain, picture=found)
 
     def history(self, rtol: float | None, progress: bool) -> History:
-        """Returns the History to rtol.
-
-        Raises
-        ------
-        NotConverged
-            If rtol is out of reach.
-        """
-        rtol = USUAL_RTOL if rtol is None else rtol
+        """Returns the History to rtol; NotConverged if it is out of reach."""
+        rtol = 1e-2 if rtol is None else rtol
         level, best = None, np.inf
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
             try:
@@ -300,8 +248,8 @@ class FrictionSolver:
                 states = [State(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
             left = len(FINENESS) - 1 - number
-            if np.isfinite(best) and best > rtol * FASTEST**left:
-                break  # the levels that are left would not do
+            if np.isfinite(best) and best > rtol * 8.0**left:
+                break  # the levels that are left would not do, at the fastest ratio of changes
         raise out_of_reach(rtol, best)
 
     def level(self, number: int, before: _Level | None) -> _Level:
@@ -309,8 +257,9 @@ class FrictionSolver:
         assert self.problem.picture is not None
         a, fineness = self.problem.picture.half_width, FINENESS[number]
         width = sum(right - left for left, right in self.problem.stretches)
-        first = max(FIRST * a, width / FEWEST)
-        smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
+        first = max(a / 10, width / 200)
+        # smaller cells at edges than a quarter of the square of the fineness gain nothing
+        smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
         features, reach = touching(self.problem, fineness), None
         if before is not None:
             known = _features(before, smallest)
@@ -329,14 +278,12 @@ class FrictionSolver:
         return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
 
     def walk(self) -> Walk:
-        """Returns the contact at the beginning, to be led on pair by pair, on cells that are small at the
-        edges which these pairs have.
-        """
+        """Returns the contact at the beginning, on cells for these pairs."""
         return Walk(self, self.level(1, self.level(0, None)).edges)
 
     def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
-        """Returns the problem on cells, without and with what a second body adds to it."""
-        points, weights = gauss_rule(SAMPLES)
+        """Returns the problem on cells, without and with a second body."""
+        points, weights = gauss_rule(4)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
@@ -358,7 +305,6 @@ class FrictionSolver:
                     )
 
     def _compared(self, finer: _Level, coarser: _Level) -> _Level:
-        """The finer level with its changes from the coarser one."""
         changed = [
             replace(
                 one,
@@ -371,14 +317,11 @@ class FrictionSolver:
 
 
 def _features(before: _Level, smallest: float) -> list[Feature]:
-    """Edges of a level's zones and jumps of its shear traction, ascending, as far as they are apart by more
-    than `smallest`; edges are known to some doubts.
-    """
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
     edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
     for edge, doubt in sorted(edges.items()):
-        band = min(max(DOUBTS * doubt, smallest), before.band)
+        band = min(max(4 * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:
             found.append(Feature(edge, band, smallest))
         else:
@@ -387,7 +330,6 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
 
 
 def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
-    """The largest relative change of pressure, M/ell and q/f."""
     problem: Any = finer.problem
     return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
 
@@ -402,8 +344,8 @@ def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:
 
 
 def _by_cell(moment: Moment, n: int) -> Moment:
-    """The same of cells, where corners have tangential forces of their own: a cell sticks where one of its
-    corners does, and is at its limit where all are, in one direction; slip is the mean over the pressure.
+    """The same of cells where corners have tangential forces of their own: a cell sticks where a
+    corner does.
     """
     t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
     if len(t) == 1:
@@ -424,11 +366,6 @@ def _by_cell(moment: Moment, n: int) -> Moment:
 class Walk:
     """A history on given cells that goes on from where it is.
 
-    Parameters
-    ----------
-    solver : FrictionSolver
-    edges : array (n, 2), of the cells
-
     Attributes
     ----------
     path : Follower
@@ -440,7 +377,6 @@ class Walk:
         self.path = Follower(contact)
 
     def to(self, load: float, shear: float) -> FrictionCells:
-        """Returns the solution at the next pair (P, Q), straight on from the last one."""
         corners, n = self.path.to(load, shear), len(self._edges)
         self._solver.require_inside(self._edges, corners)
         problem, own, raised = self._solver.problem, self._own, None

@@ -1,21 +1,17 @@
 """The homogeneous half-plane x2 < 0 without a mesh: its surface response in Fourier space and on the line.
 
-Classical displacement with psi equal to its rotation, and one micropolar mode exp(s x2), solve the field
-equations (docs/theory/halfplane.md). At the surface, for loads exp(i k x1), k > 0, with s^2 = k^2 +
-1/L^2, L the layer length, c = (1 - nu)/mu and D = 1 + gamma' ell^2 (1 - nu) k^2 (s - k)/s,
+For loads exp(i k x1), k > 0, with s^2 = k^2 + 1/L^2, L the layer length, c = (1 - nu)/mu, D = 1 + gamma'
+ell^2 (1 - nu) k^2 (s - k)/s, phi = ell psi/2 and m = 2 M/ell (docs/theory/halfplane.md),
 
-    displacement u = -u2: u   = U p + i V m,       U = c/(k D)
-    rotation phi:         phi = -i V p + W m,      V = (c ell/2) (s - k)/(s D)
-                                                   W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s
-                                                   D)
+    u = -u2 = U p + i V m,       U = c/(k D)
+    phi = -i V p + W m,          V = (c ell/2) (s - k)/(s D)
+                                 W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s D)
 
-where phi = ell psi/2 and m = 2 M/ell, so that p and m are sums and differences of corner pressures. A shear
-q along x1 and the displacement u1 along it add only one function more, Y = U - 1/(2 mu k):
+and with a shear q along x1, the displacement u1 and Y = U - 1/(2 mu k),
 
     u = U p - i Y q + i V m,     u1 = i Y p + U q - V m,     phi = -i V p - V q + W m
 
-Turning the wavenumber to k = i t makes the kernels on the line Laplace integrals of real weights. Over c they
-depend on x/ell, nu, beta and gamma' alone, and are tabulated once in log x.
+On the line the kernels are Laplace integrals, k = i t, tabulated in log x.
 """
 
 from __future__ import annotations
@@ -40,18 +36,10 @@ NEAREST, FARTHEST = 1e-16, 1e10  # x/ell between which the kernels are tabulated
 # Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
 POINTS, PIECE = 16, 1.4
 PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
-# Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
-GAUSS = 12
-KERNELS, ODD = 5, (1, 4)  # of the normal problem
-# of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
-ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
+KERNELS, ODD = 9, (1, 4, 5, 7)  # 5 and 7 are next to x = 0 half of a step
 # from this many cells on, Gauss points on a cell: kernels are Laplace integrals, so that at n cells p points
 # leave (4 n)^(-2 p), rounding
 CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
-BLOCK = 2**13  # cells that are looked up at once, which stay in the processor's cache
-# exp(-ONE) is 1, exp(-NOTHING) is 0 beside rounding; places whose Laplace integrals are added together
-ONE, NOTHING, TOGETHER = 1e-18, 80.0, 32
-FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
@@ -79,51 +67,41 @@ def symbol_of_roots(solid, k, s, s_minus_k):
 
 
 def clamped(U, V, W):
-    """u over p where psi = 0 is prescribed on the whole surface: m = i V p/W takes the rotation away."""
+    """u over p where psi = 0 on the whole surface."""
     return U - V**2 / W
 
 
 def short_waves(solid):
-    """Limits of k U and k W for k -> infinity: normal displacement under p and rotation under m, lengths per
-    stress times k.
-    """
+    """Limits of k U and k W for k -> infinity, lengths per stress times k."""
     c = (1 - solid.nu) / solid.mu
     return c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 
 
 def coalescence_exponent(solid: Cosserat) -> float:
-    """Returns s of p ~ x^s at the axis when two zones of partial contact touch there.
-
-    ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity
-    (docs/theory/halfplane.md, "Where the corners meet").
+    """Returns s of p ~ x^s where two zones of partial contact touch: ``cos(pi s) = (c_u - c_phi)/(c_u +
+    c_phi)`` with the limits of k U and k W.
     """
     displacement, rotation = short_waves(solid)
     return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
 
 
 def counter_short_waves(counter: Cosserat | None) -> float:
-    """Limit of k U for k -> infinity of the second body's solid; 0 of a rigid obstacle."""
+    """Limit of k U of the second body's solid; 0 of a rigid obstacle."""
     return 0.0 if counter is None else float(short_waves(counter)[0])
 
 
 class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
-    Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
-    Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. Numbers 5
-    to 8 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6; where psi = 0
-    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd, the others even. U
-    carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
-
-    Parameters
-    ----------
-    nu, beta, curvature : float, as of `Cosserat`
+    0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. Where psi = 0 on
+    the whole surface, 3 is u from p and 4, over 1/ell, is -m from p. With shear, ``u1 = -Y*p + U*q - V'*m``,
+    Y is 5, V' (the even transform of V) is 6; where psi = 0 on the whole surface 7 is Y, and 8, over 1/ell, m
+    from q. V, Y, 4 and 7 are odd. U -> -log(x/ell)/pi for x -> infinity.
 
     Raises
     ------
     BadArgument
-        For beta = 0 or next to it (ell below 1e-12 layer lengths): W(k = 0) is infinite, for nothing holds
-        the rotation of a half-plane; and for layers below 1e-12 ell.
+        For beta = 0 or next to it, where nothing holds the rotation, and for layers below 1e-12 ell.
     """
 
     @bounded
@@ -139,24 +117,23 @@ class Kernels:
         pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / PIECE))
         self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
         logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
-        values = self._values(solid, np.exp(logarithms).ravel()).reshape(ALL_KERNELS, pieces, POINTS)
-        self._table = np.moveaxis(
-            (values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1
-        ).copy()
+        values = self._values(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
+        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
 
     @staticmethod
     def _values(solid, x):
-        """What is tabulated, at x > 0, array (n,): all kernels by Gauss quadrature of their Laplace
-        integrals, array (ALL_KERNELS, n).
+        """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals:
+        (KERNELS, n).
         """
         t, weights, level = laplace_weights(solid)
         order = np.argsort(t)
         t, weights = t[order], weights[:, order]
-        below = np.concatenate((np.zeros((ALL_KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
-        values = np.empty((ALL_KERNELS, x.size))
-        for block in np.array_split(np.arange(x.size), 1 + x.size // TOGETHER):
+        below = np.concatenate((np.zeros((KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
+        values = np.empty((KERNELS, x.size))
+        for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
             own = x[block]
-            first, last = np.searchsorted(t, (ONE / own.max(), NOTHING / own.min()))
+            # exp(-1e-18) is 1, exp(-80) is 0 beside rounding
+            first, last = np.searchsorted(t, (1e-18 / own.max(), 80 / own.min()))
             values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
             values[:, block] += below[:, first, None]
         values[[0, 3]] -= level
@@ -176,7 +153,7 @@ class Kernels:
             for row in coefficients[-2::-1]:  # Horner
                 value *= t
                 value += row.take(part)
-            if number in ALL_ODD:
+            if number in ODD:
                 value *= np.sign(x)
         return values
 
@@ -186,9 +163,7 @@ def _chebyshev_points(count):
 
 
 def _parting():
-    """Coefficients in powers of t in [-1, 1] on each part of a piece, from the values on it: array (PARTS
-    TERMS, POINTS).
-    """
+    """Coefficients in powers of t in [-1, 1] on each part of a piece, from the values on it."""
     points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
     places = 2 * (np.arange(PARTS)[:, None] + (fine + 1) / 2) / PARTS - 1
     values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(
@@ -200,8 +175,7 @@ def _parting():
 class HalfPlane(Unbounded):
     """The half-plane x2 < 0 of one solid, with or without loads that repeat.
 
-    The rigid-body constant of its normal displacement is arbitrary; on a period the mean displacement of the
-    surface is 0, and approaches count from there.
+    The rigid-body constant of its normal displacement is arbitrary; on a period the mean displacement is 0.
 
     Parameters
     ----------
@@ -233,9 +207,7 @@ class HalfPlane(Unbounded):
         return (Panels, Cells) if self.period is None else (Cells,)
 
     def compliance(self, x: ArrayLike, clamped: bool = False) -> Compliance:
-        """Returns the compliance of equal cells of constant pressure and micromoment.
-
-        Displacement and rotation are those at the centres of the cells.
+        """Returns the Compliance of equal cells of constant pressure and micromoment.
 
         Parameters
         ----------
@@ -243,10 +215,6 @@ class HalfPlane(Unbounded):
             Centres of the cells, ascending and equally spaced (lengths).
         clamped : bool
             Whether psi = 0 on the whole surface.
-
-        Returns
-        -------
-        Compliance
 
         Raises
         ------
@@ -278,21 +246,9 @@ class HalfPlane(Unbounded):
             matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
         return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
 
-    def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(KERNELS))) -> Array:
-        """Returns kernels (length/force) averaged over a cell at the distances 0, 1, ... cells.
-
-        Parameters
-        ----------
-        count : int
-            Number of distances.
-        width : float
-            Width of a cell (length).
-        which : tuple of int, optional
-            Numbers of the kernels, as in `Kernels`.
-
-        Returns
-        -------
-        array (len(which), count)
+    def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
+        """Returns the kernels numbered `which` averaged over a cell of a width (length) at the distances 0,
+        1, ... cells: array (len(which), count) of lengths per force.
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
@@ -308,16 +264,16 @@ class HalfPlane(Unbounded):
 
 
 def _spans(count):
-    """Lists of (first distance in cells, beyond the last one, Gauss points) that are looked up together."""
     ends = [near for near, _ in CELL_GAUSS[1:]]
     near = [(max(first, 1), min(last, count), order) for (first, order), last in zip(CELL_GAUSS, ends)]
     yield [(0, 1, CELL_GAUSS[0][1]), *(span for span in near if span[0] < span[1])]
-    for first in range(ends[-1], count, BLOCK):
-        yield [(first, min(first + BLOCK, count), CELL_GAUSS[-1][1])]
+    block = 2**13  # cells that stay in the processor's cache
+    for first in range(ends[-1], count, block):
+        yield [(first, min(first + block, count), CELL_GAUSS[-1][1])]
 
 
 def cell_rule(near, far, order):
-    """Places in cells, array ((far - near) order,), and weights, array (order,), of averages over cells."""
+    """Places in cells and weights of averages over them."""
     points, gauss = gauss_rule(order)
     if not near:  # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
         return points**8 / 2, gauss * 8 * points**7
@@ -336,9 +292,7 @@ def is_classical(solid):
 
 
 def normal_kernel(solid, distance):
-    """Displacement of a half-plane under a unit line load at a distance (length/force), for all solids; up to
-    a constant.
-    """
+    """Displacement of a half-plane under a unit line load at a distance (length/force), for all solids."""
     c, scaled = (1 - solid.nu) / solid.mu, distance / solid.ell
     if is_classical(solid):
         return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
@@ -353,11 +307,8 @@ def normal_symbol(solid, k):
 
 
 def laplace_weights(solid):
-    """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (ALL_KERNELS, m),
-    float.
-
-    The integrals of U and number 3 diverge at t = 0 like that of 1/t; without `level` they are as in
-    `Kernels`. What the pole at k = 0 adds to 5 and 7 is `step`.
+    """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (KERNELS, m),
+    float; those of U and number 3, which diverge at t = 0, are less `level`.
     """
     k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
@@ -370,7 +321,7 @@ def laplace_weights(solid):
 
 
 def step(nu):
-    """Half of the jump at x = 0 of the kernel of Y as seen from far away, over c: the share of its pole."""
+    """Half of the jump at x = 0 of the kernel of Y as seen from far away, over c."""
     return (1 - 2 * nu) / (4 * (1 - nu))
 
 
@@ -378,20 +329,18 @@ def _turned_wavenumbers(solid):
     """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of
     t.
 
-    Below the branch point t = rate the points are in t while exp(-t x) is next to 1, then in log t, then in
-    the angle of t = rate sin(angle), above it in the hyperbolic angle of t = rate cosh(angle): the square
-    root at the branch point is gone. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i
-    angle), a quadratic equation for exp(2 i angle). From b = 1/4 on its root comes near: no piece is longer
-    than its distance from it.
+    Points are in t, in log t, then, with t = rate sin(angle) up to the branch point and t = rate cosh(angle)
+    above it, in the angle. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle): no
+    piece is longer than its distance from that root.
     """
     rate, b = 1 / solid.layer_length, max(0.25, 2 * solid.beta * (1 - solid.nu))
-    points, gauss = gauss_rule(GAUSS)
+    points, gauss = gauss_rule(12)
 
     def spread(breaks):
         widths = np.diff(breaks)
         return (breaks[:-1, None] + widths[:, None] * points).ravel(), (widths[:, None] * gauss).ravel()
 
-    low, high = 1e-3 / FARTHEST, FAR_TAIL / NEAREST
+    low, high = 1e-3 / FARTHEST, 40 / NEAREST  # exp(-40) is nothing
     logs, dlogs = spread(np.linspace(np.log(low), np.log(rate / 8), 1 + max(1, int(np.log(rate / 8 / low)))))
     slow, dslow = np.append(low * points, np.exp(logs)), np.append(low * gauss, np.exp(logs) * dlogs)
     pole = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
@@ -433,12 +382,11 @@ def gap_kernel(problem, distance, target, source):
 
 
 def both_gap_kernels(problem, distance, target, source):
-    """`gap_kernel` of the levers 0 and 1, whatever the target: array (2, ...), the table is read once."""
     levers = np.array((0.0, 1.0)).reshape(2, *[1] * np.ndim(distance))
     return gap_kernel(problem, distance, levers, source)
 
 
 def clamping_kernel(problem, distance, target, source):
-    """M that holds psi = 0 under a unit force (dimensionless); the levers play no part."""
+    """M that holds psi = 0 under a unit force (dimensionless)."""
     table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
     return -table(distance / problem.solid.ell, (4,))[0] / 2  # m = 2 M/ell, and the kernel of m is over ell

@@ -1,6 +1,4 @@
-"""A state on panels fitted to the zones of each corner: pressures, micromoment, gaps, what violates (26),
-its error.
-"""
+"""A state on panels fitted to the zones of each corner."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,19 +10,12 @@ from ..model.problem import Problem, half_line, level_surface
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
-from ..model.zones import contains, distance, moved_on, zone_edges
+from ..model.zones import contains, distance, moved_on
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_log_response, counter_response
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
-
-LOOKOUTS = 12  # points on either side of an edge at which gaps are looked at, clustered towards it
-JOINT = 1e-12  # of a panel: rounding may leave that between two
-AROUND = 0.6  # of the half-width of the contact, and two blocks, that pictures show on either side
-# points on a stretch of the surface out of contact, clustered towards its ends, where edges are
-OUTSIDE = 30
-NEXT_TO = 1e-10  # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 
 
 @dataclass(frozen=True)
@@ -33,10 +24,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
-    edges : float, what pressures that do not vanish at the edges are worth
-    kernel : float, what errors of the kernel's table do to the pressure at worst
-    conditions : float, what the violations of (26) are worth that are left, see `microblock.halfplane.survey`
+    discretisation : float, distance to the next coarser order; None where the order was prescribed
+    edges : float, what pressures at the edges are worth
+    kernel : float, what rounding of the kernel does
+    conditions : float, what violations of (26) are worth
     """
 
     discretisation: float | None
@@ -52,14 +43,14 @@ class PanelSolution(LineSolution):
     Attributes
     ----------
     problem : Problem
-    load : float, resultant force per thickness
+    load : float, force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
-    approach : float, up to the additive constant of a half-plane
+    approach : float, up to a constant
     iterations : int, steps of Newton's method
-    estimate : Estimate; its discretisation is None where the order of the panels was prescribed
+    estimate : Estimate
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
-    further : zones after one more step of Newton's method, of a state that was fitted
+    further : zones after one more step
     solver : PanelSolver
     """
 
@@ -77,9 +68,10 @@ class PanelSolution(LineSolution):
 
     method = "panels"
 
-    @cached_property
+    @property
     def residual(self):
-        return violation(self)
+        """What violations of (26) are worth in the norm of the error."""
+        return self.estimate.conditions
 
     @property
     def unknowns(self):
@@ -87,23 +79,16 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def all_zones(self) -> CornerZones:
-        """{corner number: ((left, right), ...)} of all corners, also those known by symmetry: 0 is A (left),
-        1 is B (right).
-
-        A law without corners has 0 alone; `zones_by_name` has the same by name.
-        """
+        """{corner number: ((left, right), ...)} of all corners, also those known by symmetry."""
         return self.problem.all_zones(self.zones)
 
     def moved_on(self, earlier, share):
-        """With the zones moved on, if they are alike in both states and none is inverted."""
         moved = moved_on(self.all_zones, earlier.all_zones, share)
         return replace(self, zones={corner: moved[corner] for corner in self.zones}) if moved else self
 
     @cached_property
     def _anchored(self):
-        """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in
-        the limit.
-        """
+        """q at the anchor of each panel with a square root, but for edges that the obstacle fixes."""
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
         ends = [end for ends in self.problem.ends.values() for end in ends]
@@ -113,45 +98,33 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _at_own_edges(self):
-        """The same at the corner's own edges only; at the other's, taking it off would change the load."""
         own = [
             {edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner
         ]
         return np.where([e in edges for e, edges in zip(self.panels.e, own)], self._anchored, 0.0)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,)."""
         x = np.asarray(x, float)
         if half_line(self.problem):
             x = np.abs(x)
         elif self.problem.mirror and corner == 1:
             return self.pressure(0, -x)
-        found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
-        if not len(own):
-            return found
-        e, h = self.panels.e[own], self.panels.h[own]
-        starts = np.minimum(e, e + h)
-        along = np.argsort(starts)
-        here = np.flatnonzero(contains(self.zones[corner], x))
-        number = along[np.maximum(np.searchsorted(starts[along], x[here], side="right") - 1, 0)]
-        on_it = np.abs((x[here] - e[number]) / h[number] - 0.5) <= 0.5 + JOINT
-        here, number = here[on_it], own[number[on_it]]
-        e, h = self.panels.e[number], self.panels.h[number]
-        v = np.maximum(self.panels.parameter(number, e + h * np.abs((x[here] - e) / h)), NEXT_TO)
-        rows = self.q.reshape(-1, self.panels.order)[number]
-        q = np.einsum("ij,ij->i", lagrange(self.panels.points[0], v), rows) - self._anchored[number]
-        found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
+        found, here = np.zeros_like(x), np.flatnonzero(contains(self.zones[corner], x))
+        if len(here):
+            number, v = self.panels.at(corner, x[here])
+            v = np.maximum(v, 1e-10)  # at an edge or a kink the pressure is 0/0 or infinite
+            rows = self.q.reshape(-1, self.panels.order)
+            q = self.panels.interpolated(rows, number, v) - self._anchored[number]
+            found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
         return found
 
     @cached_property
     def x(self):
-        """All Gauss points of the whole line, ascending, those of both corners once."""
         x = self.panels.nodes[2]
         return _distinct(np.concatenate((x, -x)) if self.problem.mirror else x)
 
     @cached_property
     def weights(self):
-        """Weights at `x`: their sum with the pressure is the load."""
         x, weights = self.panels.nodes[2], self.panels.rule
         if self.problem.mirror:
             x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
@@ -161,9 +134,7 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n); brought to the load, which the trimmed edges
-        miss by little.
-        """
+        """Pressure of each corner at `x`, array (corners, n), brought to the load."""
         panel, v, x, _ = self.panels.nodes
         p = (self.q - self._at_own_edges[panel]) / self.panels.slope(panel, v) + self.panels.logarithm(
             panel, v
@@ -178,21 +149,18 @@ class PanelSolution(LineSolution):
         return self.reaction(self.x)
 
     def reaction(self, x):
-        """M that holds psi = 0 where it is prescribed on the whole surface, at x, array (n,)."""
+        """M that holds psi = 0 at x, array (n,)."""
         return self._response(x, np.zeros_like(x), clamping_kernel)
 
     @cached_property
     def psi(self):
-        """Microrotation at `x`."""
         return self.rotation(self.x)
 
     @cached_property
     def displacement(self):
-        """-u.n at `x`."""
         return self.displacement_at(self.x, np.zeros_like(self.x))
 
     def rotation(self, x):
-        """Microrotation of the surface at x, array (n,)."""
         if self.problem.law.clamps_rotation:
             return np.zeros_like(x)
         return self.displacement_and_rotation(x)[1]
@@ -212,11 +180,10 @@ class PanelSolution(LineSolution):
         return response(*where) @ self.q + log_response(*where)
 
     def displacement_at(self, x, lever):
-        """u, or the gap without height and approach of a corner with such levers, at x, arrays (n,)."""
+        """u, or the gap without height and approach of a corner with such levers, at x, array (n,)."""
         return self._response(x, lever, gap_kernel)
 
     def gaps(self, corner, x):
-        """Gaps of a corner at x, array (n,)."""
         numbers = np.full(len(x), corner)
         return (
             self.problem.initial_gap(numbers, x)
@@ -233,28 +200,14 @@ class PanelSolution(LineSolution):
         where = self.problem, self.panels, x
         return counter_response(*where) @ self.q + counter_log_response(*where)
 
-    def gaps_off_zones(self, x):
-        """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
-        sooner than one by one.
-        """
-        places = {corner: x[~contains(self.zones[corner], x)] for corner in self.problem.corners}
-        sizes = [len(own) for own in places.values()]
-        gaps = np.split(
-            self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))),
-            np.cumsum(sizes)[:-1],
-        )
-        return {corner: (own, found) for (corner, own), found in zip(places.items(), gaps)}
-
     @bounded
     def surface(self, window=None):
-        """The Surface at `x` and out of contact within a window (left, right); without it the contact and
-        its surroundings.
-        """
+        """The Surface at `x` and out of contact within a window (left, right), or around the contact."""
         contact = self.zones_by_name["contact"]
-        margin = AROUND * (contact[-1][1] - contact[0][0]) / 2 + 2 * self.problem.solid.ell
+        margin = 0.3 * (contact[-1][1] - contact[0][0]) + 2 * self.problem.solid.ell
         left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
         ends = [left, *(edge for interval in contact for edge in interval if left < edge < right), right]
-        share = (1 - np.cos(np.pi * np.linspace(0, 1, OUTSIDE))) / 2
+        share = (1 - np.cos(np.pi * np.linspace(0, 1, 30))) / 2
         outside = np.concatenate(
             [
                 one + (other - one) * share
@@ -284,40 +237,17 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def fields(self):
-        """Fields below the surface, by points (x1, x2)."""
         from .subsurface import FieldsBelow
 
         return FieldsBelow(self)
 
     def fields_below(self, box):
-        """Points, psi and stresses in a box ((left, right), depth) below the surface: what `view.below`
-        draws.
-        """
+        """Points, psi and stresses in a box ((left, right), depth) below the surface."""
         from ..view.below import half_plane_grid
 
         x1, x2, triangles = half_plane_grid(box)
         found = self.fields(x1, x2)
         return x1, x2, triangles, found.psi, found.stress
-
-
-def violation(state):
-    """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the size of
-    the gaps.
-    """
-    problem, found = state.problem, 0.0
-    edges = np.array(zone_edges(state.all_zones))
-    width, top = edges[-1] - edges[0], state.pressures.max()
-    steps = width * 0.5 * (np.arange(1, LOOKOUTS + 1) / LOOKOUTS) ** 3
-    around = np.unique(np.concatenate([edge + sign * steps for edge in edges for sign in (1, -1)]))
-    heights = problem.initial_gap(np.zeros(len(around), int), around)
-    heights = heights[np.isfinite(heights)]  # none over a punch narrower than a block
-    size = (np.ptp(heights) if heights.size else 0.0) or width
-    around = around[around > 0] if half_line(problem) else around
-    for corner, (_, gaps) in state.gaps_off_zones(around).items():
-        inside = contains(state.zones[corner], state.x)
-        wrong = np.concatenate((-gaps / size, -state.pressures[corner, inside] / top))
-        found = max(found, wrong.max(initial=0.0))
-    return float(found)
 
 
 def difference(coarse, fine):
@@ -339,6 +269,5 @@ def _distinct(x):
 
 
 def _places(sorted_x, x):
-    """Indices of x in sorted_x, up to rounding."""
     right = np.clip(np.searchsorted(sorted_x, x), 1, len(sorted_x) - 1)
     return np.where(np.abs(sorted_x[right - 1] - x) < np.abs(sorted_x[right] - x), right - 1, right)

@@ -1,6 +1,4 @@
-"""Contact of a half-plane on panels: pictures of the obstacle, fitted states, and uniform cells where panels
-do not do.
-"""
+"""Contact of a half-plane on panels, and on uniform cells where panels do not do."""
 
 import math
 from dataclasses import replace
@@ -19,12 +17,6 @@ from .edges import coalescence
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .panel_solution import PanelSolution
-
-PICTURED = 4.0  # factor of the load for which one picture of the obstacle serves
-# rtol that are tried, to tell what can be had where rounding keeps from a smaller one
-LOOSER = (1e-11, 1e-10, 1e-8)
-WIDEST = 8  # times farther than a classical half-plane asks for is looked at most
-WIDE = 2e5  # blocks under a contact, up to which zones were found; at 2e6 none were
 
 
 class PanelSolver(Solver):
@@ -73,16 +65,7 @@ class PanelSolver(Solver):
                 raise
             return cells_follow(self, pairs, coupled, rtol, progress, failure)
 
-    def follow(self, load, rtol, initial):
-        try:
-            return self.solve(load, None, rtol, initial)
-        except NotConverged:  # too far
-            return self.solve(load, None, rtol)
-
     def _neighbour(self, initial):
-        """A neighbouring solution with the zones that this problem computes; None where it has none of
-        use.
-        """
         if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
             self.law.corners
         ):
@@ -93,14 +76,12 @@ class PanelSolver(Solver):
 
     @cached_property
     def problem(self):
-        """The problem on the contact line; a symmetric one is solved for one corner."""
         counter = body_of(self.obstacle)
         solid = None if counter is None else counter.solid
         return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, counter=solid)
 
-    def _pictured_problem(self, load, wider=1):
-        """The same with the obstacle's picture for a load."""
-        found = self._picture(load, wider)
+    def _pictured_problem(self, load):
+        found = self._picture(load)
         if found.steps:
             raise BadArgument(
                 "obstacle",
@@ -110,20 +91,19 @@ class PanelSolver(Solver):
             )
         return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
 
-    def _picture(self, load, wider=1):
-        """The obstacle's Picture, made once for many loads; `wider`: times farther looked at."""
+    def _picture(self, load):
+        """The obstacle's Picture for loads up to the next power of 4 times E* ell, made once."""
         unit = self.problem.E_star * self.problem.ell
-        bracket = unit * PICTURED ** math.ceil(math.log(load / unit) / math.log(PICTURED) - 1e-9)
-        if (bracket, wider) not in self._pictures:
+        bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
+        if bracket not in self._pictures:
             try:
-                self._pictures[bracket, wider] = picture.picture(self.problem, bracket, picture.BOUND * wider)
+                self._pictures[bracket] = picture.picture(self.problem, bracket)
             except MicroblockError:  # it may carry this load, though not that of the bracket
-                self._pictures[bracket, wider] = picture.picture(self.problem, load, picture.BOUND * wider)
-        return self._pictures[bracket, wider]
+                self._pictures[bracket] = picture.picture(self.problem, load)
+        return self._pictures[bracket]
 
     @cached_property
     def _pictures(self):
-        """{(highest load, wider): Picture}."""
         return {}
 
     def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
@@ -148,12 +128,9 @@ class PanelSolver(Solver):
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
-        """The failure, with an rtol that has been reached where rounding keeps the panels from what was asked
-        for: next to rounding an estimate that is asked for may be missed again.
-        """
-        known = failure.rtol_reached
-        tried = LOOSER if known is None else (known, 2 * known, 4 * known)
-        for looser in (each for each in tried if rtol < each < OFFERED):
+        """The failure, with an rtol that has been reached when it was asked for."""
+        best = failure.rtol_reached or math.inf
+        for looser in (each for each in (best, 2 * best, 4 * best) if each < OFFERED):
             try:
                 self._solved(load, looser, None, None)
             except NotConverged:
@@ -161,40 +138,28 @@ class PanelSolver(Solver):
             return out_of_reach(rtol, looser, load=load)
         return failure
 
-    def _solved(self, load, rtol, order, near, wider=1):
-        try:
-            found = search.solve(self._pictured_problem(load, wider), load, rtol, order, near)
-            return replace(found, solver=self)
-        except search.LooksTooNear:
-            if wider > WIDEST:
-                raise NotConverged(
-                    f"at load {load:g} the half-plane touches the obstacle farther and farther away"
-                ) from None
-            return self._solved(load, rtol, order, near, 2 * wider)
+    def _solved(self, load, rtol, order, near):
+        return replace(search.solve(self._pictured_problem(load), load, rtol, order, near), solver=self)
 
     def _check_width(self, load):
-        """NotConverged where the contact has more blocks than zones are found for: before minutes are spent
-        on them.
-        """
         if len(self.law.corners) == 1:
             return
-        blocks = 2 * self._picture(load).half_width / self.solid.ell
-        if blocks > WIDE:
+        # of 2e6 blocks no zones are found
+        most, blocks = 2e5, 2 * self._picture(load).half_width / self.solid.ell
+        if blocks > most:
             raise NotConverged(
-                f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
+                f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {most:.0g} are in "
                 "reach: take a larger ell, or the unilateral law, from which this one hardly differs there"
             )
 
     @property
     def may_meet_on_axis(self):
-        """Whether two zones of partial contact may meet on the axis: corners, symmetric, under an obstacle
-        without ends.
-        """
+        """Whether two zones of partial contact may meet on the axis."""
         return self.symmetric and len(self.law.corners) == 2 and not self.problem.ends
 
     def coalescence(self, order=14):
-        """Load at which the two zones of partial contact touch on the axis, and its error; of symmetric
-        problems only.
+        """Load at which the two zones of partial contact of a symmetric problem touch on the axis, and its
+        error.
         """
         require_whole(*PANEL_ORDERS, order=order)
         if not self.may_meet_on_axis:

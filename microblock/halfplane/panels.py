@@ -1,35 +1,23 @@
 """Panels on the contact line, fitted to the zones of each corner, and the gaps that pressures on them leave.
 
-A corner's pressure lives on intervals of the contact point x. It starts like the square root of the distance
-from its own edges, and has a square root on one side of the other corner's edges: panels break at all of them
-and run ``x = e + h v^2`` from there, and ``x = e + h v`` elsewhere. The unknown on a panel is ``q = p
-|dx/dv|`` at Gauss
-points v. At a kink of the obstacle p has a logarithm of known size: panels that begin there, with v^2 as
-well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
+Panels break at all edges and run ``x = e + h v^2`` from where a pressure has a square root, ``x = e + h v``
+elsewhere. The unknown is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v^2 as
+well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
+from ..model.zones import common, contains, joined, without
 from .carried import carried, carried_edges, log_sizes
 
-# panel lengths within which the kernel's logarithm asks for a quadrature of its own: beyond, the Gauss points
-# leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10 and 1e-12 at 14
-NEAR = 0.5
-LOG_NEAR = 1.0  # the same where p has a logarithm
 # that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
 CLUSTER = 8
-TINY = 1e-300
-SAME = 1e-13  # cuts of a panel this near to each other are one: the quadrature does not see it
-SLIVER = 1e-9  # of a length, that rounding may leave of it
-FIRST = 1.0  # length of a panel at an edge, over ell
-# ... times that at a tip, for each four orders above 6: p has a power of r below 1, which short panels bear
-AT_TIP = 1 / 64
 
 
 @dataclass(frozen=True)
@@ -50,7 +38,6 @@ class Panels:
         return self.e[panel] + self.h[panel] * np.where(self.root[panel], v * v, v)
 
     def slope(self, panel, v):
-        """|dx/dv|."""
         return np.abs(self.h[panel]) * np.where(self.root[panel], 2 * v, 1.0)
 
     def parameter(self, panel, x):
@@ -59,16 +46,27 @@ class Panels:
         return np.where(self.root[panel], np.sqrt(along), along)
 
     def logarithm(self, panel, v):
-        """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
+        """The known part of p at the parameters v > 0."""
         return -2 * self.log_size[panel] * np.log(v)
 
+    def at(self, corner, x):
+        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters."""
+        own = np.flatnonzero(self.corner == corner)
+        starts = np.minimum(self.e, self.e + self.h)[own]
+        along = np.argsort(starts)
+        here = np.searchsorted(starts[along], x, side="right") - 1
+        number = own[along[np.maximum(here, 0)]]
+        return number, self.parameter(number, x)
+
+    def interpolated(self, values, number, v):
+        """What has `values` (..., panels, order) at the Gauss points, at parameters v: array (..., n)."""
+        return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
+
     def of(self, own):
-        """Those of these panels that are flagged."""
         chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
         return Panels(*chosen, self.order)
 
     def with_mirror(self):
-        """These panels and those of the other corner by symmetry, one after the other."""
         return Panels(
             np.concatenate((self.corner, 1 - self.corner)),
             np.concatenate((self.e, -self.e)),
@@ -80,7 +78,6 @@ class Panels:
 
     @property
     def points(self):
-        """Gauss points and weights of v on one panel."""
         return gauss_rule(self.order)
 
     @cached_property
@@ -92,9 +89,7 @@ class Panels:
 
     @property
     def rule(self):
-        """Weights for integrals over x at the nodes, array (m,); where p is logarithmic they are exact for
-        its logarithm.
-        """
+        """Weights for integrals over x at the nodes, array (m,), exact for the logarithms of p."""
         panel, v, _, weights = self.nodes
         return self.slope(panel, v) * np.where(
             (self.log_size != 0)[panel], np.tile(_log_weights(self.order), len(self.e)), weights
@@ -103,7 +98,6 @@ class Panels:
 
 @lru_cache(maxsize=64)
 def _log_weights(order):
-    """Gauss weights of [0, 1], bent along the highest polynomial to give the integral -1/4 of v log v."""
     points, weights = gauss_rule(order)
     bend = weights * eval_legendre(order - 1, 2 * points - 1)
     values = points * np.log(points)
@@ -111,42 +105,59 @@ def _log_weights(order):
 
 
 def make_panels(problem, zones, order):
-    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
+    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at kinks of the
     obstacle.
     """
-    rows, sizes, tips = [], log_sizes(problem, zones, order), carried(problem, problem.tips, order)
-    edges = carried_edges(problem, zones, order)
-    singular = {*edges, *problem.kinks, *sizes}
-    for corner, intervals in zones.items():
-        for left, right in intervals:
-            if half_line(problem) and right < 0:
-                continue
-            start = max(left, 0.0) if half_line(problem) else left
-            breaks = sorted({start, right, *(x for x in singular if start < x < right)})
-            for pair in zip(breaks, breaks[1:]):
-                roots = tuple(x in singular for x in pair)
-                longest = [
-                    FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in tips else 1.0)
-                    for x in pair
-                ]
-                first = tuple(
-                    min([most, *(abs(x - edge) for edge in edges if edge != x)])
-                    for x, most in zip(pair, longest)
-                )
-                rows += [
-                    (corner, *part)
-                    for row in _between(*pair, roots, first)
-                    for part in short_enough(problem, *row)
-                ]
+    sizes = log_sizes(problem, zones, order)
+    rows = [
+        (corner, *part)
+        for corner, intervals in zones.items()
+        for row in _rows(problem, zones, order, {*problem.kinks, *sizes}, intervals)
+        for part in short_enough(problem, *row)
+    ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
     return Panels(corner, e, h, root, np.array(log_size), order)
 
 
+def panels_outside(problem, zones, order):
+    """Panels, all of corner 0, where a corner is out of contact and could touch: the surface is smooth there
+    but where another corner follows the obstacle.
+    """
+    kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
+    rest = [problem.reach]
+    for left, right in reduce(common, zones.values()):
+        rest = without(rest, left, right)
+    rows = []
+    for anchor, length, root in _rows(problem, zones, order, {*kinks}, rest):
+        beside = contains(touched, np.array([anchor + length / 2])).any()
+        rows += short_enough(problem, anchor, length, root) if beside else [(anchor, length, root)]
+    e, h, root = np.reshape(rows, (-1, 3)).T
+    return Panels(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
+
+
+def _rows(problem, zones, order, kinks, intervals):
+    """Yields (anchor, signed length, root) of panels on intervals, broken at edges of zones and at kinks."""
+    tips, edges = carried(problem, problem.tips, order), carried_edges(problem, zones, order)
+    singular = {*edges, *kinks}
+    for left, right in intervals:
+        if half_line(problem) and right < 0:
+            continue
+        start = max(left, 0.0) if half_line(problem) else left
+        breaks = sorted({start, right, *(x for x in singular if start < x < right)})
+        for pair in zip(breaks, breaks[1:]):
+            roots = tuple(x in singular for x in pair)
+            # at a tip p has a power of r below 1, which short panels bear
+            longest = [problem.solid.ell * (64 ** ((6 - order) / 4) if x in tips else 1.0) for x in pair]
+            first = tuple(
+                min([most, *(abs(x - edge) for edge in edges if edge != x)]) for x, most in zip(pair, longest)
+            )
+            yield from _between(*pair, roots, first)
+
+
 def _between(left, right, roots, first):
     """Panels between two breaks, growing away from those that are singular: (anchor, signed length, root).
-
-    The first at a break is as long as `first` says: no longer than ell, nor than the way to the next edge.
+    The first at a break is no longer than `first`.
     """
     if not any(roots):
         return [(left, right - left, False)]
@@ -156,7 +167,7 @@ def _between(left, right, roots, first):
         if not root:
             continue
         whole, done, start = abs(meet - end), 0.0, width
-        while whole - done > SLIVER * whole:
+        while whole - done > 1e-9 * whole:
             # no panel is left that is much shorter than its neighbour
             if whole - done - width < width / 2:
                 width = whole - done
@@ -167,7 +178,7 @@ def _between(left, right, roots, first):
 
 
 def short_enough(problem, anchor, length, root):
-    """A panel, or the parts of one that is longer than the obstacle's features ask for."""
+    """A panel, or parts of one that is longer than the obstacle's features."""
     if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
@@ -175,9 +186,8 @@ def short_enough(problem, anchor, length, root):
 
 
 def response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel of the line against q: array (n, m), or (values, n, m) of a kernel with several.
-
-    `lever` 0 gives the normal displacement, 1 adds the rotation.
+    """Integrals of a kernel of the line against q, (n, m) or (values, n, m); `lever` 0 gives the normal
+    displacement, 1 adds the rotation.
     """
     if not problem.mirror:
         return _block(problem, panels, x, lever, kernel)
@@ -186,16 +196,13 @@ def response(problem, panels, x, lever, kernel):
 
 
 def log_response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel against the known logarithms: array (n,)."""
     if not panels.log_size.any():
         return np.zeros(len(x))
     return _log_block(problem, panels.with_mirror() if problem.mirror else panels, x, lever, kernel)
 
 
 def _log_block(problem, panels, x, target, kernel):
-    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target; both logarithms, at 0 and y0, are
-    flattened.
-    """
+    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target."""
     found = np.zeros(len(x))
     for number in np.flatnonzero(panels.log_size):
         e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
@@ -205,10 +212,12 @@ def _log_block(problem, panels, x, target, kernel):
             places = e + h * y
             lever = problem.lever(np.full(places.shape, corner), places)
             values = kernel(problem, (x[rows, None] - (e + h * y0)) - h * step, target[rows, None], lever)
-            found[rows] += amount * np.sum(values * weights * np.log(np.maximum(y, TINY)), axis=1)
+            found[rows] += amount * np.sum(
+                values * weights * np.log(np.maximum(y, np.finfo(float).tiny)), axis=1
+            )
 
         along = (x - e) / h
-        is_near = np.abs(along - 0.5) < 0.5 + LOG_NEAR
+        is_near = np.abs(along - 0.5) < 1.5
         near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
         low, _, slope = _both_ends_flat(2 * panels.order + 8)
         low = np.broadcast_to(low, (len(far), len(low)))
@@ -222,9 +231,7 @@ def _log_block(problem, panels, x, target, kernel):
 
 @lru_cache(maxsize=64)
 def _both_ends_flat(count):
-    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends like sigma^7: s, 1 - s and
-    weights.
-    """
+    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends: s, 1 - s and weights."""
     sigma, gauss = gauss_rule(count)
     density = (sigma * (1 - sigma)) ** (CLUSTER - 1) / beta(CLUSTER, CLUSTER)
     return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss * density
@@ -236,7 +243,8 @@ def _block(problem, panels, x, target, kernel):
     matrix = kernel(problem, x[:, None] - source, target[:, None], lever) * weights
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
     distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
-    row, near = np.nonzero(distance < NEAR * np.abs(panels.h))
+    # farther away the Gauss points leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
+    row, near = np.nonzero(distance < np.abs(panels.h) / 2)
     columns = near[:, None] * panels.order + np.arange(panels.order)
     if len(row):
         matrix[..., row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
@@ -244,21 +252,19 @@ def _block(problem, panels, x, target, kernel):
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel against the basis of a near panel: array (pairs, order), of several values
-    (values, pairs, order).
-
-    The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER``
-    flattens the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels
-    that coincide.
+    """Integrals of the kernel against the basis of a near panel: array (pairs, order), or (values, pairs,
+    order). The panel is cut at the parameter v0 nearest to the target; ``v = v0 -+ length sigma^8`` flattens
+    the logarithm.
     """
-    cut = np.rint(panels.parameter(panel, x) / SAME)
+    same = 1e-13  # a distance of cuts that the quadrature does not see
+    cut = np.rint(panels.parameter(panel, x) / same)
     by_cut = np.argsort(cut, kind="stable")
     cuts, starts = np.unique(cut[by_cut], return_index=True)
     groups = np.split(by_cut, starts[1:])
-    rules = [_cut_rule(panels.order, float(each) * SAME) for each in cuts]
+    rules = [_cut_rule(panels.order, float(each) * same) for each in cuts]
     of_pairs = [rule.sides for rule, group in zip(rules, groups) for _ in group]
     sides, counts = np.concatenate(of_pairs), [len(own) for own in of_pairs]
-    x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * SAME
+    x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * same
     # x of the panel is x(v0) + sides (slope + bend sides)
     root, h = panels.root[panel], panels.h[panel]
     slope, bend = np.where(root, 2 * v0, 1.0) * h, np.where(root, h, 0.0)
@@ -283,9 +289,7 @@ def _near_rows(problem, panels, x, target, panel, kernel):
 
 @dataclass(frozen=True)
 class CutRule:
-    """Quadrature on [0, 1] for a logarithm at v0: v - v0, array (n,), and weights times the basis there,
-    array (n, order).
-    """
+    """Quadrature on [0, 1] for a logarithm at v0: v - v0, and weights times the basis, array (n, order)."""
 
     sides: np.ndarray
     basis: np.ndarray

@@ -1,19 +1,16 @@
 """A state of a half-plane at one load on fitted panels: cells first, then edges.
 
-1. First zones: a neighbour's, the classical contact's, or those of cells on all that could touch
-   (`first_zones`), finer ones if no state comes of them.
-2. The edges move until the pressure vanishes there (`edges.fit`), on panels of higher and higher order.
-3. The state is surveyed (`survey`): what overlaps is added to the zones, what is in tension is taken out, and
-   the edges move again.
-4. Two neighbouring orders agree to what is asked for; what the edges, the kernel's table and the violations
-   that are left are worth stands beside that in the estimate.
+1. First zones: a neighbour's, the classical contact's, or those of cells (`first_zones`). 2. The edges move
+until the pressure vanishes there (`edges.fit`), on panels of higher and higher order. 3. What overlaps is
+added to the zones, what is in tension is taken out (`survey`). 4. Two neighbouring orders agree to what is
+asked for.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from ..errors import NotConverged, out_of_reach
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.problem import half_line
 from ..model.zones import joined, without, zone_edges
@@ -23,37 +20,30 @@ from .panel_solution import difference
 from .survey import survey
 
 ORDERS = (6, 10, 14, 18, 22, 26)
-FIXED_ORDER_EDGES = 1e-9  # tolerance of the edges where the order is fixed: rounding
-EDGE_SHARE = 0.1  # of rtol, to which the edges are driven
-COARSE_SHARE = 0.5  # the same of the coarser of two orders: the distance between the two has it
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
-BESIDE = 0.05  # of its width: an overlap this near to a zone belongs to it
-
-
-class LooksTooNear(Exception):
-    """Something beyond the obstacle's picture could touch: look farther."""
 
 
 def resolved(order):
-    """Distance of panels of an order to the next one under cylinders."""
     return 10 ** -(0.55 * order + 0.7)
 
 
 def solve(problem, load, rtol, order=None, near=None):
     """The PanelSolution of a Problem, with its picture, at a load (force per thickness), to rtol or of a
-    fixed order, from a neighbour on if there is one.
+    fixed order.
 
     Raises
     ------
     NotConverged
-        With `rtol_reached`, the best estimate, if zones exist but rtol is out of reach; else no zones fit.
+        With `rtol_reached`, the best estimate, if zones exist; else no zones fit.
+    BadArgument
+        If the obstacle could touch beyond its picture.
     """
     failure = None
     for zones in _trials(problem, load, near):
         try:
             if order is None:
                 return _climb(problem, load, zones, rtol)
-            return _amended(fit(problem, load, zones, order, FIXED_ORDER_EDGES), 0.0)
+            return _amended(fit(problem, load, zones, order, 1e-9), 0.0)
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
@@ -62,7 +52,6 @@ def solve(problem, load, rtol, order=None, near=None):
 
 
 def _trials(problem, load, near):
-    """Trial zones, the likely ones first."""
     if near:
         yield near.zones
     if half_line(problem) and problem.picture.simple:
@@ -72,10 +61,9 @@ def _trials(problem, load, near):
 
 
 def _climb(problem, load, zones, rtol):
-    """The state to rtol, from trial zones on; the order rises until two neighbours agree."""
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
-        tolerance = rtol * (EDGE_SHARE if coarse else COARSE_SHARE)
+        tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < resolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(resolved(order)))
         state = fit(problem, load, zones, order, tolerance)
@@ -93,19 +81,21 @@ def _climb(problem, load, zones, rtol):
 
 
 def _beside(coarse, state):
-    """A state whose estimate has its distance to one of a lower order."""
     return replace(state, estimate=replace(state.estimate, discretisation=difference(coarse, state)))
 
 
 def _amended(state, tolerance):
-    """A state looked at everywhere, its zones amended until nothing is wrong or, twice, that has not halved:
-    what one corner carries more another one may, too.
-    """
+    """A state with its zones amended until nothing is wrong or, twice, that has not halved."""
     best, worth, idle = state, np.inf, 0
     while True:
         found = survey(state)
         if found.beyond:
-            raise LooksTooNear
+            raise BadArgument(
+                "obstacle",
+                state.problem.obstacle,
+                f"could touch at load {state.load:g} where it is too high for that under a classical "
+                "half-plane",
+            )
         idle = 0 if found.worth < worth / 2 else idle + 1
         if found.worth < worth:
             parts = replace(state.estimate, conditions=found.worth)
@@ -121,16 +111,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones without what is in tension and with what overlaps on a fitted state with this Survey; None if
-    nothing does.
-
-    Violations next to edges that are worth less than `tolerance`, or than what panels of this order leave,
-    stay: the estimate has them.
-
-    Raises
-    ------
-    NotConverged
-        If nothing would be left.
+    """Zones without what is in tension and with what overlaps, apart from all edges or worth the tolerance;
+    None if nothing does. NotConverged if nothing would be left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))
@@ -142,11 +124,7 @@ def amended(state, found, tolerance):
             continue
         wrong = True
         if each.depth:
-            near = [
-                edge
-                for edge in np.ravel(own)
-                if abs(2 * edge - left - right) < (1 + 2 * BESIDE) * (right - left)
-            ]
+            near = [edge for edge in np.ravel(own) if abs(2 * edge - left - right) < 1.1 * (right - left)]
             zones[each.corner] = joined([*own, (min([left, *near]), max([right, *near]))])
         else:
             zones[each.corner] = sorted(set(without(own, left, right)))

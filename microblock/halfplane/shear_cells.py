@@ -1,8 +1,4 @@
-"""Compliances between cells of any width, with shear.
-
-Averages over both cells (`averages`) keep the matrix symmetric and positive definite, so that the work of the
-loads is energy and dissipation to rounding. Formulas: docs/theory/friction.md.
-"""
+"""Compliances between cells of any width, with shear, averaged over both cells (docs/theory/friction.md)."""
 
 from __future__ import annotations
 
@@ -13,33 +9,25 @@ import numpy as np
 from ..corners.follower import FrictionalContact
 from ..threads import bounded
 from .averages import averaged
-from .kernels import ALL_ODD, kernels
+from .kernels import ODD, kernels
 
 
 @bounded
 def averages(solid, edges, which, shift=0.0):
-    """Kernels averaged over cell i and over cell j, whose places are moved right by `shift`, times c.
+    """Kernels averaged over cell i and over cell j, whose places are moved right by `shift` (length): array
+    (len(which), n, n) of lengths per force.
 
     Parameters
     ----------
     solid : Cosserat
-    edges : array (n, 2)
-        Left and right edges of the cells (lengths).
-    which : sequence of int
-        Numbers of the kernels, as in `Kernels`.
-    shift : float
-        Length by which cells that answer stand right of those that are loaded.
-
-    Returns
-    -------
-    array (len(which), n, n)
-        Lengths per force (per thickness).
+    edges : array (n, 2), left and right edges of the cells (lengths)
+    which : sequence of int, as in `Kernels`
     """
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
     found = averaged(solid, middle[:, None] - middle + shift, width, width[:, None], which)
     if not shift:
         for number, matrix in zip(which, found):  # rounding apart they are
-            matrix[...] = (matrix - matrix.T) / 2 if number in ALL_ODD else (matrix + matrix.T) / 2
+            matrix[...] = (matrix - matrix.T) / 2 if number in ODD else (matrix + matrix.T) / 2
     return found
 
 
@@ -48,14 +36,10 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
     Parameters
     ----------
-    problem : Problem
-        Its law has friction.
-    edges : array (n, 2)
-        Left and right edges of the cells (lengths).
-    gaps : array (corners, n)
-        Initial gaps, averaged over the cells (lengths).
-    coupled : bool
-        Whether shear acts on gaps.
+    problem : Problem, whose law has friction
+    edges : array (n, 2), left and right edges of the cells (lengths)
+    gaps : array (corners, n), averaged over the cells (lengths)
+    coupled : bool, whether shear acts on gaps
 
     Raises
     ------
@@ -77,8 +61,8 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
 
 def with_counter(contact, problem, edges):
-    """A FrictionalContact with the second body of a problem, if there is one: each corner drags it where it
-    stands, and so has a tangential force of its own, a row of the cross and tangential compliances.
+    """A FrictionalContact with the second body of a problem, if there is one: each corner has a tangential
+    force.
     """
     if problem.counter is None:
         return contact
@@ -93,7 +77,6 @@ def with_counter(contact, problem, edges):
 
 
 def _counter(problem, edges):
-    """What a second body adds to the normal, which is also the tangential, and to the cross compliance."""
     n, places = len(edges), [-shift for shift in problem.shifts]
     count = len(places)
     normal, cross = np.empty((2, count, n, count, n))
@@ -106,12 +89,8 @@ def _counter(problem, edges):
 
 
 def surface(problem, edges, own, moment):
-    """(displacement, psi, micromoment) of a Moment, averaged over the cells: arrays (n,).
-
-    `own` is the FrictionalContact with a rigid obstacle.
-
-    Displacement is normal, into the body (length); the micromoment is that of corner forces and of shear, or
-    the reaction to psi = 0.
+    """(displacement, psi, micromoment or reaction) of a Moment, averaged over the cells: arrays (n,); `own`
+    is the FrictionalContact with a rigid obstacle.
     """
     solid, law = problem.solid, problem.law
     raised = own.normal @ moment.normal + own.cross.T @ moment.tangential

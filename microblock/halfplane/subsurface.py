@@ -1,22 +1,16 @@
 """Fields below the surface of the half-plane, from the modes of a state on the contact line.
 
-A classical displacement whose rotation is R exp(|k| x2) and which psi follows, and the micropolar mode
-theta = Theta exp(s x2), s^2 = k^2 + 1/L^2, with u = (g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the
-field equations (docs/theory/halfplane.md). For loads exp(i k x1), k > 0, c = (1 - nu)/mu, G = g mu and D
-as in `kernels`,
+A classical displacement whose rotation is R exp(|k| x2) and the micropolar mode theta = Theta exp(s x2), u =
+(g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the field equations (docs/theory/halfplane.md). For loads
+exp(i k x1), k > 0, G = g mu and c, s, D as in `kernels`,
 
     Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,    psi = R exp(k x2) + Theta exp(s
     x2).
 
 The micropolar stresses are sigma_12 = G theta,11, sigma_21 = -G theta,22, sigma_22 = -sigma_11 = G theta,12;
-the classical ones follow from Airy's (A + B x2) exp(k x2), which carries the pressure p + i k s G Theta and
-the shear G k^2 Theta that the micropolar mode leaves.
-
-The integral over k is taken along k = tau exp(i pi/4) for sources to the left of the point and along its
-mirror image for those to the right: exp(k x2 + i k |x1 - x|) then decays as fast as it oscillates, in depth
-and along the
-surface, and Gauss points in log tau see every scale from the distant field to the surface. On these paths a
-mode is a product of a part in x1 and one in x2: a whole vertical line costs little more than a point.
+the others follow from Airy's (A + B x2) exp(k x2), with the pressure p + i k s G Theta and the shear G k^2
+Theta. The integral over k is taken along k = tau exp(i pi/4) for sources to the left, along its mirror image
+for those to the right.
 """
 
 from dataclasses import dataclass
@@ -29,30 +23,19 @@ from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
 from ..threads import bounded
-from .panels import TINY
 
-TURN = np.exp(0.25j * np.pi)
-# over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
-SKIN = 1e-7
-ACCURACY = 10  # Gauss points on a piece of width 1 in log tau; sources have SOURCES more on an interval
-SOURCES = 4
 CUT = 3.0  # ratio of distances from the point that an interval of sources spans
 FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
-NEAREST_CUT = 0.05  # of the least depth: the sources' interval next to the point
 NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
 ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols of M, imaginary ones of p
-# 0.1^7/7! = 2e-11: moments of sources as far as LONG/|k| serve for their transform
-LONG, MOMENTS = 0.1, 7
+MOMENTS = 7  # of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
 FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
-ACROSS, DOWN, NEAR_EDGE, ZOOM = 41, 25, 7, 9  # points of the grids that look for the largest shear
-LOWEST = 1e-9  # wavenumber over 1/size below which the rest of the integral is dropped
 
 
 @dataclass(frozen=True, eq=False)
 class Fields(PointFields):
-    """Fields at points x2 <= 0; strains and rotations as in section 2 of the paper.
-
-    theta, theta_slope : the micropolar mode's share of psi and its derivative along x2
+    """Fields at points x2 <= 0, section 2 of the paper; theta, theta_slope: the micropolar mode's share of
+    psi and its derivative along x2.
     """
 
     theta: np.ndarray
@@ -66,14 +49,13 @@ class FieldsBelow:
     solution: object
 
     @bounded
-    def __call__(self, x1, x2, accuracy=ACCURACY):
+    def __call__(self, x1, x2, accuracy=10):
         """Fields at points.
 
         Parameters
         ----------
-        x1, x2 : arrays or numbers; x2 <= 0. Points that share x1 share the work.
-        accuracy : Gauss points on a piece of the path of integration; 10 leaves about 1e-8 of the largest
-            values
+        x1, x2 : arrays or numbers; x2 <= 0
+        accuracy : Gauss points on a piece of the path; 10 leaves about 1e-8 of the largest values
 
         Raises
         ------
@@ -84,7 +66,8 @@ class FieldsBelow:
         x1, x2, shape = points(x1, x2)
         if not np.all(x2 <= 0):
             raise BadArgument("x2", x2, "must not be above the surface")
-        depth = np.minimum(x2, -SKIN * self.solution.problem.solid.ell)
+        # nearer to the surface rounding shows in theta,2
+        depth = np.minimum(x2, -1e-7 * self.solution.problem.solid.ell)
         values = np.empty((len(NAMES), len(x1)))
         for place in np.unique(x1):
             here = x1 == place
@@ -96,25 +79,23 @@ class FieldsBelow:
 
     @bounded
     def largest_shear(self, rtol=1e-4):
-        """The largest shear stress below the contact and where: (value, x1, x2).
-
-        The largest value on a grid that is fine near the surface and the edges of all zones, and on finer
-        ones around it until they span rtol of the contact's width.
+        """The largest shear stress below the contact and where: (value, x1, x2), x1 and x2 to rtol of its
+        width.
         """
         state = self.solution
         edges = np.array(zone_edges(state.all_zones))
         edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
         width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
-        steps = ell * np.geomspace(1 / 32, 2, NEAR_EDGE)
+        steps = ell * np.geomspace(1 / 32, 2, 7)
         across = np.unique(
             np.concatenate(
                 (
-                    np.linspace(edges.min() - width / 4, edges.max() + width / 4, ACROSS),
+                    np.linspace(edges.min() - width / 4, edges.max() + width / 4, 41),
                     np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel(),
                 )
             )
         )
-        down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), DOWN))
+        down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), 25))
         while True:
             x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
             shear = self(x1, x2).shear
@@ -122,8 +103,8 @@ class FieldsBelow:
             i, j = best % len(across), best // len(across)
             if np.ptp(across) < rtol * width and np.ptp(down) < rtol * width:
                 return float(shear[best]), float(x1[best]), float(x2[best])
-            across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
-            down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
+            across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], 9)
+            down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], 9)
 
 
 def _vertical(state, x1, x2, accuracy):
@@ -131,11 +112,9 @@ def _vertical(state, x1, x2, accuracy):
     solid = state.problem.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
-    lowest = LOWEST / size
+    lowest = 1e-9 / size  # the rest of the integral is dropped
     k, dk = _path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
-    p_sum, p_difference, M_sum, M_difference = _transforms(
-        state, x1, k, NEAREST_CUT * np.abs(x2).min(), accuracy + SOURCES
-    )
+    p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, np.abs(x2).min() / 20, accuracy + 4)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
     # difference
     odd = _modes(state.problem, k, p_difference, M_sum)
@@ -159,26 +138,21 @@ def _vertical(state, x1, x2, accuracy):
 
 
 def _path(low, high, accuracy):
-    """Wavenumbers tau exp(i pi/4), ascending, and their weights."""
     points, gauss = gauss_rule(accuracy)
     count = int(np.ceil(np.log(high / low)))
     width = np.log(high / low) / count
-    k = TURN * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
+    k = np.exp(0.25j * np.pi) * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
     return k, k * np.tile(width * gauss, count)
 
 
 def _rates(solid, k):
-    """s and s - k."""
     rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
     return s, rate / (s + k) * rate
 
 
 def _modes(problem, k, p, M):
-    """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name.
-
-    In this form nothing cancels where k is large and both modes are nearly the same.
-    """
+    """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name."""
     solid = problem.solid
     nu, mu, c = solid.nu, solid.mu, (1 - solid.nu) / solid.mu
     g = solid.curvature * solid.ell**2
@@ -209,14 +183,12 @@ def _modes(problem, k, p, M):
 
 
 def _transforms(state, x1, k, nearest, points):
-    """Integrals of p and M times exp(i k |x1 - x|): sum and difference of left and right, of p, then M:
-    array (4, k).
-    """
+    """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|)."""
     found = np.zeros((4, len(k)), complex)
     size = np.abs(k)
     for distance, weights in _sources(state, x1, nearest, points):
         # long waves see moments only; in short ones what is this far away has decayed
-        long, short = np.searchsorted(size, (LONG / distance.max(), FAR_TAIL / distance.min()))
+        long, short = np.searchsorted(size, (0.1 / distance.max(), FAR_TAIL / distance.min()))
         found[:, long:short] += weights @ np.exp(1j * np.outer(distance, k[long:short]))
         powers = np.vander(1j * k[:long] * distance.max(), MOMENTS, increasing=True) / FACTORIALS
         found[:, :long] += (
@@ -226,11 +198,7 @@ def _transforms(state, x1, k, nearest, points):
 
 
 def _sources(state, x1, nearest, points):
-    """Distances from x1 and weights of pressure and micromoment, arrays (m,) and (4, m), from near to far.
-
-    Panels are cut at x1 and at distances from it that grow by CUT, and have Gauss points of their own on each
-    piece.
-    """
+    """Distances from x1 and weights of pressure and micromoment, (m,) and (4, m), from near to far."""
     panels, rows = _all_panels(state)
     v0, direction, start, end = _halves(panels, x1)
     count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
@@ -242,10 +210,9 @@ def _sources(state, x1, nearest, points):
     h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
 
     def steps(distance):
-        """|v - v0| at a distance from x1."""
         share = (distance - start) / h
         other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
-        return share / np.maximum(_mean_slope(v0, other, root), TINY)
+        return share / np.maximum(_mean_slope(v0, other, root), np.finfo(float).tiny)
 
     sigma, gauss = gauss_rule(points)
     low, high = steps(first[level, half, None]), steps(last[level, half, None])
@@ -255,7 +222,9 @@ def _sources(state, x1, nearest, points):
     q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
     numbers = panel[:, None]
     force = (
-        (high - low) * gauss * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, TINY)))
+        (high - low)
+        * gauss
+        * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, np.finfo(float).tiny)))
     )
     # 1 where the source lies left of x1
     side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
@@ -273,14 +242,13 @@ def _mean_slope(v, w, root):
 
 
 def _all_panels(state):
-    """The panels of all corners on the whole line, and the rows of q on them."""
     panels, rows = state.panels, state.q.reshape(-1, state.panels.order)
     return (panels.with_mirror(), np.tile(rows, (2, 1))) if state.problem.mirror else (panels, rows)
 
 
 def _halves(panels, x1):
-    """Panels cut at their points nearest to x1: of each half v there, direction of v, distances there and at
-    its end.
+    """Panels cut at their points nearest to x1: of each half v there, direction, distances there and at its
+    end.
     """
     along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
     v0 = panels.parameter(numbers, x1)

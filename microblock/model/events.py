@@ -93,7 +93,8 @@ class LoadPath(Shown, PlainData):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative error of the states, as of `Contact.solve`.
+        Relative error of the states that `at` returns, as of `Contact.solve`. The events do not depend on it:
+        each has its own `load_error`.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
         an event at half of that load, with as large an error; what else happens below is not looked for.

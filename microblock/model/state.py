@@ -335,7 +335,8 @@ class State(Shown, PlainData):
     error_parts : ErrorParts or None
         The parts of which the estimate is the sum.
     residual : float
-        Largest relative residual of equilibrium, complementarity and feasibility.
+        Largest relative residual of equilibrium, complementarity and feasibility; on panels what violations
+        of (26) are worth in the norm of the error.
     iterations, unknowns : int
         Iterations of the method, and number of its unknowns.
     method : str

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from cases.benchmarks.verification.obstacles import drawn
 from microblock.halfplane import search
 from microblock.halfplane.kernels import short_waves
 from microblock.model.picture import picture
@@ -120,6 +121,18 @@ def test_a_narrow_bump_between_two_contacts_is_found_as_soon_as_it_touches():
     for share, count in ((0.99, 3), (1.01, 2)):
         bump = state(lambda x, z=share * least: np.minimum(twins(x), (x - 0.05) ** 2 / 0.02 + z))
         assert len(bump.zones["contact"]) == count
+
+
+def test_a_corner_that_touches_where_the_other_one_follows_a_rough_obstacle_is_found():
+    """There the surface is as rough as the obstacle; an overlap on 0.04 was worth 1e-2 of the pressure."""
+    _, problem, load, *_ = drawn(61, 48, mb)
+    state = problem.solve(load=load, rtol=1e-6)
+    left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
+    x = np.linspace(left - 0.1, right + 0.1, 20001)
+    for corner in "AB":
+        # 1e-6 of the pressure are some 1e-9 of the obstacle's rise under it, 0.01
+        assert state.gap_at(corner, x).min() > -1e-9
+    assert len(state.zones["A"]) == 2
 
 
 class Valleys:

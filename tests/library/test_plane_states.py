@@ -13,6 +13,7 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import coalescence, edges, panel_solution
 from microblock.halfplane.kernels import coalescence_exponent, symbol
+from microblock.halfplane.survey import survey
 from tests.states import apart
 
 P = np.pi / 2  # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
@@ -63,6 +64,40 @@ def test_errors_are_below_what_is_asked_for_and_said(rtol):
         assert state.error_estimate == sum(
             (parts.discretisation, parts.edges, parts.kernel, parts.conditions)
         )
+
+
+def test_the_residual_is_a_share_of_the_error_also_next_to_coalescence():
+    """Both corners are closed on 4e-9: there the pressure's error is some 1e-2 of the largest pressure at
+    points, since it grows like one over the root of the distance from an edge, and 1e-8 in L2.
+    """
+    state = mb.Contact(
+        mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1 * 0.34038918691829767)),
+        mb.Cylinder(R=10),
+        mb.Microblock(psi0=0.005),
+    ).solve(load=0.083553, rtol=1e-5)
+    tension = [state.weights @ np.minimum(p, 0) ** 2 for p in state.pressures.values()]
+    tension = np.sqrt(sum(tension) / (state.weights @ state.pressure**2))
+    # the residual has overlaps as well
+    assert 0.5 * tension < state.residual <= state.error_estimate <= 1e-5
+
+
+def test_a_contact_that_is_left_out_is_seen_with_its_depth():
+    """Of two cylinders one is in the zones: the other one overlaps, as gaps at many places show."""
+    heights = lambda x: np.minimum((x - 0.5) ** 2, (x + 0.7) ** 2) / 20  # noqa: E731
+    for law in (mb.Unilateral(), mb.Microblock(0.01)):
+        contact = mb.Contact(mb.HalfPlane(SOLID), heights, law)
+        problem = contact.solver._pictured_problem(0.5)
+        zones = {corner: ((0.3, 0.7),) for corner in problem.corners}
+        state = edges.fit(problem, 0.5, zones, 14, 1e-8)
+        for corner in problem.corners:
+            seen = [each for each in survey(state).violations if each.corner == corner and each.right < 0]
+            x = np.linspace(-1.3, -0.1, 20001)
+            gaps = state.gaps(corner, x)
+            left, right = x[gaps < 0][[0, -1]]
+            # an end lies between two places, some tens of which there are; next to the deepest they are dense
+            assert [each.left for each in seen] == pytest.approx([left], abs=0.03 * (right - left))
+            assert [each.right for each in seen] == pytest.approx([right], abs=0.03 * (right - left))
+            assert [each.depth for each in seen] == pytest.approx([-gaps.min()], rel=1e-6)
 
 
 def test_the_estimate_of_edges_is_what_they_miss():
