@@ -14,9 +14,8 @@ import numpy as np
 
 from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive
 from ..model.obstacles import Cylinder, SelfAffine, evaluated, real, returned
+from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
-
-TOGETHER = 2**20  # places times wavenumbers along an axis whose powers are kept at once
 
 
 @dataclass(frozen=True)
@@ -196,7 +195,7 @@ class RoughSurface(SelfAffine):
             first, second = self._waves(x1[:, 0], 0, n) @ self.amplitudes, self._waves(x2[0], -n, n).T
             return np.asarray(first.real @ second.real - first.imag @ second.imag)
         found = np.empty(x1.size)
-        for block in np.array_split(np.arange(x1.size), 1 + x1.size * n // TOGETHER):
+        for block in in_blocks(x1.size, n):
             first = self._waves(x1.ravel()[block], 0, n) @ self.amplitudes
             found[block] = (first * self._waves(x2.ravel()[block], -n, n)).sum(axis=1).real
         return found.reshape(x1.shape)
