@@ -23,7 +23,6 @@ from .halfplane.carried import meeting_exponent
 from .halfplane.edges import fit
 from .halfplane.panel_solution import PanelSolution
 from .halfplane.panel_solver import PanelSolver
-from .halfplane.search import FIXED_ORDER_EDGES
 from .halfplane.survey import survey
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem
@@ -41,11 +40,10 @@ FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the 
 BENT = 0.02
 # of the load: events nearer to each other, if zones cannot be followed, may be missed by states of ORDERS[0]
 BLURRED = 1e-2
-NEAR = (
-    1e-3  # of a load or a width: within, zones that are born and merge are not seen, and twins are mirrored
-)
+# of a load or a width: within, zones that are born and merge are not seen, and twins are mirrored
+NEAR = 1e-3
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
-SAME = 1e-9  # of a load or a width: less is nothing
+SAME = 1e-9  # of a load or a width, or of the error that edges make: less is nothing
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
 SAMPLES = 33  # over a zone, between which its lowest point is searched
 
@@ -245,9 +243,9 @@ class ZonePath(LoadPath):
         for near, other in zip(known, [*known[1:], known[0]]):
             share = (load - near.load) / (near.load - other.load) if len(known) > 1 else 0.0
             zones = moved_on(near.zones, other.zones, share) or near.zones
-            state: PanelSolution = fit(problem, load, zones, order, FIXED_ORDER_EDGES)
+            state: PanelSolution = fit(problem, load, zones, order, SAME)
             alike = [*map(len, _opened(near).values())] == [*map(len, _opened(state).values())]
-            if alike and state.estimate.edges < 1e3 * FIXED_ORDER_EDGES:
+            if alike and state.estimate.edges < 1e3 * SAME:
                 return state
         raise NotConverged(f"zones are others, or edges do not settle, on the way to load {load:g}")
 
