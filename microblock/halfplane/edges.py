@@ -175,20 +175,13 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
                 K1 = 2 * (last - K0) * side / (place - edge) if place != edge else 0.0
                 K1 = K1 if K1 > 0 else mean_coefficients(panels, q)[key][1]
             if K1 > 0:
-                rows[-1][2] = _not_past(problem, edge, -side * 2 * K0 / K1)
+                rows[-1][2] = edge - side * 2 * K0 / K1
             elif abs(K0) > tolerance:
                 # half way to the next edge: outwards there may be none
                 room = other if K0 < 0 or not 0 <= i - side < len(edges) else (edge - edges[i - side]) * side
                 rows[-1][2] = edge - side * np.copysign(room, K0) / 2
     missed = max((abs(K0) for _, K0 in known.values()), default=0.0)
     return _sorted_out(problem, load, rows), missed, known
-
-
-def _not_past(problem, edge, move):
-    """The place of an edge after a move: beyond a kink no farther than it came from."""
-    kinks = np.array([*problem.kinks, *(-kink for kink in problem.kinks if problem.mirror)])
-    ahead = (kinks - edge) * np.sign(move)
-    return edge + np.sign(move) * min(abs(move), 2 * ahead[ahead > 0].min(initial=np.inf))
 
 
 def _sorted_out(problem, load, rows):

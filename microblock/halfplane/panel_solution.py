@@ -167,12 +167,10 @@ class PanelSolution(LineSolution):
 
     def displacement_and_rotation(self, x):
         """-u.n and the microrotation of the surface at x, arrays (n,)."""
-        none, one = np.zeros_like(x), np.ones_like(x)
+        none = np.zeros_like(x)
         if self.problem.law.clamps_rotation:
             return self.displacement_at(x, none), none
-        without, with_lever = response(self.problem, self.panels, x, none, both_gap_kernels) @ self.q
-        without = without + log_response(self.problem, self.panels, x, none, gap_kernel)
-        with_lever = with_lever + log_response(self.problem, self.panels, x, one, gap_kernel)
+        without, with_lever = self._response(x, none, both_gap_kernels)
         return without, 2 / self.problem.solid.ell * (with_lever - without)
 
     def _response(self, x, lever, kernel):

@@ -196,6 +196,7 @@ def response(problem, panels, x, lever, kernel):
 
 
 def log_response(problem, panels, x, lever, kernel):
+    """Integrals of a kernel against the known logarithms: array (n,), or (values, n) of several."""
     if not panels.log_size.any():
         return np.zeros(len(x))
     return _log_block(problem, panels.with_mirror() if problem.mirror else panels, x, lever, kernel)
@@ -203,7 +204,8 @@ def log_response(problem, panels, x, lever, kernel):
 
 def _log_block(problem, panels, x, target, kernel):
     """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target."""
-    found = np.zeros(len(x))
+    none = np.zeros((0, 1))
+    found = np.zeros((*kernel(problem, none, none, none).shape[:-2], len(x)))
     for number in np.flatnonzero(panels.log_size):
         e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
         amount = -panels.log_size[number] * abs(h)
@@ -212,9 +214,8 @@ def _log_block(problem, panels, x, target, kernel):
             places = e + h * y
             lever = problem.lever(np.full(places.shape, corner), places)
             values = kernel(problem, (x[rows, None] - (e + h * y0)) - h * step, target[rows, None], lever)
-            found[rows] += amount * np.sum(
-                values * weights * np.log(np.maximum(y, np.finfo(float).tiny)), axis=1
-            )
+            logarithms = np.log(np.maximum(y, np.finfo(float).tiny))
+            found[..., rows] += amount * np.sum(values * weights * logarithms, axis=-1)
 
         along = (x - e) / h
         is_near = np.abs(along - 0.5) < 1.5
