@@ -36,8 +36,9 @@ SKIPPED = 2  # loads of the scan, at most, at which no state is found before it 
 FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
 # of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
 BENT = 0.02
-# of a load: coarse states miss events by less, and zones that are born and merge within; of a width: twins
-NEAR = 1e-3
+# of a load: coarse states miss by less an event that no topology leads to, as at an end of a punch, by 2e-3
+BLURRED = 1e-2
+NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
 SAME = 1e-9  # of a load, a width or the pressure that is left at an edge: less is nothing
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
@@ -125,7 +126,7 @@ class ZonePath(LoadPath):
                 return [*self._between(low, between), *self._between(between, high)]
         except NotConverged:  # the two are all that is known
             pass
-        return _events(low, high, low.load + half, half + NEAR * high.load)
+        return _events(low, high, low.load + half, half + BLURRED * high.load)
 
     def _sides(
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
