@@ -1,14 +1,13 @@
 """Functions as commands: options from the signature of a function, one JSON object, figures, and exit
 statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
 
-A command is a module with ``solve(**options)``, whose default values give the types of the options; an option
-without a value says its type (``rtol: float | None = None``). `Literal` names choices. A section "Parameters"
-in the docstring of `solve`, a line each (``rtol : tolerance``), explains them. A module may have
-``figure(result)``: a figure, or {name: figure}; ``to_dict(result)`` where its JSON object is not the plain
-data of the result; and ``table(result)`` where less of it is printed. What lists of the name "warnings" hold
-goes to standard error. A `solve` that writes files itself takes the folder as its argument `out`;
-`OUT` of the module is the folder where none is named. An entry "parameters" of the object says what was
-resolved.
+A command is a module with ``solve(**options)``; default values give the types of its options, or annotations
+(``rtol: float | None = None``), `Literal` names choices, and a section "Parameters" in its docstring explains
+them, a line each (``rtol : tolerance``). A module may have ``figure(result)``, a figure or {name: figure};
+``to_dict(result)`` where its JSON object is not the plain data of the result; and ``table(result)`` where
+less of it is printed. What lists of the name "warnings" hold goes to standard error. A `solve` that writes
+files itself takes the folder as its argument `out`; `OUT` of the module is the folder where none is named. An
+entry "parameters" of the object says what was resolved.
 """
 
 import argparse
@@ -173,17 +172,8 @@ def _wrapped(text):
 
 
 def run(program, module, words, setup=0.0):
-    """Runs a command with the words of its command line; returns the exit status.
-
-    Parameters
-    ----------
-    program : str
-        How the command is called.
-    module : module
-        With `solve`, and what it may have besides.
-    words : list of str
-    setup : float
-        Seconds that the import of the module took.
+    """Runs a command, called `program`, of a module with `solve`, with the words of its command line; returns
+    the exit status. `setup` are the seconds that the import of the module took.
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())

@@ -1,5 +1,5 @@
-"""The contact problem: a body, an obstacle and a law put together, solved by the method that suits the
-body.
+"""The contact problem: a body, an obstacle and a law put together, solved by the method
+that suits the body.
 """
 
 from __future__ import annotations
@@ -91,10 +91,7 @@ class Contact(Shown):
             )
         require_same_kind(self.body, self.obstacle)
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
-        if check is None:
-            obstacles.check(self.obstacle)
-        else:
-            check(self.obstacle)
+        (check or obstacles.check)(self.obstacle)
         laws.check(self.law)
         solid, law = self.body.solid, self.law
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
@@ -116,8 +113,8 @@ class Contact(Shown):
         return self._solver_of(self.body.methods[0]() if self.method is None else self.method)
 
     def _follower(self, pairs: Array) -> Solver:
-        """The Solver that follows a history: the usual one of the body, or the next where that cannot, unless
-        a method is named.
+        """The Solver that follows a history: the usual one of the body, or the next where that cannot and
+        none is named.
         """
         if self.method is not None or self.solver.follows(pairs):
             return self.solver
@@ -199,23 +196,18 @@ class Contact(Shown):
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool = False
     ) -> list[State]:
-        """Returns the states at many loads, each found from the one before.
+        """Returns the states at many loads, each computed from the one before.
 
         Parameters
         ----------
         loads : sequence of float
             Forces per thickness, in any order.
         rtol, progress : optional
-            As of `solve`.
+            As of `solve`, whose errors it raises.
 
         Returns
         -------
         list of State
-
-        Raises
-        ------
-        BadArgument, NotConverged
-            As of `solve`.
 
         Examples
         --------
@@ -327,9 +319,9 @@ class Contact(Shown):
         coupled : bool
             Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
         rtol : float, optional
-            Relative error as of `solve`, and of the shear traction over the friction, too, over the pressure.
-            Without it half-planes take their usual one, and blocks stay on the mesh of
-            their method; bodies on meshes of your own take none.
+            Relative error as of `solve`, and of the shear traction over the friction, too. Without it
+            half-planes take their usual one, and blocks stay on the mesh of their method; bodies on meshes of
+            your own take none.
         progress : bool
             Whether a bar counts the steps of the method.
 

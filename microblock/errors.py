@@ -207,16 +207,16 @@ def shortened(words: str) -> str:
     return line if len(line) <= LONGEST else line[: LONGEST - 4] + " ..."
 
 
-def _finite(name: str, value: object) -> Number:
-    """Returns a value that is a finite real number of a size that products of it can have; else raises
-    BadArgument.
-    """
-    numbers = int, float, np.integer, np.floating
-    if isinstance(value, bool) or not isinstance(value, numbers) or not -float("inf") < value < float("inf"):
-        raise BadArgument(name, value, "must be a finite number")
-    if value:
-        require_size(least=0.0, **{name: value})
-    return value
+def _require(holds: Callable[[Any], object], words: str, arguments: dict[str, Any]) -> None:
+    """Raises BadArgument with these words for the first argument of which something does not hold."""
+    for name, value in arguments.items():
+        if not holds(value):
+            raise BadArgument(name, value, words)
+
+
+def _is_number(value: Any) -> bool:
+    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    return real and bool(abs(cast(Any, value)) < float("inf"))
 
 
 def plain(value: Any) -> Any:
@@ -249,45 +249,46 @@ def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable
 
 def require_finite(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no finite real number, or too large for products."""
-    for name, value in arguments.items():
-        _finite(name, value)
+    _require(_is_number, "must be a finite number", arguments)
+    require_size(least=0.0, **cast("dict[str, Number]", arguments))
 
 
 def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
-    """Raises BadArgument for the first number, other than 0, whose products double precision cannot carry."""
-    for name, value in arguments.items():
-        size = abs(value) if isinstance(value, int) else abs(float(value))  # float32 knows no LARGEST
-        if not least <= size <= LARGEST:
-            raise BadArgument(
-                name,
-                value,
-                f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute "
-                "value: double precision does not carry products of others; take other units",
-            )
+    """Raises BadArgument for the first number whose products double precision cannot carry."""
+    _require(
+        # float32 knows no LARGEST
+        lambda value: least <= abs(value if isinstance(value, int) else float(value)) <= LARGEST,
+        f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute value: double precision does not carry "
+        "products of others; take other units",
+        arguments,
+    )
 
 
 def require_positive(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no positive number of a size to compute with."""
     require_finite(**arguments)
-    for name, value in cast("dict[str, Number]", arguments).items():
-        if not value > 0:
-            raise BadArgument(name, value, "must be positive")
-        require_size(**{name: value})
+    _require(lambda value: value > 0, "must be positive", arguments)
+    require_size(**cast("dict[str, Number]", arguments))
 
 
 def require_tolerance(rtol: object, name: str = "rtol") -> None:
     """Raises BadArgument unless rtol is a relative tolerance."""
-    if not 0 < _finite(name, rtol) < 1:
-        raise BadArgument(name, rtol, f"must satisfy 0 < {name} < 1")
+    require_finite(**{name: rtol})
+    _require(lambda value: 0 < value < 1, f"must satisfy 0 < {name} < 1", {name: rtol})
 
 
 def require_whole(least: int, most: int | None = None, **arguments: object) -> None:
     """Raises BadArgument for the first argument that is no whole number from `least` on, up to `most`."""
-    for name, value in arguments.items():
-        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-        if not whole or not least <= cast(int, value) <= (most or sys.maxsize):
-            words = f", at least {least}" if most is None else f" between {least} and {most}"
-            raise BadArgument(name, value, f"must be a whole number{words}")
+    words = f", at least {least}" if most is None else f" between {least} and {most}"
+    _require(
+        lambda value: (
+            isinstance(value, (int, np.integer))
+            and not isinstance(value, bool)
+            and least <= value <= (most or sys.maxsize)
+        ),
+        f"must be a whole number{words}",
+        arguments,
+    )
 
 
 def require_place(
@@ -325,16 +326,13 @@ def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
     """Raises BadArgument for the first argument that is none of the known words."""
-    for name, value in arguments.items():
-        if not isinstance(value, str) or value not in known:
-            raise BadArgument(name, value, f"must be one of {', '.join(known)}")
+    words = f"must be one of {', '.join(known)}"
+    _require(lambda value: isinstance(value, str) and value in known, words, arguments)
 
 
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
     """Raises BadArgument for the first argument that is of none of these classes, which `words` name."""
-    for name, value in arguments.items():
-        if not isinstance(value, kinds):
-            raise BadArgument(name, value, f"must be {words}")
+    _require(lambda value: isinstance(value, kinds), f"must be {words}", arguments)
 
 
 def require_values(**arguments: Iterable[Any]) -> list[Any]:

@@ -1,11 +1,9 @@
-"""A load path on fitted states: any state on it, and the events at which zones are born, meet, part or
-vanish.
+"""A load path on fitted states, and its events: zones are born, meet, part or vanish.
 
-Topologies are compared on a geometric scan of loads, from where the contact is small against a block. Of the
-topologies beside an event the one with fewer edges is continued past it: there the least gap where a zone is
-born, or the least pressure where two merge, changes its sign, smoothly with the load. Where edges of the two
-corners pass each other the gap between them does; to the power 2 s, with the exponent s of coalescence, it is
-smooth as well.
+Zones are compared on a geometric scan of loads. Of the topologies beside an event the one with fewer edges is
+continued past it: there the least gap where a zone is born, or the least pressure where two merge, changes
+its sign. Where edges of the two corners pass each other the gap between them does; to the power 2 s, with the
+exponent s of coalescence, it is smooth as well.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import product
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -38,18 +36,16 @@ SKIPPED = 2  # loads of the scan, at most, at which no state is found before it 
 FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
 # of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
 BENT = 0.02
-# of the load: events nearer to each other, if zones cannot be followed, may be missed by states of ORDERS[0]
-BLURRED = 1e-2
-# of a load or a width: within, zones that are born and merge are not seen, and twins are mirrored
+# of a load: coarse states miss events by less, and zones that are born and merge within; of a width: twins
 NEAR = 1e-3
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
-SAME = 1e-9  # of a load or a width, or of the error that edges make: less is nothing
+SAME = 1e-9  # of a load, a width or the pressure that is left at an edge: less is nothing
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
 SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
 class ZonePath(LoadPath):
-    """The load path on fitted panels, whose solutions have the edges of the zones as unknowns.
+    """The load path on fitted panels.
 
     Parameters
     ----------
@@ -58,7 +54,7 @@ class ZonePath(LoadPath):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float, optional
-        Relative error of the states as of `Contact.solve`, without it the usual one.
+        Relative error of the states as of `Contact.solve`.
     progress : bool
         Whether a bar counts the steps to the events.
     """
@@ -77,7 +73,7 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
-        """States at geometric loads, ascending, coarse."""
+        """States at geometric loads, ascending."""
         states, skipped, still = [self._coarse(self.last)], 0, False
         while not (still or _is_small(states[0])) and states[0].load > SAME * self.last:
             try:
@@ -111,8 +107,9 @@ class ZonePath(LoadPath):
         return sorted(found, key=lambda event: event.load)
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between two states, ascending in load but for those of edges that pass."""
-        changes, half = _changes(low, high), (high.load - low.load) / 2
+        """Returns events between two states."""
+        half = (high.load - low.load) / 2
+        changes = [each for each in _changes(low, high, _opened) if each[0] in high.problem.corners]
         try:
             if not changes and not _hides(low, high):
                 return self._passings(low, high)
@@ -128,13 +125,13 @@ class ZonePath(LoadPath):
                 return [*self._between(low, between), *self._between(between, high)]
         except NotConverged:  # the two are all that is known
             pass
-        return _events(low, high, low.load + half, half + BLURRED * high.load)
+        return _events(low, high, low.load + half, half + NEAR * high.load)
 
     def _sides(
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
     ) -> tuple[PanelSolution, PanelSolution, float] | None:
         """Returns the zones before and after the only change between two states, at its load, and the error
-        of that; None if there are several changes. Two that mirror each other happen at once.
+        of that; None if there are several. Two that mirror each other happen at once.
         """
         kind, places = changes[0][1], [x for _, _, x in changes]
         twins = len(changes) == 2 and changes[1][1] == kind and abs(sum(places)) < NEAR * _width(high)
@@ -161,14 +158,13 @@ class ZonePath(LoadPath):
         return (state, other, error + apart) if grows else (other, state, error + apart)
 
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between two states with zones alike: edges of the two corners pass each other."""
+        """Returns events between states with zones alike: edges of the two corners pass each other."""
         corners, found = _opened(low).values(), []
         fits = {state.load: state for state in (low, high) if state.iterations}
         for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
             (gap, _), (later, x) = _passed(low, pair), _passed(high, pair)
             if gap * later < 0:
-                power = 2 * meeting_exponent(low.problem, low.all_zones, x)
-                passed = partial(_passed, pair=pair, power=power)
+                passed = partial(_passed, pair=pair)
                 ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
                 load, error, x = self._root(low, high, fits, passed, ends)
                 kinds = ("born", "merged") if gap > 0 else ("vanished", "split")
@@ -184,19 +180,14 @@ class ZonePath(LoadPath):
         ends: dict[float, tuple[float, float]],
     ) -> tuple[float, float, float]:
         """Returns the load at which what is measured of continued states changes its sign, its error and the
-        place.
+        place; raises NotConverged where it does not, or they cannot be continued.
 
         Parameters
         ----------
         low, high : states between whose loads it lies
-        states : {load: state} from which the topology is continued; more are added
+        states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
         ends : {load: (number, place)} at events, next to which a zone may be too small to be fitted
-
-        Raises
-        ------
-        NotConverged
-            If the topology cannot be continued, or nothing changes its sign.
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
@@ -216,28 +207,24 @@ class ZonePath(LoadPath):
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
         middle = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
-        step = min([NEAR * middle, *(abs(middle - end) / 4 for end in ends)])
+        step = min([NEAR * middle, (high.load - low.load) / 2, *(abs(middle - end) / 4 for end in ends)])
         ways = np.array((-1, 1, -3, 3))
         values, places = np.transpose([value(each) for each in (middle + step * ways).tolist()])
         # the polynomial of the value through all and through three
         way, other = (np.polyfit(values[:count], ways[:count], count - 1)[-1] for count in (4, 3))
         one = middle - step
         fine = self._continued({one: states[one]}, high.problem, one, ORDERS[1])
-        off = [measured(state)[0] - values[0] for state in (fine, replace(fine, zones=fine.further))]
-        shift, noise = -off[0] * 2 / (values[1] - values[0]), (off[1] - off[0]) * 2 / (values[1] - values[0])
-        error = step * (abs(way - other) + abs(shift) + abs(noise))
-        load = np.clip(middle + step * (way + shift), low.load, high.load)
-        return float(load), float(error), float(np.interp(way, ways[:2], places[:2]))
+        (finer, x), (moved, _) = (measured(each) for each in (fine, replace(fine, zones=fine.further)))
+        slope = (values[1] - values[0]) / 2
+        error = step * (abs(way - other) + (abs(finer - values[0]) + abs(moved - finer)) / abs(slope))
+        load = np.clip(middle + step * (way - (finer - values[0]) / slope), low.load, high.load)
+        return float(load), float(error), float(np.interp(way, ways[:2], places[:2]) + x - places[0])
 
     def _continued(
         self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
     ) -> PanelSolution:
-        """Returns the state at a load with the topology of others, whether or not it violates (26).
-
-        Raises
-        ------
-        NotConverged
-            If zones come or go on the way, or edges do not settle.
+        """Returns the state at a load with the topology of others, whether or not it violates (26); raises
+        NotConverged where zones come or go on the way.
         """
         known = [states[other] for other in sorted(states, key=lambda other: abs(other - load))]
         for near, other in zip(known, [*known[1:], known[0]]):
@@ -251,7 +238,7 @@ class ZonePath(LoadPath):
 
 
 def _is_small(state: PanelSolution) -> bool:
-    """Returns whether the path may begin with a state: all that touches is narrow, and did so at first."""
+    """Returns whether all that touches is narrow, and did so at first."""
     narrow = START * state.problem.solid.ell
     return all(right - left < narrow for left, right in _zones(state)["contact"]) and not any(
         event.load for event in _births(state)
@@ -259,15 +246,13 @@ def _is_small(state: PanelSolution) -> bool:
 
 
 def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether the contact does not shrink any more on the way to load 0, as under a flat punch."""
+    """Returns whether the contact does not shrink towards load 0, as under a flat punch."""
     edges, others = zone_edges(low.all_zones), zone_edges(high.all_zones)
     return len(edges) == len(others) and np.allclose(edges, others, rtol=0, atol=FINE * _width(low))
 
 
 def _births(first: PanelSolution) -> list[Event]:
-    """Returns events up to the first load of the scan: at first touch for the nearest corners, else before
-    that.
-    """
+    """Returns events up to a load: at first touch for the nearest corners, else between it and 0."""
     problem, lows, found = first.problem, [], []
     for corner, intervals in _opened(first).items():
         for left, right in intervals:
@@ -297,8 +282,8 @@ def _zones(state: PanelSolution) -> Zones:
 
 
 def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
-    """Returns the zones of all corners by number. Under a valley of the obstacle the pressure is never
-    positive: with the load the gap only gets too narrow to matter.
+    """Returns the zones of all corners by number. Under a valley the pressure is never positive: with the
+    load the gap only gets too narrow to matter.
     """
     found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
@@ -307,31 +292,28 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
     return found
 
 
-def _changes(low: PanelSolution, high: PanelSolution) -> list[tuple[int, str, float]]:
-    """Returns what happens to the zones of each corner that is computed: [(corner, kind, x), ...]."""
-    before, after = _opened(low), _opened(high)
+def _changes(
+    low: PanelSolution, high: PanelSolution, zones: Callable[[PanelSolution], Any]
+) -> list[tuple[Any, str, float]]:
+    """Returns what happens to `zones`, {name: intervals}, between states: [(name, kind, x), ...]."""
+    before, after = zones(low), zones(high)
     return [
-        (corner, kind, x)
-        for corner in high.problem.corners
-        # what is just born has not moved to where it will be
-        if low.iterations and high.iterations or len(before[corner]) != len(after[corner])
-        for kind, x in zone_changes(before[corner], after[corner])
-    ]
-
-
-def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
-    """Returns what happens to the zones by name from one state to the other, at one load."""
-    before, after = _zones(low), _zones(high)
-    return [
-        Event(load, error, kind, name, x)
+        (name, kind, x)
         for name in before
+        # what is just born has not moved to where it will be
+        if low.iterations and high.iterations or len(before[name]) != len(after[name])
         for kind, x in zone_changes(before[name], after[name])
     ]
 
 
+def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
+    """Returns what happens to the zones by name, at one load."""
+    return [Event(load, error, kind, name, x) for name, kind, x in _changes(low, high, _zones)]
+
+
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether zones may be born and merge between two states with zones alike: where a gap has a
-    minimum before and is closed afterwards, or is concave, so that a minimum may still arise.
+    """Returns whether zones may be born and merge between states with zones alike: a gap has a minimum that
+    is closed afterwards, or is concave, so that one may arise.
     """
     step = (high.load - low.load) / high.load
     for corner, parts in high.all_zones.items():
@@ -348,20 +330,15 @@ def _hides(low: PanelSolution, high: PanelSolution) -> bool:
 
 
 def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interval:
-    """Returns the zone of a corner around x, or, if not `touches`, the gap between two."""
+    """Returns the zone of a corner around x, or the gap between two."""
     zones = _opened(state)[corner]
     spans = zones if touches else [(a[1], b[0]) for a, b in zip(zones, zones[1:])]
     return min(spans, key=lambda span: abs(span[0] + span[1] - 2 * x))
 
 
 def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
-    """Returns the least gap of a corner near a span where it does not touch, or its least pressure where it
-    does, over what it grows like from the edges beside it; and its place.
-
-    Raises
-    ------
-    NotConverged
-        If the zones of the state are not beside the span.
+    """Returns (least gap of a corner near a span that does not touch, or least pressure in one that does,
+    over what it grows like from the edges beside it; place); raises NotConverged if these are elsewhere.
     """
     (left, right), zones = span, [-np.inf, *np.ravel(state.zones[corner]), np.inf]
     number = int(np.searchsorted(zones, (left + right) / 2))
@@ -384,12 +361,13 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     return float(ratios[i]), float(x[i])
 
 
-def _passed(state: PanelSolution, pair: Sequence[int], power: float = 1.0) -> tuple[float, float]:
-    """Returns the gap between a zone of A and one of B, given by their numbers, below 0 where they overlap,
-    with its size to a power; and its middle.
+def _passed(state: PanelSolution, pair: Sequence[int]) -> tuple[float, float]:
+    """Returns the gap between a zone of A and one of B, below 0 where they overlap, to the power that is
+    linear in the load; and its middle.
     """
     a, b = (zones[number] for zones, number in zip(_opened(state).values(), pair))
     left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
+    power = 2 * meeting_exponent(state.problem, state.all_zones, (left + right) / 2)
     return float(np.copysign(abs(right - left) ** power, right - left)), (left + right) / 2
 
 

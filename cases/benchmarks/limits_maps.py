@@ -208,7 +208,8 @@ def stretched(shape, order, aspect, spacing, alpha):
     problem = mb.Contact(mb.HalfPlane(solid_of(alpha)), mb.Cylinder(RADIUS), mb.Microblock())
     body = mb.Body(mesh, problem.solid, order, fixed=meshes.Ground(100.0, (0.0, REACH)).supports)
     state, true = problem.with_(body=body).solve(load=LOAD / 2), problem.solve(load=LOAD, rtol=1e-5)
-    ends = np.array([(left, right) for left, right, _ in state.solution.nodes.interpolation])
+    facets = state.solution.nodes.along
+    ends = np.column_stack((facets.left, facets.right))
     points, weights = np.polynomial.legendre.leggauss(order + 2)  # between the nodes
     x = (ends.mean(axis=1)[:, None] + np.diff(ends) / 2 * points).ravel()
     p, exact = (np.array([one.pressure_at(x, corner) for corner in true.pressures]) for one in (state, true))

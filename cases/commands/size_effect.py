@@ -135,7 +135,7 @@ def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
 
 def axis_closes(solver):
     """Load at which the node on the axis closes for good, of a condensed `Uniform` solver of half a body."""
-    _, flexibility, gaps, share = solver.prepare()
+    flexibility, gaps, share = solver.prepare()
     last = solver.solid.E_star * solver.reach**2 / 4  # classical contact would fill the squares under less
     events = active_set.path(flexibility, gaps, [last], c=share).events
     loads = [event.load for event in events if event.corner == 0 and event.kind == "closes"]

@@ -1,31 +1,21 @@
-"""Contact states on a compliance: one load or approach by block pivoting, or the whole load path event by
-event.
+"""Contact states on a compliance: a load or an approach by block pivoting, the load path event by event.
 
 Corner forces f >= 0 and the approach d leave the gaps
 
     g = g0 - c d + H f >= 0,     f.g = 0,     c.f = P,                                              (a)
 
-H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load. In shares of the
-load c_i f_i and gaps g_i/c_i the weights are 1; so everything below works.
+H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load. In c_i f_i and
+g_i/c_i the weights are 1; so everything below works.
 
-With the corners of a face closed their forces follow from one factorisation, those under the gaps and those
-under d. Where the load is given a rigid level is added to H, which no forces of a given sum feel: so the
-factors are Cholesky's also where H is definite on vectors with c.f = 0 alone. Closed corners that pull open,
-open ones that are pressed in close, all at once: from nothing two to ten faces do.
+The forces of a face of closed corners follow from one Cholesky factorisation. At a given load H needs to be
+definite on vectors with c.f = 0 alone: a rigid level is added, which forces of a given sum do not feel. Wrong
+corners are exchanged all at once; when PATIENCE faces bring no fewer, the first one alone, until there are
+fewer (Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite
+H (Murty, Opsearch 11 (1974) 123); at a given load the path is followed where PIVOTS faces do not do.
 
-Safeguard. When PATIENCE faces bring no fewer wrong corners, the first one alone is exchanged until there are
-fewer (Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Portugal, Judice and Vicente, Math. Comp. 63 (1994)
-625). With the approach given that ends for every definite H and g0, degenerate or not (Murty, Opsearch 11
-(1974) 123; Kostreva, Linear Algebra Appl. 21 (1978) 207; Rohn, Math. Program. 46 (1990) 255), by induction:
-the last corner moves only when the others are solved with it fixed; were it to move back, the two solutions
-x, y would have (x - y)_i (H (x - y))_i <= 0 for all i. With the load given the load path is followed where
-PIVOTS faces do not do: from event to event of `follower.Follower`. All this in exact arithmetic; against
-rounding stands a budget.
-
-Duplicated rows make H semidefinite. Where its factors fail, H + D is what is solved, D a diagonal just above
-rounding, and the forces found, f', shift the gaps to g0 - D f' for the next solve (proximal point method,
-Rockafellar, SIAM J. Control Optim. 14 (1976) 877). What a solve leaves in (a) is D (f - f'). Duplicates share
-their force, evenly to 1e-16/D or so.
+Duplicated rows make H semidefinite. Then H + D is solved, D a diagonal just above rounding, and the forces
+found shift the gaps to g0 - D f' for the next solve (proximal point method, Rockafellar, SIAM J. Control
+Optim. 14 (1976) 877).
 """
 
 from collections import Counter
@@ -38,14 +28,13 @@ from scipy.linalg.lapack import dposv
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
+from .rounding import SUMS, TERMS
 
-ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
 ROUNDED = 1e-15  # relative residual that no refinement improves
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
 REGULARISATION = 0.0, 1e-12, 1e-10
-FLAT = 1e-13  # of the response of a corner to itself: pivots below are rounding
 # change of the load from one refinement to the next, relative: where rigid corners cannot take an
 # approach the forces grow by as much again each time, and no gap beside H f would show it
 SETTLED = 1e-2
@@ -53,7 +42,6 @@ REFINEMENTS = 30  # solves of the proximal point method; 2 or 3 do unless H is n
 PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in the literature
 PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
 SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
-SINGULAR = "closed corners have a flexibility that is singular to rounding: are two of them one?"
 
 
 @dataclass(frozen=True)
@@ -62,17 +50,15 @@ class ContactState:
 
     Attributes
     ----------
-    forces, gaps : arrays (m,); gaps are recomputed from H and the forces, inf where a corner cannot touch
-    closed : boolean array (m,), the solver's own set; a closed corner may carry no force
+    forces, gaps : arrays (m,); gaps from H and the forces, inf where a corner cannot touch
+    closed : boolean array (m,), the solver's set; a closed corner may carry no force
     approach, load : float, d and c.f
-    iterations : int, complementary sets that were tried
-    single_pivots : int, those by the safeguard
-    regularisation : float, D over the largest entry of each row
+    iterations, single_pivots : int, sets that were tried, those by the safeguard
+    regularisation : float, largest entry of D
     kkt : float
         Largest relative residual of load, complementarity and feasibility.
     followed : bool
-        Whether the load path was followed to here, as pivots made no progress: matrices without full rank may
-        do that.
+        Whether the load path was followed to here, as pivots made no progress.
     """
 
     forces: np.ndarray
@@ -144,7 +130,9 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
         try:
             return _state(problem, _start(start, problem), load, approach)
         except np.linalg.LinAlgError as failure:
-            singular = NotConverged(SINGULAR)  # more of D, then
+            singular = NotConverged(
+                "closed corners have a flexibility that is singular to rounding: are two of them one?"
+            )  # more of D, then
             singular.__cause__ = failure
         except NotConverged as failure:
             if load is not None and failure.iterations:
@@ -155,11 +143,8 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 
 @bounded
 def path(H, g0, loads, *, c=None):
-    """States at the `loads` and all events from first touch to the last load.
-
-    Between events the state is affine in the load, from event to event of a `follower.Follower`.
-    The states are refined by `solve` on the set found. Parameters and errors as there; `reached` is the last
-    load.
+    """States at the `loads`, from `solve` on the sets of a `follower.Follower`, and all events from first
+    touch to the last load. Parameters and errors are those of `solve`; `reached` is the last load.
     """
     loads = np.sort(require_numbers(loads=loads))
     if not len(loads) or loads[0] < 0:
@@ -224,9 +209,8 @@ def _problems(H, g0, c, free):
 
 
 def lifted(H):
-    """The rigid level that is added to H: no forces of a given sum feel it, and with it H is definite where
-    it is so on those whose sum is 0.
-    """
+    """The rigid level that is added to H, with which it is definite where it is so on forces whose sum is
+    0."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
@@ -236,7 +220,7 @@ def _is_positive(H):
             factor = np.linalg.cholesky(H)
     except np.linalg.LinAlgError:
         return False
-    return bool(np.all(factor.diagonal() ** 2 > FLAT * H.diagonal()))
+    return bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
 
 
 def _start(start, problem):
@@ -327,9 +311,9 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
     H : array (m, m)
         Positive definite; its part `lift` is a rigid level.
     g0 : array (m,)
-        Initial gaps, finite; less the approach if that is given.
+        Finite; less the approach if that is given.
     closed : boolean array (m,)
-        Closed corners to begin with; those that are pressed in without forces if there are none.
+        To begin with.
     load : float or None
         None where the approach is given.
     steps : Counter of sets and of single pivots
@@ -351,7 +335,7 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
         sides = np.column_stack((g0[on] - base, np.ones(len(on))))
         with released(len(on)):
             factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
-        if failed or np.any(factor.diagonal() ** 2 < FLAT * diagonal[on]):
+        if failed or np.any(factor.diagonal() ** 2 < SUMS * diagonal[on]):
             raise np.linalg.LinAlgError
         pulled, pressed = found.T
         d = 0.0 if load is None else (load + pulled.sum()) / pressed.sum()
@@ -359,7 +343,7 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
         forces[on] = d * pressed - pulled
         moved = H[:, on] @ forces[on]
         gaps = g0 - base + moved - d
-        least = -ROUNDING * np.ptp(forces), -ROUNDING * (np.ptp(moved) + np.abs(g0[on]).max())
+        least = -TERMS * np.ptp(forces), -TERMS * (np.ptp(moved) + np.abs(g0[on]).max())
         wrong = np.where(closed, forces < least[0], gaps < least[1])
         steps["sets"] += 1
         count = np.count_nonzero(wrong)

@@ -51,12 +51,11 @@ class Compliance:
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
     def corner_system(self, law, obstacle):
-        """The law's corners on this body: corner, node, flexibility, initial gap, share in the load.
+        """The law's corners on this body: flexibility, initial gaps, shares in the load.
 
         Corner forces f >= 0 push along -n and with the levers of (29); the gaps of all corners, one corner of
         the law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed
-        (`constrained`) the corners move together: the nearest has the one multiplier, the initial gaps of
-        the others are inf.
+        (`constrained`) the nearest corner has the one multiplier, and the initial gaps of the others are inf.
         """
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
         constrained = self.constrained

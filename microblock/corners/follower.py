@@ -6,21 +6,19 @@ obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P
     g = g0 + H n + C^T t - B_n u,     s = C n + T t,     (P, Q) = B_n^T n + B_t^T t,                    (c)
 
 with the rows (n2, -n1) of B_n and (n1, n2) of B_t, of the normal (n1, n2) at the node. A node sticks while
-B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and then B_t u - s changes
-in the direction of t. Shear that drags the surface along is positive. Uncoupled, C^T t is left out of the
-gaps. Without nodes that rub this is the load path of `active_set`.
+B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and B_t u - s changes in the
+direction of t. Uncoupled, C^T t is left out of the gaps.
 
-In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip, and
+In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip,
 motions the loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their
-partners (principal pivots); where a node slips t = tau + f sigma n stands in place of t. As long as no set
-changes all is affine in the loads. So the path is followed exactly, piece by piece: rates are a column of the
-tableau, and the first sign that changes ends a piece. There all that stands at a limit and would go beyond it
-is exchanged at once, and if that brings no fewer of them the first one alone (Murty, Opsearch 11 (1974) 123),
-which ends where rates are unique. No step is chosen, and work = energy + dissipation holds to rounding.
+partners (principal pivots); where a node slips t = tau + f sigma n stands in place of t. While no set changes
+all is affine in the loads: rates are a column of the tableau, and the first sign that changes ends a piece.
+All that stands at a limit and would go beyond it is exchanged at once, and if that brings no fewer of them
+the first one alone (Murty, Opsearch 11 (1974) 123). Work = energy + dissipation holds to rounding.
 
-The product of all pivots is the determinant of the exchanged part of M, and positive without friction. Where
-it is not, states turn back while loads grow; where a single exchange with a negative pivot also gives rates
-that hold, there are two ways on. Both are refused.
+The product of all pivots is the determinant of the exchanged part of M. Where it is not positive, states turn
+back while loads grow; where a single exchange with a negative pivot also gives rates that hold, there are two
+ways on. Both are refused.
 """
 
 from __future__ import annotations
@@ -38,18 +36,16 @@ from ..errors import NotConverged
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from ..threads import released
+from .rounding import PATHS
 
 Numbers = NDArray[np.integer[Any]]
 SETS = "closed", "stick", "slips", "x", "y", "_tableau"  # what an exchange changes
 
-ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
-SINGULAR = 1e-12  # pivots below it are rounding; flexibilities are over the largest one
 TURNED = -1e-8  # pivots below it are negative beyond rounding
 PATIENCE = 3  # exchanges of all violated without fewer of them, before single ones
 SINGLE = 50, 3  # of them, and for each pair at a limit, before chance decides
-ROUNDS = 20  # times 50 and the number of pairs: exchanges at one load
-EVENTS = 60  # times the number of corners and nodes, on one leg
+BUDGET = 60  # times the number of pairs: exchanges at one load, and events on one leg
 PENDING = 48  # pivots that are not yet in the tableau
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
 
@@ -115,8 +111,7 @@ class Moment:
     normal, gaps : arrays (corners n,)
         Corner forces and gaps.
     tangential, slip : arrays (n,)
-        Forces at the nodes, and way of the obstacle over the surface since first contact (length); 0 where
-        there was none.
+        Forces at the nodes, and way of the obstacle over the surface since first contact (length).
     closed : boolean array (corners n,)
     stick, at_limit : boolean arrays (n,)
         Nodes that stick, and nodes whose shear force is as large as friction allows.
@@ -130,8 +125,8 @@ class Moment:
         d and D (length).
     energy, work, dissipation : float
     residual : float
-        The largest violated condition of contact, friction and loads over the largest force, and of gaps and
-        slip over the largest displacement: these are computed anew, as those of the path are sums.
+        The largest violated condition over the largest force, or over the largest displacement, computed
+        anew.
     """
 
     load: float
@@ -156,9 +151,8 @@ class Moment:
 
 @dataclass(frozen=True)
 class Change:
-    """A corner that closes or opens, or a node that begins to slip or to stick, or leaves the contact, at a
-    share of a leg.
-    """
+    """A corner that closes or opens, or a node that begins to slip or to stick, or leaves, at a share of a
+    leg."""
 
     leg: int
     share: float
@@ -169,8 +163,8 @@ class Change:
 class Tableau:
     """y = M x after an exchange of some x_i with their y_i: row i is what follows of the pair i.
 
-    Pivots wait as products of columns and rows, until there are some of them: a pass over all of a large
-    matrix costs more than the pivot.
+    Pivots wait as products of columns and rows until there are PENDING of them: a pass over a large matrix
+    costs more than the pivot.
 
     Parameters
     ----------
@@ -210,7 +204,7 @@ class Tableau:
         """Exchanges a pair, unless the pivot is 0 to rounding: whether it did."""
         column, row = self.columns(i), self._made[i] + self._right @ self._left[i]
         pivot = column[i]
-        if abs(pivot) <= SINGULAR:
+        if abs(pivot) <= PATHS:
             return False
         self.exchanged[i] ^= True
         self.sign *= np.sign(pivot)
@@ -271,7 +265,7 @@ class Follower:
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
         self._sliding, self._seen = 0.0, (self.closed.copy(), self.slips.copy())
-        if by_motions and (self.y[:m] < -ROUNDING * self._span).any():
+        if by_motions and (self.y[:m] < -PATHS * self._span).any():
             raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
         if not by_motions:
             down = self._motions[:m, 0]
@@ -371,7 +365,7 @@ class Follower:
 
     def _direction(self, node: int, passing: Array) -> float:
         """In which a node slips that touches, or 0."""
-        still = abs(passing[node]) <= 100 * ROUNDING * np.abs(passing).max()
+        still = abs(passing[node]) <= 100 * PATHS * np.abs(passing).max()
         return self._sliding or (0.0 if still else float(np.sign(passing[node])))
 
     def _slip(self, node: int, direction: float, passing: Array) -> bool:
@@ -442,7 +436,7 @@ class Follower:
         done = 0.0
         if self._flat and self._n:
             self._begin(self._given[self._u], end)
-        for _ in range(1000 + EVENTS * (self._m + self._n)):
+        for _ in range(BUDGET * (SINGLE[0] + len(self.x))):
             counted()
             dx, dy, event, step = self._settled(way, 1 - done)
             self._note(done)
@@ -461,7 +455,7 @@ class Follower:
     def _begin(self, start: Array, end: Array) -> None:
         """Where all has slid, or begins to, the state of each node in contact is set anew."""
         f, sliding = self.contact.friction, 0.0
-        largest = ROUNDING * f * max(start[0], end[0])
+        largest = PATHS * f * max(start[0], end[0])
         if start[0] > 0 and start[1] * end[1] > 0:
             sliding = float(np.sign(end[1])) * all(abs(abs(q) - f * p) <= largest for p, q in (start, end))
         if sliding != self._sliding:
@@ -491,15 +485,14 @@ class Follower:
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
         """Rates of x and y; of all that must not be negative, numbered so: values, rates at which they fall,
         0 if that is rounding, and whether they stand at the limit. These are forces of closed corners or gaps
-        of open ones; of nodes that stick the bound forwards, or the rate of slip; of nodes that stick the
-        bound backwards.
+        of open ones; bounds forwards or rates of slip of nodes; bounds backwards of nodes that stick.
         """
         dx, dy = self._rates(way)
         m, nodes, closed, stick, slips = self._m, self._nodes, self.closed, self.stick, self.slips
         value, fall = np.where(closed, self.x[:m], self.y[:m]), np.where(closed, -dx[:m], -dy[:m])
-        force, tiny = ROUNDING * np.abs(dx[: nodes.stop]).max(), ROUNDING * self.x[:m].max()
+        force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
         small = force * np.where(closed, 1.0, 100 * self._terms)
-        limit = value <= np.where(closed, tiny, ROUNDING * self._span)
+        limit = value <= np.where(closed, tiny, PATHS * self._span)
         if self._n:
             last, slipping = self._last(), (slips != 0) & (not self._sliding)
             bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
@@ -518,14 +511,14 @@ class Follower:
         the way to it.
         """
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
-        for _ in range(ROUNDS * (SINGLE[0] + len(self.x))):
+        for _ in range(BUDGET * (SINGLE[0] + len(self.x))):
             dx, dy, value, fall, limit = self._look(way)
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
                 self._require_unique(np.flatnonzero(limit), way, passing)
                 falling = np.flatnonzero((fall > 0) & np.isfinite(value))
                 steps = np.maximum(value[falling], 0) / fall[falling]
-                if not len(steps) or steps.min() >= remaining * (1 - ROUNDING):
+                if not len(steps) or steps.min() >= remaining * (1 - PATHS):
                     return dx, dy, None, remaining
                 first = int(np.argmin(steps))
                 return dx, dy, int(falling[first]), float(steps[first])
@@ -607,9 +600,7 @@ class Follower:
         self.x[nodes] = np.where(self.slips != 0, self.slips * self._bound(), self.x[nodes])
 
     def _check_last(self, x: Array, y: Array) -> None:
-        """NotConverged where the last node that sticks is beyond what friction allows; before, it was at x
-        and y.
-        """
+        """NotConverged where the last node that sticks, before at x and y, is beyond what friction allows."""
         if not self._last():
             return
         node, f = int(np.argmax(self.stick)), self.contact.friction

@@ -139,9 +139,7 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def micromoment(self):
-        """M of (29); where the law prescribes psi, the reaction to it: with it the body whose nodes may
-        rotate does not.
-        """
+        """M of (29); where the law prescribes psi, the reaction to it."""
         if self.law.clamps_rotation:
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
@@ -165,9 +163,7 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def zones_by_name(self):
-        """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its
-        neighbours.
-        """
+        """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
         return zones_of(self.x, self.closed, self.law, self.apart)
 
     @cached_property
@@ -181,10 +177,8 @@ class NodalSolution(AtNodes):
 
 
 class NodalSolver(Solver):
-    """States of a body with a method ``compliance(clamped)`` that returns a Compliance.
-
-    `clamped`: with psi = 0 at the nodes.
-    """
+    """States of a body with a method ``compliance(clamped)``, with psi = 0 at the nodes or not, that returns
+    a Compliance."""
 
     solution = NodalSolution
     verifies = True
@@ -269,10 +263,9 @@ class NodalPath(LoadPath):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        Zones are those of the nodes, so `load_error` is what these leave open: the way back to the nodal
-        event before, and what an edge that is known to the distance h of two nodes is worth, of a load that
-        grows like the square of the contact's width a: h/a, and where edges of the two corners cross
-        CROSSED (h/a)^s, s the solver's `crossing`. x, also that of first touch, is good to that distance.
+        `load_error` is the way back to the nodal event before, and what an edge that is known to the distance
+        h of two nodes is worth, of a load that grows like the square of the contact's width a: h/a, and where
+        edges of two corners cross CROSSED (h/a)^s, s the solver's `crossing`. x is good to that distance.
         """
         solver, law = self.problem.solver, self.problem.law
         x = solver.compliance.points[:, 0]
@@ -305,9 +298,8 @@ def _unseen(x, apart, contact):
 
 
 def zones_of(x, closed, law, apart=None, end=None):
-    """{name: intervals} of closed nodes; the last one stands for the surface up to `end`, or up to itself.
-
-    A zone ends where the surface is interrupted (`apart`).
+    """{name: intervals} of closed nodes, each up to half the way to its neighbours; the last one up to `end`,
+    or to itself. A zone ends where the surface is interrupted (`apart`).
     """
     pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
     own = [[] for _ in closed]

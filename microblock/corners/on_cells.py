@@ -5,9 +5,8 @@ over ell/2, t the tilt of the blocks, and p and m the sums of the forces on a ce
 
     p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`; t may differ from cell to cell. From (p, m) to
-(u, phi) it is a convolution. Four corners of a block over a surface act in three degrees of freedom: H has a
-null space, forces up and down in turn. A second body adds to the gaps, and leaves none.
+is the flexibility H of (a) in `microblock.corners.active_set`; from (p, m) to (u, phi) it is a convolution.
+Four corners of a block act in three degrees of freedom: without a second body H has a null space.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from ..model.types import AnyArray as Array
+from .rounding import PATHS
 
-SAME = 1e-12  # of the initial gaps: less than that is rounding of them
 NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
 
 
@@ -34,12 +33,11 @@ class Flexibility:
     offsets : array (corners, d)
         s, signs; 0 of one corner. d is 1 on a half-plane and 2 on a half-space.
     tilt : array (d, ...)
-        t at the cells; without components (0, ...) for one corner.
+        t at the cells; (0, ...) for one corner.
     response : function of arrays (1 + d, ...), or (1, ...)
-        `microblock.halfplane.convolution.Waves`, or what is faster on many cells: from (p, m) to
-        (u, phi), or from p to u alone for one corner.
+        From (p, m) to (u, phi), or from p to u alone for one corner.
     back : function without arguments
-        Returns the function that goes approximately back; called when that is first needed.
+        Returns the function that goes approximately back.
     aside : function of arrays (1, ...), or None
         Of one corner: from p to phi, or to the m that holds psi = 0.
     clamped : bool
@@ -47,7 +45,7 @@ class Flexibility:
     counter : object or None
         What a second body adds to the gaps, by ``@``; `back` knows of it.
     short : array (1 + d,), or (2 + d,) with a counter
-        Of four corners, displacement, what the second body twists, and rotations under short waves.
+        Of four corners, displacement, twist of the second body, and rotations under short waves.
     """
 
     offsets: Array
@@ -102,9 +100,9 @@ class Flexibility:
         """Returns the preconditioner of the corners that are there, boolean (corners, ...), alone; of fewer
         than four corners that of all.
 
-        Of E = (1, -s) with the rows of the corners that a block has there, C^-1 acts between
-        B = D E^T (E D E^T)^+ and its transpose: with all of them it is the inverse, with some of them it is
-        so for short waves, where C is like D. With a second body E = (1, a b, -a, -b) for s = (a, b).
+        Of E = (1, -s) with the rows of the corners that are there, C^-1 acts between B = D E^T (E D E^T)^+
+        and its transpose, which is the inverse with all of them, and for short waves, where C is like D. With
+        a second body E = (1, a b, -a, -b) for s = (a, b).
         """
         inverse = self.back()
         if len(self.offsets) == 1:
@@ -143,10 +141,9 @@ class Flexibility:
     def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
         """Returns forces with the same resultants and the least work on the initial gaps.
 
-        The forces 1, -1, -1, 1 of a block do nothing but that work. It is g0-- - g0-+ - g0+- + g0++ for each,
-        which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may
-        be closed, and the forces of least norm are taken. On a second body they do something, and g0 is the
-        slope then: they take a step down it, which lowers the energy whatever other blocks do.
+        Where g0-- - g0-+ - g0+- + g0++ of a block, which no displacement changes, is positive, "--" or "++"
+        is open; where it is 0 the forces of least norm are taken. On a second body the forces 1, -1, -1, 1 do
+        something: with the slope in place of g0 they take a step down it.
         """
         if len(forces) != len(NONE):
             return forces
@@ -155,7 +152,7 @@ class Flexibility:
         known = np.isfinite(work)
         if self.settling_displaces and slope is not None:
             return twisted(forces, -np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), known)
-        size = SAME * np.abs(g0[:, known]).max(initial=0.0)
+        size = PATHS * np.abs(g0[:, known]).max(initial=0.0)
         down = np.where(np.abs(work) > size, -np.copysign(np.inf, work), of_least_norm(forces))
         return twisted(forces, down, known)
 

@@ -8,29 +8,19 @@ Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the mi
 
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
-1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha; it
-   begins with the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer.
-   Anal. 8 (1988) 141), and goes on with that of the step refused, or with half of alpha if that is less;
+1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha,
+   begun with the step of Barzilai and Borwein (IMA J. Numer. Anal. 8 (1988) 141);
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
    preconditioner: coarsely while faces change, to FINAL on a face that stays;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
-Where H has forces that do nothing, `settled` of the flexibility brings them, after 1 and 3, to where q is
-least; such as do next to nothing, it brings nearer.
+Where H has forces that do nothing, `settled` of the flexibility brings them to where q is least.
 
-It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box; 2
-takes and gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from
-cycling.
-
-Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays
-above 1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above
-1/|H|. Steps 2 and 3 do not raise q, nor does `settled`. A step of gradient projection with such alpha lowers
-q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge
-linearly to the only minimum, whatever happens in between; the free approach, the multiplier of sum f = P, is
-part of it. If no corner has f = g = 0 the face of 1 is in the end that of the solution (Calamai and More,
-Math. Program. 39 (1987) 93), where conjugate gradients end in finitely many steps. Not proven: the number of
-steps, and that it does not grow with n, which the preconditioner and a start from a coarser grid see to in
-practice.
+It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box. For H
+positive definite on zero-sum vectors alpha stays above 1/(2 |H|) in exact arithmetic, steps 2 and 3 do not
+raise q, and q converges linearly to its only minimum (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157); if no
+corner has f = g = 0 the face is in the end that of the solution (Calamai and More, Math. Program. 39 (1987)
+93). The number of steps is not proven.
 """
 
 from collections import Counter
@@ -43,18 +33,15 @@ from ..errors import BadArgument, NotConverged, at_least
 from ..model.progress import counted
 from ..threads import bounded
 from .active_set import require_level
+from .rounding import SUMS, TERMS
 
 # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 SHARE = 0.1
 # of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
 INNER = 0.5
 FINAL = 1e-3  # the same, where the face is that of the step before
-INNER_STEPS = 60
+STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
-SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
-ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
-SAME = 1e-13  # of the load: a sum of forces that is this near to it is the load
-BACKTRACKS = 60  # of alpha, each by half or more
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
 LEAST = 1e-3  # see `GridForces.kkt`
@@ -69,10 +56,9 @@ class GridForces:
 
     Attributes
     ----------
-    forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch
-    approach, load : float
-    kkt : float, largest penetration, or gap of a corner with force, over the range of H f where corners can
-        touch; under a punch, where that is 0, over LEAST times what the load on a single corner would make it
+    forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch approach, load : float kkt :
+    float, largest penetration, or gap of a corner with force, over the range of H f, at least LEAST times
+        what the load on a single corner would make it
     products : int, with H, and as many preconditioners on faces
     """
 
@@ -170,8 +156,8 @@ class _Problem:
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
-        """How far the given approach stays below that of full contact, in which no more load presses deeper:
-        over the range of the initial gaps; inf where no contact is full.
+        """How far the given approach stays below that of full contact, over the range of the initial gaps;
+        inf where no contact is full.
 
         Raises
         ------
@@ -232,7 +218,7 @@ class _Problem:
             return np.maximum(values, 0)
         kept = values[values > 0]
         whole = kept.sum()
-        if abs(whole - self.load) <= SAME * self.load:  # else rounding lifts all others above 0
+        if abs(whole - self.load) <= SUMS * self.load:  # else rounding lifts all others above 0
             return np.maximum(values, 0) * (self.load / whole)
         if not whole > self.load:  # tau < 0
             kept = values
@@ -301,7 +287,7 @@ def _unloaded(g0, approach):
 def _gradient_step(problem, forces, slope, alpha):
     """1: the projected step, its slope, and the alpha to begin with next time."""
     slope_here = slope - problem.level(forces, slope)
-    for _ in range(BACKTRACKS):
+    for _ in range(STEPS):
         moved = problem.project(forces - alpha * slope_here)
         change = moved - forces
         length = change @ change
@@ -319,9 +305,7 @@ def _gradient_step(problem, forces, slope, alpha):
 
 
 def _curvature_step(problem, change, bend):
-    """|change|^2 over its product with what it adds to the slope, at least 1/|H|; 0 where that is unknown, as
-    along forces that displace nothing.
-    """
+    """|change|^2 over its product with what it adds to the slope; 0 where that is unknown."""
     curvature, length = change @ bend, change @ change
     return length / curvature if curvature > FLAT * problem.unit * length else 0.0
 
@@ -330,7 +314,7 @@ def _rise(problem, forces, change, slope, ahead):
     """q at the end of a change less q at its beginning, and its rounding."""
     middle = (slope + ahead) / 2
     middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
-    return change @ middle, ROUNDING * problem.size(forces, ahead) * np.abs(change).sum()
+    return change @ middle, TERMS * problem.size(forces, ahead) * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol, inner):
@@ -341,7 +325,7 @@ def _face_step(problem, forces, slope, rtol, inner):
     residual = _on_face(slope, face, free)
     enough = max(inner * _largest(residual), rtol * problem.size(forces, slope) / 4)
     forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
-    for _ in range(INNER_STEPS):
+    for _ in range(STEPS):
         if _largest(residual) <= enough:
             break
         z = precondition(residual)
@@ -386,7 +370,7 @@ def _projected_search(problem, forces, slope, trial, ahead):
     """3: forces and slope of the farthest point tried that is not above the beginning."""
     if trial.min() >= 0:
         return trial, ahead
-    for part in SEARCH:
+    for part in (1, 1 / 4, 1 / 4**2):
         moved = problem.project(forces + part * (trial - forces))
         there = problem.slope(moved)
         rise, rounding = _rise(problem, forces, moved - forces, slope, there)

@@ -88,10 +88,11 @@ def read_records(path: str | os.PathLike) -> list[dict]:
     None, else texts.
     """
     with open(path, newline="") as table:
-        return [{name: _number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
+        return [{name: number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
 
 
-def _number(cell):
+def number(cell: str) -> int | float | str | None:
+    """Returns the number that a cell holds, None of an empty one, else its text."""
     if cell == "":
         return None
     for kind in (int, float):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..errors import LARGEST, BadArgument, shown
 from ..model.obstacles import Obstacle, Samples
+from .records import number
 
 
 def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
@@ -39,10 +40,11 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     lines = [(place, line) for place, line in lines if line and line[0] != "#"]
     samples: list[tuple[float, ...]] = []
     for place, line in lines:
-        values = [_number(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line)]
-        if (place, line) == lines[0] and values.count(None) == len(values):
+        values = [number(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line)]
+        known = [value for value in values if isinstance(value, (int, float))]
+        if (place, line) == lines[0] and not known:
             continue  # a header
-        numbers = tuple(value for value in values if value is not None and abs(value) <= LARGEST)
+        numbers = tuple(float(value) for value in known if abs(value) <= LARGEST)
         if len(numbers) != 2 or len(values) != 2:
             comma = " (a decimal comma? write points)" * bool(re.search(r"\d,\d.*[;,\s]", line))
             raise wrong(f"has {shown(line)} in line {place}{comma}")
@@ -53,10 +55,3 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
         raise wrong(f"holds {len(samples)} samples of the two that it takes")
     x, height = zip(*samples)
     return Obstacle.from_samples(x, height)
-
-
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None

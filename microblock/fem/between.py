@@ -1,12 +1,9 @@
 """What the nodes of a contact boundary do not see of an obstacle: its heights and the gaps at places between
 them.
 
-A pressure closes gaps at nodes, so that it follows not the obstacle but its polynomial through the nodes of
-each facet. What that misses by d between nodes that are w apart, and an overlap of depth d on a width w, are
-worth ``E* d/sqrt(w)`` in L2 of the pressure, as overlaps in front of panels are (`survey`).
-
-Where the slope of the obstacle falls, the pressure of a corner that is closed there falls to -inf with the
-logarithm of the distance, nearer to that place than the nodes: there the zone has to open.
+A height that is missed by d between nodes w apart, and an overlap of depth d on a width w, are worth ``E*
+d/sqrt(w)`` in L2 of the pressure. Where the slope of the obstacle falls, the pressure of a closed corner
+falls to -inf with the logarithm of the distance: there the zone has to open.
 """
 
 from dataclasses import dataclass, replace
@@ -23,7 +20,7 @@ from ..model.zones import joined, runs
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
 CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
-ROUNDED = 9  # digits of the places of nodes on a facet: those of straight facets of one order are alike
+ROUNDED = 12  # digits of the places of nodes on a facet: those of straight facets of one order are alike
 LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
@@ -40,7 +37,8 @@ class Overlap:
 
 
 class Facets:
-    """The facets of a contact boundary that face upwards, from left to right, and functions of x1 on them.
+    """The facets of a contact boundary from left to right, but for those that are steeper than corners can
+    touch, or than n2 = `steepest`; and functions of x1 on them.
 
     Attributes
     ----------
@@ -49,12 +47,12 @@ class Facets:
     left, right : arrays (facets,)
     """
 
-    def __init__(self, nodes):
+    def __init__(self, nodes, steepest=STEEPEST):
         self.nodes, x = nodes, nodes.points[:, 0]
         upper = [
             i
             for i, own in enumerate(nodes.facets)
-            if nodes.normals[own, 1].min() > STEEPEST and np.ptp(x[own]) > 0
+            if nodes.normals[own, 1].min() > steepest and np.ptp(x[own]) > 0
         ]
         self.numbers = np.array(sorted(upper, key=lambda i: x[nodes.facets[i]].min()), int)
         self.members = [nodes.facets[i][np.argsort(x[nodes.facets[i]])] for i in self.numbers]
@@ -67,13 +65,13 @@ class Facets:
         return np.where((self.left[place] <= x) & (x <= self.right[place]), place, -1)
 
     def interpolate(self, values, x):
-        """Nodal values, arrays (..., nodes), at places on the facets, (..., n): on each the polynomial
-        through its nodes.
+        """Nodal values, arrays (..., nodes), at places, (..., n): on each facet the polynomial through its
+        nodes, 0 beyond them.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
         along = (x - self.left[place]) / (self.right - self.left)[place]
         for shape, number, members in self._alike:
-            here = number[place] >= 0
+            here = (place >= 0) & (number[place] >= 0)
             if here.any():
                 own = members[number[place[here]]]
                 found[..., here] = np.sum(values[..., own] * lagrange(shape, along[here]), axis=-1)
@@ -81,8 +79,8 @@ class Facets:
 
     @cached_property
     def _alike(self):
-        """[(places of nodes over the facet's length, rounded; number of each facet among those that have its
-        nodes there, or -1; their nodes)]: arrays (k,), (facets,), (n, k).
+        """[(places of nodes on facets alike, in lengths; number of each facet among these, or -1; their
+        nodes)]: arrays (k,), (facets,), (n, k).
         """
         groups = {}
         for i, (own, left, right) in enumerate(zip(self.members, self.left, self.right)):
@@ -112,10 +110,7 @@ class Facets:
 def missed(facets, closed, law, obstacle, sites):
     """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,).
 
-    Parameters
-    ----------
-    closed : boolean array (corners, nodes)
-    sites : [array], places of each corner's contact point at which the height is looked at
+    `closed` is a boolean array (corners, nodes), `sites` are the contact points of each corner to look at.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
     at_nodes = np.array(
@@ -135,8 +130,8 @@ def missed(facets, closed, law, obstacle, sites):
 
 
 def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
-    """[Overlap] of all corners between open nodes, with the approach and the surface's u.n and psi at the
-    nodes; `counter` is the displacement of a second body, a function of x1.
+    """[Overlap] of all corners between open nodes, with u.n and psi there; `counter` is the displacement of a
+    second body, a function of x1.
     """
     nodes, found = facets.nodes, []
     ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
@@ -169,8 +164,8 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, cou
 def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     """[Overlap] of no depth about slope discontinuities at which a corner is closed in tension.
 
-    With ``p = A + B r + K log(1/r)``, K < 0 (`log_sizes`), it is negative up to about ``r0 = exp(A/K)``; in
-    L2 that is worth sqrt(2 r0) |K| on either side. Opened, the zone ends at about 2 r0.
+    ``p = A + B r + K log(1/r)``, K < 0 (`log_sizes`), is negative up to about ``r0 = exp(A/K)``, worth sqrt(2
+    r0) |K| in L2 on either side. Opened, the zone ends at about 2 r0.
 
     Parameters
     ----------
@@ -204,8 +199,7 @@ def _pulled(p, r, reach, K):
 
 
 def of_body(state):
-    """Squares of what the nodes of a MeshSolution miss of the obstacle, pressures in L2: array (facets of its
-    nodes,).
+    """The same of a MeshSolution: what is missed and overlaps, array (facets,).
 
     Raises
     ------

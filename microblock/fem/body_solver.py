@@ -1,6 +1,4 @@
-"""Contact of a body on a mesh: exact on its own mesh, refined by `recovery.estimate` where an rtol is
-asked.
-"""
+"""Contact of a body on a mesh: exact on it, or refined by `recovery.estimate` to an rtol."""
 
 from functools import cached_property
 from typing import Any

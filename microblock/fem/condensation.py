@@ -1,9 +1,8 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
-The interiors of elements are eliminated on assembly. The rest is factorised with the contact unknowns last:
-the trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``. In the plane,
-with R the values of u.n and psi at the nodes, the compliance is ``R S^-1 R^T``. In space R has (u, phi1,
-phi2), and the compliance is applied, not formed; conjugate gradients are preconditioned with ``R^-T S R^-1``.
+The bulk is factorised with the contact unknowns last: the trailing block L of the Cholesky factor is that of
+their Schur complement, ``S = L L^T``. In the plane, with R the values of u.n and psi at the nodes, the
+compliance is ``R S^-1 R^T``. In space R has (u, phi1, phi2), and the compliance is applied, not formed.
 """
 
 import ngsolve as ng
@@ -21,14 +20,6 @@ from .bulk import Bulk
 from .facets import ContactNodes
 
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
-# bytes of the factors of n unknowns in three dimensions, over n^(4/3) times the entries of a row: 20 for each
-# entry, of which there are 0.37 to 0.51
-FACTOR_ENTRIES = 10
-ADVICE = {  # where there is no room, in space or not
-    False: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
-    "contact boundary",
-    True: "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
-}
 
 
 class Condensed(ContactNodes):
@@ -71,7 +62,12 @@ class Condensed(ContactNodes):
         self._require_pressed(body, boundary)
         super().__init__(body, boundary)
         self.unknowns = body.space.FreeDofs().NumSet()
-        self._advice = ADVICE[self.dim == 3]
+        self._advice = (
+            "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
+            if self.dim == 3
+            else "take longer elements, a lower order or a larger rtol, or name less of the surface as "
+            "contact boundary"
+        )
         self._require_room()
         self.form = body.bulk(symmetric=True, condense=True)
         self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
@@ -166,7 +162,8 @@ class Flexibility3D:
 
 def of_factors(rows, entries):
     """Bytes to factorise the matrix of a body in space: rows, and entries in a row."""
-    return FACTOR_ENTRIES * entries * rows ** (4 / 3)
+    # 20 for each entry of the factors, of which there are 0.37 to 0.51 times rows^(4/3) times entries
+    return 10 * entries * rows ** (4 / 3)
 
 
 def require_pressed(body, boundary, condensed=False):

@@ -1,8 +1,7 @@
 """The contact functional as the paper states it, in one, two and three dimensions.
 
-Vectors have three components and tensors 3 x 3; what a dimension does not have is 0. NGSolve derives from the
-functional the virtual work (39) and its tangent. Integrals over the contact boundary are sums over the
-contact nodes: these are the points of the rule (section 3.4 of the paper).
+Vectors have three components and tensors 3 x 3; what a dimension lacks is 0. NGSolve derives the virtual work
+(39) and its tangent. The points of the contact boundary's rule are the contact nodes (section 3.4).
 """
 
 import numpy as np

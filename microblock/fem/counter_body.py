@@ -8,16 +8,13 @@ from ..errors import BadArgument
 from ..model.quadrature import gauss_rule, lagrange
 from .condensation import condensed
 
-DOWN = 1e-9  # of the normals of a straight lower boundary
-PIECES, POINTS = 4, 12  # of a facet, and Gauss points on each: the other mesh is not smooth there
-
 
 class CounterBody:
     """The second body of a problem, condensed to the nodes of its contact boundary.
 
     Nodes need not match those of the first body. The force of a corner at a node is a pressure, the
-    polynomial of that node on its facets; it acts on the second body with all of its width, and the
-    displacement there is its mean with this pressure. As a force at a point it would sink into a finer mesh.
+    polynomial of that node on its facets, and the displacement of the second body is its mean with this
+    pressure.
 
     Parameters
     ----------
@@ -34,7 +31,7 @@ class CounterBody:
     def __init__(self, obstacle, body, shifts):
         self.obstacle, self.body, self.shifts = obstacle, body, shifts
         self.nodes = condensed(obstacle.body, obstacle.body.contact)
-        if np.abs(self.nodes.normals - (0.0, -1.0)).max() > DOWN:
+        if np.abs(self.nodes.normals - (0.0, -1.0)).max() > 1e-9:
             raise BadArgument(
                 "obstacle",
                 obstacle,
@@ -58,10 +55,10 @@ class CounterBody:
     def _shares_of(self, shift):
         body, points = self.body, self.body.points
         found, whole = np.zeros((len(points), len(self.nodes.points))), np.zeros(len(points))
-        gauss, weights = gauss_rule(POINTS)
-        t = ((np.arange(PIECES)[:, None] + gauss) / PIECES).ravel()
-        weights = np.tile(weights, PIECES) / PIECES
-        for left, right, members in body.interpolation:
+        pieces, (gauss, weights) = 4, gauss_rule(12)  # of a facet: the other mesh is not smooth there
+        t = ((np.arange(pieces)[:, None] + gauss) / pieces).ravel()
+        weights = np.tile(weights, pieces) / pieces
+        for left, right, members in zip(body.along.left, body.along.right, body.along.members):
             own = (points[members, 0] - left) / (right - left)
             basis = lagrange(own, t) * (weights * (right - left))[:, None]
             upwards = lagrange(own, t) @ body.normals[members, 1]
@@ -71,12 +68,11 @@ class CounterBody:
 
     def _at(self, x):
         """Shares of the nodes in what is at x, array (n, nodes); 0 beyond the boundary."""
-        return np.column_stack([self.nodes.interpolate(each, x) for each in np.eye(len(self.nodes.points))])
+        return self.nodes.interpolate(np.eye(len(self.nodes.points)), x).T
 
     def reaches(self, x):
         """Whether the contact boundary is above x, boolean array (n,)."""
-        ends = np.array([(left, right) for left, right, _ in self.nodes.interpolation])
-        return np.any((ends[:, 0] <= x[:, None]) & (x[:, None] <= ends[:, 1]), axis=1)
+        return self.nodes.along.below(x) >= 0
 
     def flexibility(self, gaps):
         """What forces of the corners add to their gaps: array (corners n, corners n); `gaps`, arrays (corners

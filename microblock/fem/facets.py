@@ -1,12 +1,10 @@
 """The nodes of a contact boundary, and the contact law on them, (25)-(40), in one, two and three dimensions.
 
 Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's nodal
-quadrature, for any order): of segments, of quadrilaterals as tensor products, and of triangles of order 1 the
-vertices. On triangles of higher order such rules have weights that vanish or are negative, or have other
-points than the elements' unknowns: they are refused. `ContactNodes` numbers these nodes, `ContactFacets` adds
-law and obstacle, as the contact term (`microblock.fem.contact_term`) asks for them. With Gauss's rule the
-multipliers stay nodal, but (37) is integrated, and gaps are checked, at Gauss points: for comparison, as
-pressures then oscillate.
+quadrature): of segments, of quadrilaterals as tensor products, and of triangles of order 1 the vertices; for
+higher orders these have no such rule with positive weights. `ContactNodes` numbers the nodes, `ContactFacets`
+adds law and obstacle for the contact term. With Gauss's rule (37) is integrated, and gaps are checked, at
+Gauss points, for comparison: pressures then oscillate.
 """
 
 from copy import copy
@@ -25,6 +23,7 @@ from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import joined
 from . import contact_term
+from .between import Facets
 from .body import PLACES, Body
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
@@ -71,11 +70,9 @@ class ContactNodes:
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet: from one of its ends to the other, of a quadrilateral
         (k, k) in its tensor product, of a triangle (3,)
-    apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between a node and the
-        next
+    apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between nodes
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
-    shares : array (n,), in space: the areas that the nodal rule gives the nodes, on quadrilaterals that are
-        no parallelograms others than `weights`
+    shares : array (n,), in space: areas by the rule, on skew quadrilaterals others than `weights`
 
     Raises
     ------
@@ -112,7 +109,7 @@ class ContactNodes:
             )
 
     def __reduce__(self):
-        """A copy, or what comes out of a file, is made anew: factors and regions of NGSolve do not travel."""
+        """A copy is made anew: factors and regions of NGSolve do not travel."""
         return type(self), (self.body, self.boundary)
 
     def _require_upwards(self):
@@ -145,7 +142,7 @@ class ContactNodes:
         self.depths = np.array([own.mean() - below[face].min() for face, own in faces.items()])
 
     def _number_nodes(self):
-        """A node has the number of the unknown of a scalar space that stands for it: neighbours share it."""
+        """A node is numbered by its unknown in a scalar space, which neighbours share."""
         body, elements = self.body, list(self.region.Elements())
         u, psi = ([body.spaces[i].GetDofNrs(facet) for facet in elements] for i in (0, -1))
         plane = [min(len(a), len(b)) - 1 for a, b in zip(u, psi)]
@@ -202,8 +199,8 @@ class ContactNodes:
         return points, normals, weights
 
     def _areas(self, order, count):
-        """Integrals of the nodal polynomials over quadrilaterals, array (facets, nodes): the Gauss-Lobatto
-        weights, but for order 1 on one that is no parallelogram, where those would fail the patch test.
+        """Integrals of the nodal polynomials over quadrilaterals, array (facets, nodes): where one of order 1
+        is no parallelogram the rule's weights fail the patch test.
         """
         points, weights = gauss_rule(order + 1)
         square = [(float(s), float(t)) for s in points for t in points]
@@ -214,8 +211,9 @@ class ContactNodes:
         return np.einsum("si,fst,tj->fij", shares, sizes, shares).reshape(count, -1)
 
     def _snapped(self, points):
-        """Points whose coordinates are those of the mesh's vertices where they differ by rounding: whether a
-        node lies below the face of a punch is decided there."""
+        """Points with the coordinates of the mesh's vertices where these differ by rounding, which would
+        decide whether a node lies below the face of a punch.
+        """
         vertices = np.array([vertex.point for vertex in self.body.mesh.vertices])
         size = np.ptp(vertices, axis=0).max()
         for axis in range(3):
@@ -253,8 +251,7 @@ class ContactNodes:
         return {name: self.is_free(name, self.body) for name in self.body.names}
 
     def motion(self, directions, arms):
-        """Displacement along directions of what lies at `arms` from the centres of blocks, u + psi x arm:
-        sparse array (n, unknowns of the body); both are arrays (n, dim)."""
+        """Displacement u + psi x arm along directions, arrays (n, dim): sparse (n, unknowns)."""
         along, arms = _in_space(directions), _in_space(arms)
         factors = np.hstack((along, np.cross(arms, along))).T
         found = csr_matrix((len(along), self.body.space.ndof))
@@ -289,11 +286,8 @@ class ContactNodes:
         return self.traces[name] @ getattr(fields, name).vec.FV().NumPy()
 
     def moments_of(self, name, exerted):
-        """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on psi, or on one
-        of its components.
-
-        On the nodes' polynomials, a constant among them, the work is exact; psi of a higher order has more of
-        them than there are nodes.
+        """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on a component of
+        psi, exact for the nodes' polynomials.
         """
         space = self.body.spaces[-1]  # hierarchical: the first unknowns are those of the lower orders
         counts = [own.size for own in self.facets]
@@ -303,37 +297,19 @@ class ContactNodes:
         return splu(trace).solve(exerted[self.body.unknowns_of(name)][used])
 
     @cached_property
-    def interpolation(self):
-        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
-        found = []
-        for members in self.facets:
-            members = members[np.argsort(self.points[members, 0])]
-            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
-        return sorted(found, key=lambda facet: facet[0])
+    def along(self):
+        """The Facets of a boundary along x1."""
+        return Facets(self, -np.inf)
 
     def interpolate(self, values, x):
-        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond
-        the boundary.
+        """Nodal values (array (..., nodes)) at x1 = x: on each facet the polynomial through its nodes, 0
+        beyond the boundary.
         """
-        found = np.zeros_like(x)
-        facets = self.interpolation
-        place = np.searchsorted([right for _, right, _ in facets], x)
-        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
-            left, right, members = facets[number]
-            here = (place == number) & (x >= left)
-            own = values[members]
-            if own.any():
-                found[here] = (
-                    lagrange(
-                        (self.points[members, 0] - left) / (right - left), (x[here] - left) / (right - left)
-                    )
-                    @ own
-                )
-        return found
+        return self.along.interpolate(values, x)
 
     @cached_property
     def beyond(self):
-        """Numbers of the vertices of what faces upwards, or downwards, and is no contact: array (k,)."""
+        """Numbers of the vertices of nearly horizontal facets beside the contact, array (k,)."""
         mesh, inside, found = self.body.mesh, self.region.Mask(), set()
         for facet in mesh.Elements(ng.BND):
             if not inside[facet.index]:
@@ -390,9 +366,7 @@ class ContactNodes:
         return trace, splu(trace.tocsc())
 
     def field(self, values):
-        """An expression with these values at the nodes, array (n,), or a vector of (n, dim) with three
-        components.
-        """
+        """An expression with values at the nodes, array (n,), or (n, dim) of a vector."""
         if values.ndim == 1:
             function = ng.GridFunction(self.multipliers)
             function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
@@ -413,9 +387,7 @@ class ContactNodes:
         return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
 
     def integral(self, density, rules=None):
-        """The integral of an expression over the contact boundary by the rule, or other ones; in space its
-        weights are made the areas of the nodes.
-        """
+        """The integral over the contact boundary by these rules; in space with the nodes' areas."""
         if self.dim == 3:
             density = density * self.field(self.weights / self.shares)
         return density * ng.ds(definedon=self.region, intrules=rules or self.rules)
@@ -481,13 +453,11 @@ class ContactFacets(ContactNodes):
             self._take_gauss_points()
 
     def __reduce__(self):
-        """A copy, or what comes out of a file, is made anew: rules and regions of NGSolve do not travel."""
+        """A copy is made anew."""
         return ContactFacets, self._made_of
 
     def _take_gauss_points(self):
-        """The rule of Gauss, the values of nodal polynomials at its points, and the integrals of
-        |multipliers' functions|.
-        """
+        """Gauss's rule, nodal polynomials at its points, and integrals of |multipliers' functions|."""
         body = self.body
         for excluded, why in (
             (body.mesh.dim != 2, "needs a 2D body"),
@@ -511,9 +481,7 @@ class ContactFacets(ContactNodes):
         self.extents = abs(self._at_rule).T @ np.array(weights)
 
     def at_rule(self, values):
-        """Values at the points of the rule of the piecewise polynomial with these values, array (n,), at the
-        nodes.
-        """
+        """Values at the rule's points of the polynomial with these values at the nodes, array (n,)."""
         return values if self.nodal else self._at_rule @ self._multiplier[1].solve(values)
 
     def _reachable(self, gaps):
@@ -558,11 +526,9 @@ class ContactFacets(ContactNodes):
         """Displacement of each corner along the normal, array (corners, n), from the unknowns of the body."""
         return (self._moved @ fields).reshape(len(self.arms), -1)
 
-    def gaps(self, fields, approach):
-        """The gap (22) of each corner, array (corners, n), from the unknowns of the body, array, the obstacle
-        lowered by `approach`.
-        """
-        return self.g0 - self.displacements(fields) - approach * self.normals[:, -1]
+    def gaps(self, displacements, approach):
+        """The gaps (22), array (corners, n)."""
+        return self.g0 - displacements - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
         """The contact term of (37), or of (31) where multipliers are 0."""
@@ -596,14 +562,14 @@ def interruptions(mesh, region, x):
 
 
 def at_all_facets(mesh, region, xis):
-    """The points of all facets of a boundary at reference coordinates, as NGSolve's functions take them."""
+    """All facets of a boundary at reference coordinates, for NGSolve's functions."""
     rule = ng.IntegrationRule(points=[(float(xi),) for xi in xis], weights=[0.0] * len(xis))
     return mesh.MapToAllElements({ng.SEGM: rule}, region)
 
 
 def at_rules(mesh, region, rules):
-    """Points of all facets of a boundary at those of rules, array (points, dim), what a unit of the reference
-    coordinates is long (large) there, array (points,), and NGSolve's normals, array (points, dim).
+    """At the points of rules on all facets of a boundary: places, array (points, dim), length (area) of a
+    unit of the reference coordinates, array (points,), and NGSolve's normals, array (points, dim).
     """
     dim, there = mesh.dim, mesh.MapToAllElements(rules, region)
     points, normals, slopes = (
@@ -634,9 +600,7 @@ def elements_at(mesh, region):
 
 
 def outward_sides(mesh, region):
-    """For each facet of a boundary 1, or in the plane -1 where NGSolve's normal points inwards, array
-    (facets,): it follows the facet's own orientation.
-    """
+    """For each facet 1, or in the plane -1 where NGSolve's normal points inwards, array (facets,)."""
     if mesh.dim != 2:
         return np.ones(len(list(region.Elements())))
     inside = [
@@ -650,8 +614,9 @@ def outward_sides(mesh, region):
 
 
 def _numbers(kind, dofs, order):
-    """The unknown that stands for each node of a facet, of its unknowns in a scalar H1 space of this order:
-    array (order + 1,), of a quadrilateral (order + 1, order + 1), of a triangle (3,)."""
+    """The unknown of each node of a facet in a scalar H1 space of this order: array (order + 1,), of a
+    quadrilateral (order + 1, order + 1), of a triangle (3,).
+    """
     dofs, inner = np.array(dofs), order - 1
     if kind in (ng.ET.POINT, ng.ET.TRIG):
         return dofs
@@ -671,12 +636,12 @@ def _numbers(kind, dofs, order):
 
 
 def _place(point):
-    """The reference coordinates of a point of a rule, as `CalcShape` takes them: two at most."""
+    """Reference coordinates of a point of a rule for `CalcShape`: two at most."""
     return [float(coordinate) for coordinate in point.point[:2]]
 
 
 def _in_space(vectors):
-    """Vectors with three components, arrays (..., 3), of some in the plane."""
+    """Vectors of the plane with three components, arrays (..., 3)."""
     missing = 3 - vectors.shape[-1]
     return np.concatenate((vectors, np.zeros((*vectors.shape[:-1], missing))), axis=-1)
 

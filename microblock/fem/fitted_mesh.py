@@ -1,314 +1,314 @@
-"""Meshes of a block whose vertices lie at the edges of trial zones, condensed to their contact nodes."""
+"""Meshes of a block with vertices at the edges of trial zones, and what the pressures that close the gaps on
+these zones say of the edges.
+"""
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged
-from ..model.zones import common, joined, zone_edges
+from ..errors import NotConverged
+from ..model.zones import common, contains, joined, zone_edges
 from ..threads import released
+from . import between
 from .body import Body
 from .condensation import Condensed
 from .ground import FAR, WITHIN, GroundSolver
-from .meshes import GRADING, RATIO, Ground, falling_orders, graded
-from .meshes import SLIVER as TOLD
+from .meshes import GRADING, RATIO, SLIVER, Ground, apart, falling_orders, graded
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
-SPACING = 0.7  # of the elements on the surface, over the half-width
-LAYERS = 8.0  # of them, over the layer length: order 5 sees a layer of an eighth of the element
-SLIVER = 1e-11  # of the outer edge, to which a node is at an edge
-BESIDE = 2.0  # times what a mesh tells apart: nearer edges are one
-MEETING = 0.1  # of the outer edge: zones whose inner edges are this near to the axis may meet there
-# of the half-width, times RATIO for all levels but one: an edge this near to an edge of the obstacle cannot
-# be
-# resolved by nodes, and need not be: it changes p by as much, the 1/sqrt(r) there by its root
-AT_END = 0.7
-COLLAPSED = 1e-5  # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
-# half-widths from x1 = 0, within which a simple obstacle is lowest if the first mesh shall find it
-PLAIN = 1.2
-MOST_SIZES = 3000  # places at which features ask for smaller elements
-# of a plain obstacle: its nodes follow from the layer length alone, and memory bounds them
-FEW_TIPS = 12
 MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
-BELOW = 0.4  # grading of meshes with lines, whose fields below the surface are asked for
+# of the outer edge: an inner edge this near to the axis is none (p^2 there is below 1e-3 of its size), and
+# zones whose inner edges are as near as that may meet there
+COLLAPSED, MEETING = 1e-5, 0.1
+# of the way to the next edge, or of the layer if that is less: from where K0 and K1 are read, and from where
+# on meshes with too few nodes for that
+FITTED, FURTHEST = 0.4, 0.8
+# K0, K1, ... of the series in which they are read: with 4 edges stay off by up to 5e-5 of the width on all
+# levels, with 6 by less than the elements make of it
+TERMS = 6
+LONGEST_MOVE = 0.4  # of an edge in one step, over the way to the next
+SEEN = 0.05  # of the way to the next edge: sets that differ by more are another topology
+LAYERS = 2.4  # width of a partial zone over the layer length
 
 
 class MeshFitter(GroundSolver):
-    """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load, `lines` and `even`."""
+    """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load."""
 
-    _last = None  # arguments of the last mesh, and the mesh
-
-    @property
-    def _instead(self):
-        """What to take where a mesh would get too large: a half-plane is no answer for a body of a size."""
-        if self.domain < math.inf:
-            return "ask for a larger rtol, or take a Body on a mesh of yours"
-        return "take HalfPlane(solid) with Cells()"
-
-    @cached_property
-    def _plain(self):
-        """Whether one lowest place near x1 = 0 is all there is."""
-        known = self.picture
-        return known is None or (known.simple and abs(known.lowest) <= PLAIN * known.half_width)
-
-    def _around(self, outer):
-        """The ground with a contact boundary around x1 = 0."""
-        reach = min(BEYOND * outer, WITHIN * self.domain)
-        far = FAR * reach if self.domain == math.inf else self.domain
-        return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
-
-    def _ground(self, zones):
-        """The ground with a contact boundary that covers zones and all places that could touch."""
-        edges = zone_edges(zones)
-        if self._plain:
-            return self._around(max(map(abs, edges)))
-        most, (left, right), clusters = WITHIN * self.domain, self.problem.reach, _clusters(zones)
-        reach = np.clip((min(left, clusters[0][0]), max(right, clusters[-1][1])), -most, most).tolist()
-        far = FAR * max(map(abs, reach)) if self.domain == math.inf else self.domain
-        reach[0] = 0.0 if self.symmetric else reach[0]
-        return Ground(far, tuple(reach), self.symmetric)
+    picture = None
 
     @property
-    def _furthest(self):
+    def furthest(self):
         """Distance from x1 = 0 up to which zones are looked for; inf on an unbounded block."""
         return 0.99 * WITHIN * self.domain
 
-    def _unsettled(self, load, zones, passes, words="?"):
-        """What to raise where zones still change."""
-        edges = zone_edges(zones)
-        if max(map(abs, edges), default=0.0) > self._furthest:
-            where = f"from {edges[0]:.3g} to {edges[-1]:.3g}"
-            allowed = f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface"
-            return BadArgument("size", self.domain, allowed)
-        return NotConverged(
-            f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology"
-            f"{words}",
-            iterations=passes,
-        )
+    def surface(self, zones):
+        """The Ground whose contact boundary covers zones, and lengths of elements, ((left, right, length),
+        ...).
+        """
+        intervals = [interval for own in zones.values() for interval in own]
+        if self.symmetric:
+            intervals += [(-right, -left) for left, right in intervals]
+        most, parts = WITHIN * self.domain, _clusters(intervals)
+        left, right = max(parts[0][0], -most), min(parts[-1][1], most)
+        left = 0.0 if self.symmetric else left
+        far = FAR * max(-left, right) if self.domain == math.inf else self.domain
+        # elements of order 5 see a layer of an eighth of their length
+        longest = 8 * self.solid.layer_length
+        lengths = [self.options.spacing or min(0.35 * (b - a) / BEYOND, longest) for a, b in parts]
+        parts = [(max(a, left), min(b, right), length) for (a, b), length in zip(parts, lengths) if b > left]
+        return Ground(far, (left, right), self.symmetric), tuple(parts)
 
-    def _spacings(self, ground, zones, spacing):
-        """Lengths of elements on parts of the contact boundary, as `graded` takes them."""
-        longest = LAYERS * self.solid.layer_length
-        if self._plain:
-            edges = zone_edges(zones)
-            half = (edges[-1] - (0 if self.symmetric else edges[0])) / (1 if self.symmetric else 2)
-            return ((*ground.reach, spacing or min(SPACING * half, longest)),)
-        return tuple(
-            (left, right, spacing or min(SPACING * (right - left) / 2 / BEYOND, longest))
-            for left, right in _clusters(zones)
-        )
+    def features(self, ground):
+        """Contact points within the reach at which a corner meets a kink or an end, ascending."""
+        left, right = ground.reach
+        kinks = [
+            kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.problem.shifts
+        ]
+        places = {abs(x) if self.symmetric else x for x in (*kinks, *self.ends())}
+        return sorted(x for x in places if left < x < right or x == 0 == left)
 
-    def _sizes(self, ground, longest):
-        """((x, length), ...) where features of the obstacle ask for elements shorter than `longest`."""
-        problem = self.problem
-        if self.picture is None or (
-            not np.isfinite(self.picture.lengths).any() and self.picture.angle is None
-        ):
-            return ()
-        (x, right), found = ground.reach, []
-        while x < right:
-            size = problem.scale(x, x, GRADING)
-            if size < longest:
-                found.append((x, size))
-            x += min(size, longest) / 2
-            if len(found) > MOST_SIZES:
-                raise NotConverged(
-                    f"the obstacle has features so small or many that more than {MOST_SIZES} elements "
-                    "would be "
-                    f"needed to see them: {self._instead}"
-                )
-        return tuple(found)
+    def require_few(self, ground, tips, parts, levels, order):
+        """`_sizes`; NotConverged for too many contact nodes, which of simple obstacles memory bounds."""
+        sizes = self._sizes(ground, max(length for _, _, length in parts))
+        elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
+        count = (elements + len(sizes) / 2) * order
+        if count > MOST_NODES and not getattr(self.picture, "simple", True):
+            instead = "take HalfPlane(solid) with Cells()"
+            if self.domain < math.inf:
+                instead = "ask for a larger rtol, or take a Body on a mesh of yours"
+            raise NotConverged(
+                "the obstacle's features and the edges of the zones ask for some "
+                f"{count:.2g} contact nodes or more, and up to {MOST_NODES} are in reach: {instead}"
+            )
+        return sizes
 
-    def _condense(self, ground, tips, spacing, levels, order):
-        spacing = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
-        self._require_few(ground, tips, spacing, levels, order)
-        sizes = self._sizes(ground, max(length for _, _, length in spacing))
-        grading = BELOW if self.lines else GRADING
-        mesh = self._mesh(ground, (*tips, *self.lines), spacing, levels, grading, sizes)
+    def condense(self, ground, tips, parts, levels, order):
+        """The block condensed to the nodes of a graded mesh; NotConverged as of `require_few`."""
+        sizes = self.require_few(ground, tips, parts, levels, order)
+        lines = self.options.lines
+        mesh = graded(ground, (*tips, *lines), spacing=parts, levels=levels, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
-        orders = (
-            np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
-        )
-        return Condensed(Body(mesh, self.solid, orders, fixed=supports))
+        if levels and not self.options.even:
+            order = falling_orders(mesh, ground, tips, order)
+        else:
+            order = np.full(mesh.ne, order)
+        return Condensed(Body(mesh, self.solid, order, fixed=supports))
 
-    def _mesh(self, ground, tips, *sizes):
-        """The graded mesh of these arguments; the last one is kept, for other orders on it."""
-        if self._last is None or self._last[0] != (ground, tips, *sizes):
-            names = ("spacing", "levels", "grading", "sizes")
-            mesh = graded(ground, tips, **dict(zip(names, sizes)))
-            self._last = (ground, tips, *sizes), mesh
-        return self._last[1]
+    def _sizes(self, ground, longest):
+        """((x, length), ...) where features of the obstacle ask for elements shorter than `longest`."""
+        (x, right), found = ground.reach, []
+        while x < right and len(found) < MOST_NODES:
+            size = self.problem.scale(x, x, GRADING)
+            if size < longest:
+                found.append((x, size))
+            x += min(size, longest) / 2
+        return tuple(found)
 
-    def _require_few(self, ground, tips, spacings, levels, order):
-        """NotConverged for more contact nodes than a contact problem is solved on in reasonable time."""
-        elements = sum((right - left) / length for left, right, length in spacings) + (2 * levels + 1) * len(
-            tips
-        )
-        elements += len(self._sizes(ground, max(length for _, _, length in spacings))) / 2
-        if elements * order > MOST_NODES and not (self._plain and len(tips) <= FEW_TIPS):
-            raise NotConverged(
-                f"the obstacle's features and the edges of the zones ask for some {elements * order:.2g} "
-                "contact "
-                f"nodes, and up to {MOST_NODES} are in reach: {self._instead}"
-            )
 
-    def _features(self, ground):
-        """Abscissae of the contact point, of the computed part and within the reach, at which a corner meets
-        a kink or an end.
-        """
-        shifts = self.law.shifts(self.solid.ell)
-        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in shifts]
-        left, right = ground.reach
-        return sorted(
-            {
-                abs(x) if self.symmetric else x
-                for x in (*kinks, *self.ends())
-                if left < (abs(x) if self.symmetric else x) < right or x == 0 == left
-            }
-        )
+class FittedMesh:
+    """A mesh fitted to trial zones, and the pressures that close the gaps on them under a load.
 
-    def _meeting(self, zones, outer):
-        """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular
-        too.
-        """
-        if not self.symmetric or len(zones) == 1:
-            return False
-        return any(0 < edge < MEETING * outer for edge in zone_edges(zones)) or (
-            not zones[1] and zones[0][0][0] == 0
-        )
+    Parameters
+    ----------
+    solver : MeshFitter
+    load : float, force per thickness
+    zones : {corner number: intervals} of the computed part
+    order, levels : order of the elements, and levels of them at the edges
 
-    def _fit_mesh(self, zones, order, levels, spacing=None):
-        """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
-        seen = [(-self._furthest, self._furthest)]
-        zones = {corner: tuple(common(own, seen)) for corner, own in zones.items()}
+    Attributes
+    ----------
+    zones : those that a mesh can have
+    tips : list of the places towards which elements shrink, ascending
+    body : Condensed
+    system : (flexibility, initial gaps, shares in the load) of the corners
+    closed : boolean array (corners, n)
+    pressures : array (corners, n)
+    near : float
+        An edge nearer to an end of the obstacle is put there. It changes p by as much, the 1/sqrt(r) there by
+        its root.
+
+    Raises
+    ------
+    NotConverged
+        If no zones are left, or a mesh is not made or not solved on.
+    """
+
+    def __init__(self, solver, load, zones, order, levels):
+        self.solver = solver
+        inside = [(-solver.furthest, solver.furthest)]
+        zones = {corner: common(own, inside) for corner, own in zones.items()}
         edges = zone_edges(zones)
         if not edges:
             raise NotConverged("no contact")
-        outer = max(abs(edge) for edge in edges)
-        near = AT_END * (edges[-1] - edges[0]) / 2 * RATIO ** max(levels - 1, 0)
-        zones = self._at_ends(zones, near)
-        if self.symmetric:  # an edge that has run into the axis is none
-            zones = {
-                corner: tuple(
-                    (left if left > COLLAPSED * outer else 0.0, right)
-                    for left, right in own
-                    if right > COLLAPSED * outer
-                )
-                for corner, own in zones.items()
+        self.near = 0.35 * (edges[-1] - edges[0]) * RATIO ** max(levels - 1, 0)
+        self.zones = _cleaned(solver, zones, self.near)
+        edges = zone_edges(self.zones)
+        self.ground, parts = solver.surface(self.zones)
+        tips = {*solver.features(self.ground), *edges}
+        if solver.symmetric:
+            tips = {
+                *solver.features(self.ground),
+                *(edge for edge in edges if edge > 0),
+                *self._meeting(edges),
             }
-        edges = zone_edges(zones)
-        ground = self._ground(zones)
-        tips = sorted(
-            {
-                *self._features(ground),
-                *(edge for edge in edges if edge != 0 or not self.symmetric),
-                *([0.0] if self._meeting(zones, outer) else []),
-            }
-        )
-        body = self._condense(ground, tips, self._spacings(ground, zones, spacing), levels, order)
-        system = body.compliance.corner_system(self.law, self.obstacle)
-        x, margin = body.points[:, 0], SLIVER * outer
-        closed = [
-            np.any(
-                [
-                    np.zeros(len(x), bool),
-                    *((x >= left - margin) & (x <= right + margin) for left, right in own),
-                ],
-                axis=0,
-            )
-            for own in zones.values()
-        ]
-        return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips, near)
+        self.tips = sorted(tips)
+        self.body = solver.condense(self.ground, self.tips, parts, levels, order)
+        self.system = self.body.compliance.corner_system(solver.law, solver.obstacle)
+        self.x, margin = self.body.points[:, 0], 1e-11 * max(-edges[0], edges[-1])
+        closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
+        self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
+        self.pressures = self.pressures_under(solver.share(load))
 
-    def _at_ends(self, zones, near):
-        """Zones, edges near to an end of the obstacle for their corner put there; gaps and zones of no width
-        go.
+    def _meeting(self, edges):
+        """{0.0} where the zones of two corners are about to meet on the axis, where p is singular then."""
+        near = any(0 < edge < MEETING * edges[-1] for edge in edges)
+        meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
+        return {0.0} if meet else set()
+
+    def pressures_under(self, load):
+        """Pressures that close the gaps on the zones and carry the load of the computed part."""
+        (flexibility, gaps, share), closed = self.system, self.closed.ravel()
+        n = np.count_nonzero(closed)
+        system = np.zeros((n + 1, n + 1))
+        system[:n, :n] = flexibility[np.ix_(closed, closed)]
+        system[:n, n], system[n, :n] = -share[closed], share[closed]
+        try:
+            with released(n):
+                solution = np.linalg.solve(system, np.append(-gaps[closed], load))
+        except np.linalg.LinAlgError as failure:
+            raise NotConverged(f"singular flexibility of {n} closed corners") from failure
+        forces = np.zeros(len(gaps))
+        forces[closed] = solution[:-1]
+        return forces.reshape(self.closed.shape) / self.body.weights
+
+    @cached_property
+    def moved(self):
+        """({corner: intervals with free ends moved by 2 K0/K1}, what that changes in L2 of the pressure)."""
+        solver, moved, square = self.solver, {}, 0.0
+        fixed = [*solver.ends(), *([0.0] if solver.symmetric else [])]
+        for corner, own in self.zones.items():
+            moved[corner] = []
+            for left, right in own:
+                new = []
+                for edge, inward in ((left, 1), (right, -1)):
+                    if any(abs(edge - place) <= 1e-9 * abs(place) for place in fixed):
+                        new.append(edge)
+                        continue
+                    way = self.way(edge) or right - left
+                    K0, K1 = self.read(self.pressures[corner], edge, inward, way, right - left)
+                    step = 2 * K0 / K1 if K1 > 0 else math.copysign(math.inf, K0)
+                    step = min(max(step, -LONGEST_MOVE * way), LONGEST_MOVE * way)
+                    new.append(float(edge - inward * step))
+                    if step:
+                        square += (K1 * step) ** 2 * (0.5 + 0.25 * math.log(way / abs(step)))
+                moved[corner].append(tuple(new))
+        return moved, math.sqrt(square / (self.body.weights @ self.pressures.sum(axis=0) ** 2))
+
+    def way(self, edge):
+        """Distance from an edge to the next tip, or image of one; None without another."""
+        images = [-tip for tip in self.tips] if self.solver.symmetric else []
+        return min((abs(tip - edge) for tip in (*self.tips, *images) if tip != edge), default=None)
+
+    def read(self, p, edge, inward, way, length):
+        """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2.
+
+        They are read beyond the element at the edge, which cannot follow 1/sqrt(r). On coarse meshes the
+        reach grows until there are more nodes than terms.
         """
-        found, shifts = {}, self.law.shifts(self.solid.ell)
-        for corner, own in zones.items():
-            ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]
-            placed = [
-                tuple(next((end for end in ends if abs(edge - end) < near), edge) for edge in interval)
-                for interval in own
-            ]
-            found[corner] = tuple(joined((left, right) for left, right in placed if left < right))
-        return _told_apart(found)
+        r, furthest = (self.x - edge) * inward, FURTHEST * min(way, length)
+        reach = FITTED * min(way, LAYERS * self.solver.solid.layer_length)
+        left, right = self.body.along.left, self.body.along.right
+        number = np.argmin(np.abs((left if inward > 0 else right) - edge))
+        beside = (1 + 1e-9) * (right[number] - left[number])
+        if np.count_nonzero((r > beside) & (r < reach)) <= TERMS:
+            beside = 0.0
+        while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= TERMS and reach < furthest:
+            reach *= 1.5
+        here = (r > max(beside, 1e-3 * reach)) & (r < reach)
+        terms = min(TERMS, np.count_nonzero(here) - 1)
+        if terms < 2:
+            raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
+        scale = np.sqrt(self.body.weights[here])
+        powers = (r[here, None] / reach) ** (np.arange(terms) - 0.5) * scale[:, None]
+        K = np.linalg.lstsq(powers, p[here] * scale, rcond=None)[0]
+        return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
 
+    def beside_tips(self, x):
+        """Whether a wrong set at x is no other topology, so near to a tip, boolean array."""
+        tips, (left, right) = np.array(self.tips), self.ground.reach
+        apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
+        hidden = SEEN * np.minimum(apart.min(axis=1), right - left)
+        hidden = np.where(np.isin(tips, self.solver.ends()), np.minimum(hidden, self.near), hidden)
+        nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
+        return np.abs(x - tips[nearest]) <= hidden[nearest]
 
-@dataclass(frozen=True)
-class _FittedMesh:
-    body: Condensed
-    system: tuple
-    closed: np.ndarray
-    zones: dict
-    ground: Ground
-    tips: list
-    near: float  # to an end of the obstacle: an edge nearer to it is put there
+    def violations(self, state):
+        """[Overlap] of the state between open nodes and, without depth, where a corner in tension has to be
+        open; but for those next to edges.
+        """
+        problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
+        sites = [x[~self.beside_tips(x)] for x in self._sites]
+        raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
+        known = {"approach": state.approach, "raised": raised, "psi": psi}
+        found = between.overlaps(self._facets, self.closed, law, obstacle, sites, **known)
+        tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * problem.solid.layer_length
+        zones = state.all_zones
+        return found + between.pulled_at_valleys(problem, zones, self.x, self.pressures, tips, reach)
 
     @property
-    def x(self):
-        return self.body.points[:, 0]
+    def missed(self):
+        """What nodes miss of the height on closed facets: squares of pressures in L2, a number."""
+        law, obstacle = self.solver.law, self.solver.obstacle
+        if getattr(obstacle, "formulas", False):
+            return 0.0
+        return between.missed(self._facets, self.closed, law, obstacle, self._sites).sum()
 
-    def length_at(self, edge, inward):
-        """Length of the element at an edge, with a margin of rounding."""
-        ends = np.array([(left, right) for left, right, _ in self.body.interpolation])
-        left, right = ends[np.argmin(np.abs(ends[:, 0 if inward > 0 else 1] - edge))]
-        return (1 + 1e-9) * (right - left)
+    @cached_property
+    def _facets(self):
+        return between.Facets(self.body)
 
-    def pressures(self, load):
-        """Pressures that close the gaps on the zones and carry the load of the computed part, array
-        (corners, n).
-        """
-        return _closed(*self.system, self.closed, load).reshape(len(self.zones), -1) / self.body.weights
-
-
-def _clusters(zones):
-    """[(left, right)] around zones that are near to each other, ascending: those with gaps no wider than
-    they are.
-    """
-    found = []
-    for left, right in joined([each for own in zones.values() for each in own]):
-        if found and left - found[-1][1] <= max(right - left, found[-1][1] - found[-1][0]):
-            found[-1] = (found[-1][0], right)
-        else:
-            found.append((left, right))
-    return [
-        (left - (BEYOND - 1) * (right - left) / 2, right + (BEYOND - 1) * (right - left) / 2)
-        for left, right in found
-    ]
+    @cached_property
+    def _sites(self):
+        """[array] of contact points of each corner at which the obstacle was looked at, and between nodes."""
+        left, right = self.ground.reach
+        places = (self.x[1:] + self.x[:-1]) / 2
+        found = [np.union1d(self.solver.problem.sites(corner), places) for corner in self.zones]
+        return [x[(x >= left) & (x <= right)] for x in found]
 
 
-def _told_apart(zones):
-    """Zones whose edges a mesh can tell apart: those that are nearer to each other, of whatever corners, are
-    one.
+def _cleaned(solver, zones, near):
+    """Zones whose edges a mesh tells apart from each other, from the axis and from an end of the obstacle, or
+    that are there; without zones and gaps of no width.
     """
     edges = zone_edges(zones)
-    least, place = BESIDE * TOLD * (edges[-1] - edges[0]) if edges else 0.0, {}
-    for edge in edges:
-        before = next(reversed(place.values()), None)
-        place[edge] = before if before is not None and edge - before < least else edge
-    moved = {corner: [(place[left], place[right]) for left, right in own] for corner, own in zones.items()}
-    return {
-        corner: tuple(joined((left, right) for left, right in own if left < right))
-        for corner, own in moved.items()
-    }
+    outer, width = max(map(abs, edges)), edges[-1] - edges[0]
+
+    def placed(edge, ends):
+        if solver.symmetric and edge <= COLLAPSED * outer:
+            return 0.0
+        return next((end for end in ends if abs(edge - end) < near), edge)
+
+    found = {}
+    for corner, own in zones.items():
+        shift = solver.problem.shift(corner)
+        ends = [end + shift for end in getattr(solver.obstacle, "ends", ())]
+        found[corner] = [(placed(left, ends), placed(right, ends)) for left, right in own]
+    distinct = np.array(apart(zone_edges(found), 2 * SLIVER * width))
+    for corner, own in found.items():
+        own = [distinct[np.searchsorted(distinct, pair, side="right") - 1].tolist() for pair in own]
+        found[corner] = tuple(joined((left, right) for left, right in own if left < right))
+    return found
 
 
-def _closed(flexibility, gaps, share, closed, load):
-    """Forces that close the gaps of a set of corners and carry the load."""
-    n = np.count_nonzero(closed)
-    system = np.zeros((n + 1, n + 1))
-    system[:n, :n] = flexibility[np.ix_(closed, closed)]
-    system[:n, n], system[n, :n] = -share[closed], share[closed]
-    try:
-        with released(n):
-            solution = np.linalg.solve(system, np.append(-gaps[closed], load))
-    except np.linalg.LinAlgError as failure:
-        raise NotConverged(f"singular flexibility of {n} closed corners") from failure
-    forces = np.zeros(len(gaps))
-    forces[closed] = solution[:-1]
-    return forces
+def _clusters(intervals):
+    """[(left, right)] around intervals with gaps no wider than they are, ascending."""
+    found = []
+    for left, right in joined(intervals):
+        if found and left - found[-1][1] <= max(right - left, found[-1][1] - found[-1][0]):
+            left = found.pop()[0]
+        found.append((left, right))
+    more = (BEYOND - 1) / 2
+    return [(left - more * (right - left), right + more * (right - left)) for left, right in found]

@@ -18,10 +18,9 @@ ORDER, COUNTS = 4, (16, 32)  # order and elements over the reach of the two mesh
 class FittedPath(LoadPath):
     """The load path of a block.
 
-    Events are those of two meshes of equal elements, node by node, without steps to choose. Where zones meet
-    on the axis the load misses its limit by h^(2 s) (docs/theory/halfplane.md): it is extrapolated with that,
-    and the correction is the error; for all other events, which converge faster, it bounds the error. Events
-    that one mesh alone sees are left out; `warnings` name their loads.
+    Events are those of two meshes of equal elements, node by node. Where zones meet on the axis the load,
+    off by h^(2 s) (docs/theory/halfplane.md), is extrapolated; the correction is the error of all.
+    `warnings` name events that one mesh alone sees.
     """
 
     @cached_property

@@ -13,6 +13,7 @@ from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
+from ..model.refinement import levels
 from ..model.state import State
 from .body import Body
 from .condensation import Condensed, condensed
@@ -38,12 +39,12 @@ class SlipNodes(Condensed):
         """Any body that `Newton` takes is followed."""
 
     def _onto(self):
-        """As of `Condensed`, with rows of u.t."""
+        """R with rows of u.t."""
         along = np.column_stack((self.normals[:, 1], -self.normals[:, 0]))
         return sparse.vstack((super()._onto(), self.motion(along, 0 * along)), format="csr")
 
     def _matrix(self):
-        """The part of the response that `Compliance` has."""
+        """The compliance's part of the response."""
         self.response, n = super()._matrix(), len(self.weights)
         return self.response[: 2 * n, : 2 * n]
 
@@ -198,9 +199,7 @@ class FrictionSolution(OfMoment, MeshSolution):
 
 
 def history(solver, pairs, coupled, rtol, method):
-    """The History of a solver of a body through pairs, array (n, 2); BadArgument for an rtol, or an obstacle
-    that deforms.
-    """
+    """The History of a solver through pairs, array (n, 2); BadArgument for an rtol or a second body."""
     if body_of(solver.obstacle) is not None:
         raise BadArgument(
             "obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
@@ -222,27 +221,26 @@ def history(solver, pairs, coupled, rtol, method):
 def history_to(rtol, follow):
     """The History on the first of four meshes with an error estimate of rtol at most, from the third on.
 
-    The largest changes between three meshes have an order, from 1/2 to 1, from which follows what the last
-    one lacks (Richardson); half of a state's change before the last counts as well. rtol is that of pressure,
-    micromoment over ell and shear traction over the friction; `follow` returns the History on squares
-    2**number times shorter. Raises NotConverged if the last mesh does not do.
+    What the last mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson);
+    half of a state's change before the last counts as well. rtol is that of pressure, micromoment over ell
+    and shear traction over the friction; `follow` returns the History on squares 2**number times shorter.
+    Raises NotConverged if the last mesh does not do.
     """
-    coarser, before, best = follow(0), None, np.inf
-    for number in (1, 2, 3):
-        finer = follow(number)
+
+    def changes(coarser, finer):
         pairs = zip(finer.states, coarser.states)
-        last = np.array(
-            [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in pairs]
-        )
-        if before is not None:
+        found = [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in pairs]
+        return np.array(found)
+
+    best = np.inf
+    for _, finer, _, known in levels(lambda number, _: follow(number), range(4), changes):
+        if len(known) > 1:
+            before, last = known[-2:]
             order = np.clip(np.log2(before.max() / last.max()), 0.5, 1)
             errors = np.maximum(last, before / 2) / (2**order - 1)
             best = min(best, max(errors))
-            if max(errors) <= rtol:
-                states = [
-                    State(one.solution, error_estimate=float(error))
-                    for one, error in zip(finer.states, errors)
-                ]
+            if best <= rtol:
+                pairs = zip(finer.states, errors)
+                states = [State(one.solution, error_estimate=float(error)) for one, error in pairs]
                 return History(finer.problem, states, finer.events)
-        coarser, before = finer, last
     raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import BOUNDED, BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, NotConverged, require_finite
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -75,11 +75,7 @@ class GroundSolver(Solver):
 
     def at_approach(self, approach, at, tolerance):
         """The solution `at(load, neighbour)` whose approach is the one given, to `tolerance` of the way since
-        first touch.
-
-        Loads follow by secants of logarithms, each solution from its neighbour. The first load is what the
-        classical modulus asks for, and the first slope 1: a contact gets stiffer as it is pressed, so that
-        the load is met from below where that first one is too small.
+        first touch. Loads follow by secants of logarithms, from that of the classical modulus.
 
         Raises
         ------
@@ -106,7 +102,7 @@ class GroundSolver(Solver):
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=state.approach)
 
     def require_approach(self, approach):
-        """The approach at which the first corner touches the undeformed surface, psi0 included.
+        """The approach at which the first corner touches the undeformed surface.
 
         Raises
         ------
@@ -138,18 +134,6 @@ class GroundSolver(Solver):
     def share(self, load):
         """Load of the computed part."""
         return load / 2 if self.symmetric else load
-
-    def first_guess(self, load):
-        """Half-width of a classical contact that would carry the load, and a block more."""
-        width = self.solid.ell / 100
-        for _ in range(200):
-            rise = np.ptp(np.minimum(heights(self.obstacle, np.linspace(-width, width, 9)), 1e300))
-            if 1.3 * self.solid.E_star * rise >= load:
-                return 1.2 * width + self.solid.ell
-            width *= 1.3
-        raise BadArgument(
-            "obstacle", self.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
-        )
 
     def runs(self, x, closed, pressures):
         """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""

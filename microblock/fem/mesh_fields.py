@@ -6,14 +6,12 @@ from . import meshes
 
 
 class BelowOnMesh:
-    """Base of states of bodies on meshes, with `fields` of the computed part and `mirrored` if that is its
-    half x1 > 0.
-    """
+    """Base of states with `fields` of the computed part, `mirrored` if that is the half x1 > 0."""
 
     mirrored = False
 
     def locking(self, nodes):
-        """What is wrong, in a list of sentences, where elements below these contact nodes lock."""
+        """A list of a sentence where elements below these contact nodes lock."""
         body, zones = nodes.body, self.zones_by_name["contact"]
         if self.error_estimate is not None or not zones or not self.has_edges:
             return []
@@ -25,7 +23,7 @@ class BelowOnMesh:
         return meshes.locking(body.solid, body.order, depth, max(right - left for left, right in zones) / 2)
 
     def overlap(self):
-        """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""
+        """A list of a sentence where a penalty lets corners far into the obstacle."""
         inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
         if not self.solver.penalizes or inside <= 0.01 * moved:
             return []

@@ -1,4 +1,4 @@
-"""A solution on the contact nodes of a body on a mesh of one or two dimensions, in the order of x1."""
+"""Solutions on the contact nodes of a body on a mesh."""
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
@@ -63,20 +63,17 @@ class OnMesh(Solution):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
+        """Pressure of each corner, array (corners, n); of corners that move together the mean."""
         return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
 
     @cached_property
     def fields(self):
-        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        """Fields as NGSolve functions, by one back-substitution."""
         return self.found or self.nodes.fields(self.loads)
 
     def reaction_on(self, boundary):
-        """Force and moment (in space 3 components each) that the body's supports on a boundary exert on it,
-        from nodal forces.
-
-        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in
-        equilibrium to rounding. The moment is about the origin, of force stress and couple stress together.
+        """Force and moment about the origin that the body's supports on a boundary exert on it, from nodal
+        forces: in equilibrium to rounding with the load and, where psi is prescribed, the contact's couples.
         """
         return self.fields.reaction(boundary)
 
@@ -129,7 +126,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def _moments(self):
-        """Nodal moments of the corners: what supports exert balances those that carry, not the shares."""
+        """Nodal moments of the corners, with reactions of those that carry, not of the shares."""
         levers = np.array(list(self.law.levers(self.x).values()))
         forces = self.forces if self._psi_held else self.pressures * self.weights
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
@@ -141,7 +138,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @cached_property
     def energy(self):
-        """Elastic energy per thickness: that of the fields, or half the work of the corner forces."""
+        """Elastic energy per thickness, of the fields or half the work of the corner forces."""
         if self.found is not None:
             return float(self.found.energy())
         pressed = self.forces > 0
@@ -154,7 +151,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return self.nodes.compliance.loads(self.law, self.forces)
 
     def interpolated(self, values, x):
-        """Nodal values at x, array (n,): polynomials on facets of a condensed body, else a polygon."""
+        """Nodal values at x, array (n,): polynomials of a condensed body, else a polygon."""
         if self.method == "condensed":
             return self.nodes.interpolate(values, x)
         return np.interp(x, self.x, values, period=self.period)
@@ -172,12 +169,12 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return found
 
     def tamed(self, x):
-        """1; near ends of the obstacle the distance from them over half of its width."""
+        """1; near ends of the obstacle their distance over half of its width."""
         shifts = self.law.shifts(self.solver.solid.ell)
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        """What nodes and elements miss, on a prescribed mesh; what a penalty or a free translation leaves."""
+        """What nodes and elements miss, and what a penalty or a free translation leaves."""
         found = self.overlap() if self.solver.penalizes else []
         if "u1" not in self.nodes.body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")
@@ -192,7 +189,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return [*self._far_inside(), *found, *coarse]
 
     def _far_inside(self):
-        """A sentence where the obstacle has moved by a tenth of the body's depth: beyond small strain."""
+        """A sentence where the obstacle has moved by a tenth of the body's depth."""
         moved = self.approach - self.gaps.min()
         depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
         if moved >= 0.1 * depth:
@@ -200,7 +197,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @cached_property
     def _missed(self):
-        """A list of a sentence where nodes miss features of the obstacle worth 3 % of the pressure."""
+        """A list of a sentence where nodes miss 3 % of the pressure."""
         try:
             square = between.of_body(self).sum()
         except BadArgument as failure:

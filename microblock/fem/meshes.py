@@ -53,12 +53,8 @@ FIRST = 0.4  # of the reach: within it of a tip the orders begin to fall
 
 
 def longest_element(solid, order):
-    """Length of an element, with one order for all fields, beyond which a layer at the surface is wrong by
-    more than a tenth.
-
-    What is wrong then are psi and, more, micromoment and layer lengths (`cases limits`, maps locking_strip
-    and thin_layer).
-    Order 1 locks: where mu_c is stiff psi follows the slope of u1, which it cannot.
+    """Length of an element beyond which a layer at the surface is wrong by more than a tenth (`cases limits`,
+    maps locking_strip and thin_layer).
     """
     if solid.beta == 0:
         return math.inf
@@ -66,13 +62,11 @@ def longest_element(solid, order):
 
 
 def locking(solid, order, depth, half_width):
-    """What is wrong, in a list of sentences, where elements of this order, `depth` deep below a contact of
-    this half-width, are too stiff for a nearly incompressible solid.
+    """Sentences on elements of this order, `depth` deep below a contact, that are too stiff for a nearly
+    incompressible solid.
 
-    What they miss of fields without change of volume costs energy like lambda (depth/half_width)^(2 order),
-    beside mu. LOCKS times that were approaches off at order 1, and largest pressures at order 2, within a
-    factor of 3, on triangles, quadrilaterals, tetrahedra and hexahedra. From order 3 on pressures were good
-    to 2 % up to nu = 0.4999.
+    They are off by about LOCKS lambda/mu (depth/half_width)^(2 order); from order 3 on pressures were good to
+    2 % up to nu = 0.4999.
     """
     stiffer = LOCKS * solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
     words = (
@@ -85,8 +79,6 @@ def locking(solid, order, depth, half_width):
 def thicknesses(mesh, region):
     """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
     (facets,).
-
-    Twice the area of a triangle, or the area of a quadrilateral, over the length of its facet.
     """
     above = {edge.nr: element for element in mesh.Elements() for edge in element.edges}
     areas = ng.Integrate(ng.CF(1), mesh, ng.VOL, element_wise=True).NumPy()
@@ -103,9 +95,7 @@ def thicknesses(mesh, region):
 
 @dataclass
 class Travelling:
-    """A mesh as it goes into copies and files: NGSolve mixes up the curves of a refined mesh there, which are
-    made anew.
-    """
+    """A mesh in copies and files, where its curves are made anew: NGSolve mixes up those of a refined one."""
 
     mesh: ng.Mesh
 
@@ -123,11 +113,9 @@ def body_anew(kind, arguments):
 
 
 def require_sound(mesh):
-    """BadArgument unless it is a mesh of elements that have an area (a volume) and are all oriented the same
-    way.
+    """BadArgument unless the elements of a mesh have an area (a volume) and are all oriented the same way.
 
-    Looked at in the corners of straight elements, and in the points of an integration rule in curved ones: in
-    a corner whose two sides lie on one smooth curve a curved quadrilateral is flat.
+    Curved ones are looked at inside: in a corner on a smooth curve a quadrilateral is flat.
     """
     if not isinstance(mesh, ng.Mesh) or mesh.dim not in (1, 2, 3):
         raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one, two or three dimensions")
@@ -247,8 +235,6 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements
     shrink by RATIO.
 
-    The mesh is the same in every unit of length, and has no geometry: its sides are straight.
-
     Parameters
     ----------
     ground : Ground
@@ -272,7 +258,7 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     count = sum((right - left) / length for left, right, length in parts) + len(sizes)
     _require_room("spacing", least, lambda length: (count * least / length, GRADED * count * least / length))
     unit = max(abs(x) for x in ground.reach) / MESHED
-    tips = _distinct(edges, SLIVER * surface)
+    tips = apart(edges, SLIVER * surface)
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
     places, parts = (
         [_rounded(tip, unit) for tip in tips],
@@ -307,9 +293,7 @@ def _rounded(length, unit):
 
 
 def _face(ground, tips, parts):
-    """The rectangle of a Ground as a geometry, clockwise from the surface's left end; the tips are marked
-    for RefineHP.
-    """
+    """The rectangle of a Ground as a geometry, its tips marked for RefineHP."""
     (left, right), far = ground.reach, ground.far
     start = 0.0 if ground.half else -far
     ends = [
@@ -367,10 +351,9 @@ def uniform(ground, h, quads=True):
 
 
 def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left")):
-    """Rectangles between lines x1 = across[i] and x2 = up[j], both ascending, in rows from below.
+    """Rectangles between lines x1 = across[i] and x2 = up[j], both ascending, or triangles.
 
-    `names` are those of the boundaries, counterclockwise from below. With ``quads=False`` each rectangle is
-    cut into two triangles. NGSolve's MakeStructured2DMesh makes the same mesh, seven times slower.
+    `names` are those of the boundaries, counterclockwise from below.
     """
     nx, ny = len(across), len(up)
     mesh, points = netgen.Mesh(dim=2), np.zeros((ny, nx, 3))
@@ -425,11 +408,7 @@ def uniform_lines(reach, far, h):
 
 def falling_orders(mesh, ground, tips, top):
     """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm
-    of the distance.
-
-    The lowest, at the tips of the grading and in a field that is far, is nearly half of it: their errors have
-    to fall with the rest. A small square has no such field: low orders at its sides would bend the surface on
-    every refinement level alike.
+    of the distance to nearly half of it, at the tips and far away.
     """
     centres, sizes = _elements(mesh)
     reach = max(abs(x) for x in ground.reach)
@@ -456,9 +435,10 @@ def _elements(mesh):
     )
 
 
-def _distinct(places, apart):
+def apart(places, least):
+    """Places, ascending, each farther than `least` from the one before."""
     found = []
     for place in sorted(places):
-        if not found or place - found[-1] > apart:
+        if not found or place - found[-1] > least:
             found.append(float(place))
     return found

@@ -1,11 +1,8 @@
 """Monolithic contact in one, two and three dimensions: semismooth Newton on u, psi and the approach at once.
 
 The augmented Lagrangian (37), or the penalty functional (31), is stationary; its first and second variation
-are residual and tangent. A step is one of the primal-dual active set method.
-
-In the plane the corner multipliers are unknowns as well. In space corner forces are not unique: multipliers
-are given there, and become (40) whenever equilibrium holds better than the gaps do (method of multipliers).
-With given multipliers, and those of a penalty are 0, matrices are positive definite.
+are residual and tangent. In the plane the corner multipliers are unknowns as well. In space corner forces are
+not unique: multipliers are given there, and become (40) when equilibrium holds better than the gaps do.
 """
 
 from collections import Counter
@@ -22,8 +19,6 @@ from .body import Body, Fields, Loads
 from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
 from .newton_systems import ConjugateGradients, Direct
-
-MOST = 61  # iterations
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,7 +161,7 @@ class MonolithicNewton:
             raise BadArgument("load", level, "must be positive: contact cannot pull")
         unknowns, visits, active = self._first_guess(level, start), Counter(), None
         best, steps, before, stopped = None, 0, np.inf, "the residual stalls"
-        for iteration in range(MOST):
+        for iteration in range(61):
             counted()
             now = self._look(unknowns)
             if best is None or now.kkt < best.kkt:
@@ -221,7 +216,7 @@ class MonolithicNewton:
         return [part.vec.FV().NumPy() for part in parts]
 
     def _touching(self, unknowns):
-        """The approach at which the nearest corner has just closed: above it the approach would be free."""
+        """The approach at which the nearest corner has just closed."""
         stresses, moved = self._corners(unknowns)
         ahead = (stresses / self.rho + self.facets.g0 - moved) / self.facets.normals[:, -1]
         ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])
@@ -238,7 +233,7 @@ class MonolithicNewton:
         """The _Iterate of these unknowns."""
         facets, values, count = self.facets, unknowns.vec.FV().NumPy().copy(), self.body.space.ndof
         own, moved = self._corners(unknowns)
-        gaps = facets.g0 - moved - values[-1] * facets.normals[:, -1]
+        gaps = facets.gaps(moved, values[-1])
         wanted = own + self.rho * gaps
         closed = wanted <= 0  # (40)
         stresses = np.where(closed, wanted, 0.0) if facets.nodal else own
@@ -322,9 +317,7 @@ class _Iterate:
 
 
 def default_rho(facets, method, length=None):
-    """lambda + 2 mu over a length, that of the body's height, in space of a facet; and more for the penalty:
-    penetrations are some 1e-4 of the compression.
-    """
+    """lambda + 2 mu over a length, that of the body's height, in space of a facet; more for the penalty."""
     body, factor = facets.body, 1 if method == "al" else 1e4
     if body.mesh.dim == 3:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
@@ -335,7 +328,7 @@ def default_rho(facets, method, length=None):
 
 
 def _ratio(values, scale):
-    """Largest |value|/scale; 0 for no value or zeros, inf for a value with no scale."""
+    """Largest |value|/scale; 0 for none or zeros, inf without a scale."""
     largest = np.abs(values).max(initial=0.0)
     if largest == 0:
         return 0.0

@@ -8,24 +8,27 @@ from .condensation import with_psi_constrained
 from .facets import ContactFacets
 from .friction import history
 from .mesh_solution import MeshSolution, of_newton
-from .newton import MonolithicNewton
+from .newton import MonolithicNewton, default_rho
 
 
 class NewtonSolver(Solver):
-    """States of a body on a mesh of one or two dimensions, also a periodic one."""
+    """States of a body on a mesh of one or two dimensions, also a periodic one; `rule` and `length` are those
+    of `ContactFacets` and of `default_rho`.
+    """
 
     verifies = True
 
-    def __init__(self, contact, options):
+    def __init__(self, contact, options, rule="nodal", length=None):
         super().__init__(contact, options)
         self.body.pressed(self.body.contact)  # BadArgument where it cannot be
+        self.rule, self.length = rule, length
 
     @cached_property
     def nodes(self):
         """The contact nodes of the body, with psi = 0 there where the law prescribes it."""
         body = self.body
         supported = with_psi_constrained(body, body.contact) if self.law.clamps_rotation else body
-        return ContactFacets(supported, self.law, self.obstacle, boundary=body.contact)
+        return ContactFacets(supported, self.law, self.obstacle, body.contact, self.rule)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
@@ -47,10 +50,11 @@ class NewtonSolver(Solver):
 
     def newton(self, control):
         """The MonolithicNewton of a control, "load" or "approach", made once."""
+        nodes, kind = self.nodes, self.options.kind
         if control not in self._systems:
-            options = self.options
+            rho = self.options.rho or default_rho(nodes, kind, self.length)
             self._systems[control] = MonolithicNewton(
-                self.nodes.body, self.nodes, method=options.kind, rho=options.rho, control=control
+                nodes.body, nodes, method=kind, rho=rho, control=control
             )
         return self._systems[control]
 

@@ -1,6 +1,4 @@
-"""Linear systems of Newton's method: the bulk, assembled once, and what the contact term adds to it for each
-set of closed corners.
-"""
+"""Linear systems of Newton's method: the bulk, assembled once, and the contact term's tangent."""
 
 import ngsolve as ng
 import numpy as np
@@ -41,9 +39,7 @@ class Systems:
         return found
 
     def add(self, tangent, free):
-        """Take K + `tangent`, whose entries have the same places in K at each call, on the free unknowns, a
-        BitArray.
-        """
+        """Take K + `tangent`, whose places are the same at each call, on the free unknowns, a BitArray."""
         if not len(self._places):
             self._places = _places(self.matrix, tangent)
             self._own = self._values[self._places]

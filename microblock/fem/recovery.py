@@ -1,20 +1,16 @@
 """Refinement of a user's mesh by recovery, for bodies whose zones nobody knows beforehand.
 
-Gradients of a finite element state jump from element to element; averaged in the nodes (Zienkiewicz and Zhu,
-Int. J. Numer. Methods Eng. 24 (1987) 337) they are nearer to the true ones, so that the difference stands for
-the error:
+Gradients averaged in the nodes (Zienkiewicz and Zhu, Int. J. Numer. Methods Eng. 24 (1987) 337) are nearer to
+the true ones than those of the elements, so that the difference stands for the error:
 
-energy    that of the difference of gradients over the energy of the state: a relative error of energy and
-          approach
+energy    that of the difference of gradients over the energy of the state
 surface   difference of the averaged traction and couple -(n.sigma n), m.n from the nodal p and M, max over
           the two of the L2 norm on the contact boundary over that of p
 
-Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square
-anywhere between them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``, and so
-is what the obstacle does between the nodes (`between`). The larger one is the estimate. The elements that
-make up more than is allowed of either are cut, deeper at singular points of the surface. Straight
-quadrilaterals become triangles before: NGSolve cuts a quadrilateral one way, again and again, until the
-square of its longest side is 1e9 times its area and no factorisation holds.
+What neither shows is added to `surface`: an edge between nodes, off by a spacing over sqrt(12), as a shift
+of ``p = K sqrt(r)``, and the obstacle between the nodes (`between`). The larger one is the estimate. Elements
+that make up more than is allowed are cut, deeper at singular points of the surface. Straight quadrilaterals
+become triangles before: NGSolve cuts a quadrilateral one way, again and again.
 """
 
 import math
@@ -98,9 +94,7 @@ def _energy_of_difference(body, fields, averaged):
 
 
 def _surface(state, averaged):
-    """Array (elements,): squares of what p and M/ell differ from averaged tractions, on the elements at the
-    surface.
-    """
+    """Squares of what p and M/ell differ from averaged tractions, array (elements,)."""
     mesh, nodes, ell = state.nodes.body.mesh, state.nodes, state.nodes.compliance.ell
     above, sides = elements_at(mesh, nodes.region), outward_sides(mesh, nodes.region)
     own = np.array((state.pressures.sum(axis=0), state.micromoment / ell))
@@ -130,9 +124,7 @@ def _surface(state, averaged):
 
 
 def _edges(state):
-    """(last closed node, first open one, square of what a shift by the way over sqrt(12) changes p in L2) of
-    all free edges.
-    """
+    """(last closed node, first open one, square of what a shift changes p in L2) of all free edges."""
     x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(state.nodes.points, axis=0).T))))
     for closed, p, gaps in zip(state.closed, state.pressures, state.gaps):
         for i in np.flatnonzero((closed[:-1] != closed[1:]) & ~state.nodes.apart):
@@ -221,18 +213,14 @@ def _finer(state, parts, rtol):
 
 
 def singular(state):
-    """Points of the contact boundary under which fields are singular, array (k, 2): at ends and slope
-    discontinuities of the obstacle, and between the last closed node of a zone and the next.
-    """
+    """Points of the contact boundary under which fields are singular, array (k, 2)."""
     between = (state.x[1:] + state.x[:-1]) / 2
     x = [between[(closed[:-1] != closed[1:]) & ~state.nodes.apart] for closed in state.closed]
     return np.vstack((_named(state), _on_surface(state, np.concatenate(x))))
 
 
 def _beyond(state, members, basis, x):
-    """Squares of p and of M/ell at x, arrays (2, facets, n), from corners that are beyond the end of the
-    obstacle there, where they have to vanish.
-    """
+    """Squares of p and of M/ell at x, arrays (2, facets, n), of corners beyond the end of the obstacle."""
     levers = np.reshape(list(state.law.levers(x.ravel()).values()), (-1, *x.shape))
     wrong = np.zeros((2, *x.shape))
     for corner, (left, right) in state.problem.ends.items():
@@ -258,39 +246,21 @@ def _at(mesh, points):
     """Whether points, array (k, 2), lie in each element of a mesh, or hardly outside, boolean array (k,
     elements); sides are taken for straight.
     """
-    first, second = _halves(mesh)
+    faces, places = mesh.ngmesh.Elements2D().NumPy(), np.array(mesh.ngmesh.Coordinates())[:, :2] @ (1, 1j)
+    nodes, quad = faces["nodes"].T.astype(int) - 1, faces["type"] != TRIANGLE
+    last = nodes.take(3, 0, mode="clip")  # of a quadrilateral
+    rest = nodes[0], np.where(quad, nodes[2], nodes[1]), np.where(quad, last, nodes[2])
+    a, b, c = places[np.stack((nodes[:3], rest), axis=1)]  # corners of two triangles, arrays (2, elements)
     found = np.zeros((len(points), mesh.ne), bool)
-    for there, point in zip(found, points):
-        there[:] = _in_triangles(point, *first)
-        if second is not None:
-            there |= _in_triangles(point, *second)
+    for there, p in zip(found, points @ (1, 1j)):
+        parts = np.array((_area(b - p, c - p), _area(c - p, a - p), _area(a - p, b - p)))
+        there[:] = np.any((parts / _area(b - a, c - a)).min(axis=0) >= -AT, axis=0)
     return found
 
 
-def _halves(mesh):
-    """Corners of the triangles that elements consist of, two arrays (3, 2, elements); the second one is None
-    where no element is a quadrilateral.
-    """
-    places, faces = np.array(mesh.ngmesh.Coordinates())[:, :2], mesh.ngmesh.Elements2D().NumPy()
-    if np.all(faces["type"] == TRIANGLE):
-        return places[faces["nodes"][:, :3] - 1].transpose(1, 2, 0), None
-    own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
-    return tuple(
-        places[np.array([[each[i] for i in part] for each in own])].transpose(1, 2, 0)
-        for part in ((0, 1, 2), (0, -2, -1))
-    )
-
-
-def _in_triangles(point, a, b, c):
-    """The same of one point and triangles with these corners, arrays (2, n)."""
-    p = point[:, None]
-    parts = np.array((_twice_the_area(p, b, c), _twice_the_area(a, p, c), _twice_the_area(a, b, p)))
-    return (parts / _twice_the_area(a, b, c)).min(axis=0) >= -AT
-
-
-def _twice_the_area(a, b, c):
-    """Of triangles with these corners, arrays (2, n), with the sign of their orientation."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+def _area(first, second):
+    """Signed area between complex numbers, arrays."""
+    return (first.conj() * second).imag
 
 
 def cut(mesh, chosen):

@@ -46,8 +46,8 @@ class Solver3D(Solver):
         return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
 
     def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
-        """The SurfaceNodes of corner forces and closed corners, arrays (corners, n), and (u, phi1, phi2) at
-        the nodes, u into the body and phi = (-psi2, psi1) ell/2, array (3, n).
+        """The SurfaceNodes of corner forces and closed corners, arrays (corners, n), and (u, phi1, phi2) of
+        `Condensed` at the nodes, array (3, n).
         """
         forces, unknowns = self.of_least_norm(forces, closed), self.nodes.body.space.FreeDofs().NumSet()
         u, phi1, phi2 = surface
@@ -86,16 +86,14 @@ class Solver3D(Solver):
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
 
     def held_moments(self, exerted):
-        """Nodal moments (m1, m2), array (2, n), of what holds psi1 and psi2 on the contact boundary, but of
-        planes of symmetry, from what is exerted in all unknowns.
+        """Nodal moments, array (2, n), that hold psi1 and psi2 on the contact, but for those of planes of
+        symmetry, from what is exerted in all unknowns.
         """
         names, nodes = ("psi1", "psi2"), self.nodes
         return np.array([nodes.moments_of(name, exerted) * nodes.is_free(name, self.body) for name in names])
 
     def of_least_norm(self, forces, closed):
-        """The forces of least norm with the same resultants, arrays (corners, n), where these leave a
-        choice.
-        """
+        """The forces of least norm with the same resultants, arrays (corners, n)."""
         if len(forces) == 1:
             return forces
         for axis, field in ((0, "psi2"), (1, "psi1")):

@@ -1,4 +1,4 @@
-"""A solution on the surface of a condensed body along x1, of a symmetric problem computed on one half."""
+"""A solution on the surface of a block along x1, of a symmetric problem computed on one half."""
 
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
@@ -16,7 +16,7 @@ from .mesh_solution import OnMesh
 
 @dataclass(frozen=True)
 class Estimate(ErrorParts):
-    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+    """Parts of the relative L2 error of pressure and micromoment.
 
     Attributes
     ----------
@@ -45,19 +45,17 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     displacement, psi : arrays (n,), -u.n and microrotation at `x`, on the whole line
     zones : {corner number: ((left, right), ...)} of the computed part
     estimate : Estimate, or None where the mesh does not follow the edges
-    predicted : bool, whether the zones are those expected of a next state (`moved_on`)
     """
 
     _: KW_ONLY
     body: ContactNodes
     zones: dict
     estimate: Estimate | None = None
-    predicted: bool = False
 
     def moved_on(self, earlier, share):
-        """With the zones moved on, if they are alike in both states and none is inverted."""
+        """With the zones moved on where these are alike in both states."""
         moved = moved_on(self.zones, earlier.zones, share)
-        return replace(self, zones=moved, predicted=True) if moved else self
+        return replace(self, zones=moved) if moved else self
 
     @property
     def problem(self):
@@ -83,7 +81,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
         return values[..., -len(self.body.weights) :]
 
     def _unfold(self, values, mirrored):
-        """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
+        """Values at `x` from those of the computed part and mirrored ones, arrays (..., n)."""
         return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if self.mirrored else values
 
     @property
@@ -93,7 +91,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     @cached_property
     def all_zones(self):
-        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right)."""
+        """{corner number: ((left, right), ...)} on the whole line."""
         if not self.mirrored:
             return self.zones
         found = {}
@@ -137,7 +135,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     @cached_property
     def fields(self):
-        """Fields of the computed part by one back-substitution, with values at points of the whole body."""
+        """Fields of the computed part, with values at points of the whole body."""
         return super().fields.unfolded() if self.mirrored else super().fields
 
     def interpolated(self, values, x):
@@ -148,9 +146,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
         return np.where(x < 0, self.body.interpolate(self.computed(values[::-1]), -x), right)
 
     def reaction_on(self, boundary):
-        """As of `OnMesh`; of the half of a symmetric body the reaction of the whole one, of which the axis is
-        no boundary.
-        """
+        """As of `OnMesh`; of a symmetric body of the whole, of which the axis is no boundary."""
         found, body = super().reaction_on(boundary), self.fields.body
         if not self.mirrored:
             return found
@@ -163,25 +159,22 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
 
 def unfolded(solver, body, load, approach, forces, surface, *counts, **how):
-    """The SurfaceSolution of forces and (u.n, psi) at the nodes of the computed part, arrays (2, n)."""
-    raised, psi = surface
+    """The SurfaceSolution of forces, displacement and psi at the nodes of the computed part."""
     if solver.problem.mirror:
-        raised, psi = (np.append(sign * one[:0:-1], one) for one, sign in ((raised, 1), (psi, -1)))
-    return SurfaceSolution(solver, load, approach, forces, -raised, psi, *counts, body=body, **how)
+        surface = (np.append(sign * one[:0:-1], one) for one, sign in zip(surface, (1, -1)))
+    return SurfaceSolution(solver, load, approach, forces, *surface, *counts, body=body, **how)
 
 
-def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
-    """The SurfaceSolution of a ContactState `found` on a Condensed body."""
+def surface_solution(solver, body, load, found, zones, iterations, estimate):
+    """The SurfaceSolution of a ContactState `found` on a Condensed body that follows the edges."""
     forces = found.forces.reshape(len(solver.law.corners), -1)
-    surface = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
-    counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": method}
-    return unfolded(solver, body, load, found.approach, forces, surface, *counts, zones=zones, **how)
+    raised, psi = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
+    counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": "fitted"}
+    return unfolded(solver, body, load, found.approach, forces, (-raised, psi), *counts, zones=zones, **how)
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact; beside an end of the obstacle its distance is the
-    weight.
-    """
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, weighted by the distance to ends of the obstacle."""
     x, ell = fine.x, fine.problem.solid.ell
     shifts = fine.problem.law.shifts(ell)
     weights = fine.weights * distance_to_ends(x, getattr(fine.problem.obstacle, "ends", ()), shifts)

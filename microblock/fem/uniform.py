@@ -1,7 +1,6 @@
 """Contact of a block on one mesh of equal squares near the contact, graded outwards (section 4.2).
 
-The same discrete problem is solved condensed to the contact nodes, or monolithically by augmented Lagrangian
-or penalty Newton (`newton.py`), load by load from first touch.
+The discrete problem is solved condensed to the contact nodes, or by Newton's method, load by load.
 """
 
 import math
@@ -10,21 +9,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..corners import active_set
 from ..errors import BadArgument, NotConverged
 from ..model import methods, picture
 from .body import Body
-from .condensation import Condensed
-from .facets import ContactFacets
 from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
-from .newton import MonolithicNewton, default_rho
-from .surface_solution import surface_solution, unfolded
-
-# half-width and depth of their region, less a block, over the half-width of a classical contact
-EQUAL_SQUARES = 2.0
-ROUGH = 1e-3  # of the logarithm of a load that chooses the region of equal squares for an approach
+from .newton_solver import NewtonSolver
+from .surface_solution import unfolded
 
 
 class UniformSolver(GroundSolver):
@@ -43,21 +35,19 @@ class UniformSolver(GroundSolver):
         self.require_approach(approach)
         if self.reach is None:
             condensed = UniformSolver(self.contact, replace(self.options, newton=None, rule="nodal"))
-            load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], ROUGH).load
-        return self._reaching(load)._at(approach)
+            load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], 1e-3).load
+        solver = self._reaching(load)
+        found = solver.on_mesh.solve(None, approach, None)
+        return solver._unfolded(found.load / self.share(1.0), found)
 
     def states(self, loads):
-        """SurfaceSolutions at the loads (force per thickness), in their order; from load to load ascending.
-
-        Raises
-        ------
-        NotConverged
-            Also where the contact leaves the region of equal squares.
+        """SurfaceSolutions at the loads (force per thickness); NotConverged also where the contact leaves the
+        region of equal squares.
         """
-        ascending = sorted(set(loads))
-        solver = self._reaching(ascending[-1])
-        solved = solver._condensed(ascending) if self.method == "condensed" else solver._monolithic(ascending)
-        found = dict(zip(ascending, solved))
+        solver, found, last = self._reaching(max(loads)), {}, None
+        for load in sorted(set(loads)):
+            last = solver.on_mesh.solve(self.share(load), None, None, last)
+            found[load] = solver._unfolded(load, last)
         return [found[load] for load in loads]
 
     def history(self, pairs, coupled, rtol, progress=False):
@@ -89,14 +79,13 @@ class UniformSolver(GroundSolver):
         return self.options.reach
 
     def _reaching(self, load):
-        """The solver with a region of equal squares for a load: its own, or one that the contact fits in.
-
-        That is a whole number of squares wide, and made once for all loads that ask for it.
+        """The solver with a region of equal squares that the contact of a load fits in, made once for all
+        loads that ask for it.
         """
         if self.reach is not None:
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
-        squares = math.ceil((EQUAL_SQUARES * half_width + self.solid.ell) / self.options.h)
+        squares = math.ceil((2 * half_width + self.solid.ell) / self.options.h)
         if squares not in self._solvers:
             self._solvers[squares] = UniformSolver(
                 self.contact, replace(self.options, reach=squares * self.options.h)
@@ -109,77 +98,31 @@ class UniformSolver(GroundSolver):
         return {}
 
     def prepare(self):
-        """Mesh and matrices, made once for all loads: condensed, or of Newton's method not factorised."""
-        return self._prepared
+        """Mesh and matrices, made once: the `NodalSolver.system`, or Newton's, not factorised."""
+        return self.on_mesh.system if self.method == "condensed" else self.on_mesh.newton("load")
 
     @cached_property
-    def _prepared(self):
-        body = self._body()
-        if self.method == "condensed":
-            nodes = Condensed(body)
-            flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
-            return nodes, flexibility, self._within(nodes, gaps), share
-        facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        # the length is that of the contact: the body may be a thousand times as high
-        rho = self.options.newton.rho or default_rho(facets, self.method, self.reach)
-        return facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+    def on_mesh(self):
+        """The solver of the body on its mesh, of a symmetric problem of its half."""
+        newton = self.options.newton
+        contact = self.contact.with_(body=self._body(), method=newton or methods.Condensed())
+        return NewtonSolver(contact, newton, self.options.rule, self.reach) if newton else contact.solver
 
     def _body(self):
         if self.reach is None:
             raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")
         far = FAR * self.reach if self.domain == math.inf else self.domain
         ground = Ground(far, (0.0 if self.symmetric else -self.reach, self.reach), self.symmetric)
-        supports = dict(ground.supports)
-        if self.law.clamps_rotation:
-            supports["psi"] += "|contact"
         mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
-        return Body(mesh, self.solid, self.options.order, fixed=supports)
+        return Body(mesh, self.solid, self.options.order, fixed=dict(ground.supports))
 
-    def _at(self, approach):
-        """The SurfaceSolution at an approach on the mesh of this solver."""
-        if self.method == "condensed":
-            nodes, flexibility, gaps, share = self.prepare()
-            found = active_set.solve(flexibility, gaps, approach=approach, c=share)
-            return self._of_condensed(nodes, found.load / self.share(1.0), found)
-        facets, newton = self.prepare()
-        newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
-        state = newton.solve(approach)
-        return self._of_newton(facets, state.load / self.share(1.0), state)
-
-    def _condensed(self, loads):
-        nodes, flexibility, gaps, share = self.prepare()
-        closed = None
-        for load in loads:
-            found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=closed)
-            closed = found.closed
-            yield self._of_condensed(nodes, load, found)
-
-    def _of_condensed(self, nodes, load, found):
-        zones = self._zones(nodes, load, found.closed, found.forces)
-        return surface_solution(self, nodes, load, found, zones, found.iterations, method="uniform")
-
-    def _within(self, nodes, gaps):
-        """Initial gaps with inf beyond the region of equal squares: there nothing would be resolved."""
-        beyond = np.abs(nodes.points[:, 0]) > self.reach * (1 + 1e-9)
-        return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
-
-    def _monolithic(self, loads):
-        (facets, newton), state = self.prepare(), None
-        for load in loads:
-            state = newton.solve(self.share(load), state)
-            yield self._of_newton(facets, load, state)
-
-    def _of_newton(self, nodes, load, state):
-        zones = self._zones(nodes, load, state.closed, state.forces)
-        where, counts = (load, state.approach, state.forces), (state.kkt, state.iterations, state.unknowns)
-        how = {"zones": zones, "method": "uniform", "found": state.fields}
-        return unfolded(self, nodes, *where, state.surface, *counts, **how)
-
-    def _zones(self, nodes, load, closed, forces):
-        x, count = nodes.points[:, 0], len(self.law.corners)
-        closed, forces = closed.reshape(count, -1), forces.reshape(count, -1)
-        self._require_within(np.abs(x[closed.any(axis=0)]).max(initial=0), load)
-        return self.runs(x, closed, forces / nodes.weights)
+    def _unfolded(self, load, found):
+        """The SurfaceSolution of a MeshSolution on the mesh."""
+        self._require_within(np.abs(found.x[found.closed.any(axis=0)]).max(initial=0), load)
+        zones = self.runs(found.x, found.closed, found.forces / found.nodes.weights)
+        surface, counts = (found.displacement, found.psi), (found.residual, found.iterations, found.unknowns)
+        how = {"zones": zones, "method": "uniform", "found": found.found}
+        return unfolded(self, found.nodes, load, found.approach, found.forces, surface, *counts, **how)
 
     def _require_within(self, outer, load):
         """NotConverged where the contact reaches from the region of equal squares."""

@@ -1,23 +1,19 @@
 """A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
 
-Corner (a, b) of the block at x presses the smooth surface of the second body at x + (ell/2)(a, b), and there
-the displacement u2 of that surface adds to its gap. In Fourier space that is U2 exp(i k.(s - s')) for the gap
-of a corner at s from the force of one at s'. These places are no multiples of a cell apart: a force on a cell
-is shared among the cells of the second surface about its place, by the weights of the polynomial through five
-of them along each axis, and the displacement of the corner is taken with the same weights. With S for these
-shares,
+Corner (a, b) of the block at x presses the second body at x + (ell/2)(a, b), where its displacement u2 adds
+to the gap. These places are no multiples of a cell apart: a force on a cell is shared among the cells of the
+second surface about its place, by the weights of the polynomial through five of them along each axis, and the
+displacement is taken with the same weights. With S for these shares
 
     gaps = S^T U2 S forces
 
-is symmetric and positive whatever the size of the blocks; shares keep force and moment, and at multiples of a
-cell they are a shift. U2 is that of cells, as of the first body: on a period the symbol, else the
+is symmetric and positive, and keeps force and moment. U2 is that of cells: on a period the symbol, else the
 displacement at the centre of a cell under the pressure on another, of a classical solid in closed form (Love
 1929).
 
-Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and the less the smaller the
-block: what they are is hardly determined, and steps of a solver towards them are many. So these gaps get
-HELD of what short waves displace times such forces besides, which falls with the width of the cells as other
-errors do.
+Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and hardly so if the block is
+small. These gaps get HELD of what short waves displace times such forces besides, which falls with the width
+of the cells as other errors do.
 """
 
 from __future__ import annotations
@@ -34,15 +30,15 @@ from ..errors import BadArgument
 from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
+from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
 from .cells import wavenumbers
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
-OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
 HELD = 3e-3  # see above
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
-FEW = 48  # squares along an axis, whose loads act as one far away
+FEW = 48  # squares along an axis: cells of a window that is looked for, loads that act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
@@ -59,13 +55,13 @@ class Counter:
     offsets : array (corners, 2)
         (a, b), places of the corners from the contact point over ell/2.
     shares : dict of sparse arrays (m, n)
-        By a or b: of forces on the n cells of the contact points, along an axis, those on the m of the second
-        surface, ``beyond`` more on either side.
+        By a or b: of forces on n cells along an axis, those on the m of the second surface, ``beyond`` more
+        on either side.
     response : Waves
         Of u2 to forces on the m x m cells.
     beyond : int
     held, twisted : float
-        The least and the most twist of a block, see `with_inverse` (length per force).
+        The least and the most twist of a block (length per force).
     """
 
     solid: Cosserat
@@ -86,7 +82,7 @@ class Counter:
         Raises
         ------
         BadArgument
-            If the corners stand farther outside of the cells than the cells of the second body reach.
+            If the corners stand farther outside than WIDEST windows.
         """
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:
@@ -139,10 +135,11 @@ class Counter:
         centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
         y1, y2, pressed = as_points(*centres, whole)
         found = np.empty((len(self.offsets), len(x1)))
+        nearest = width / (4 * np.arcsinh(1))  # where a point displaces as a cell does its own centre
         for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
-            for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(y1) // 2**20):
+            for block in in_blocks(len(x1), len(y1)):
                 r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
-                own[block] = kernel(self.solid, np.maximum(r, OWN * width)) @ pressed
+                own[block] = kernel(self.solid, np.maximum(r, nearest)) @ pressed
         return found
 
     def smooth(self, length: int, width: float) -> Array:
@@ -154,8 +151,8 @@ class Counter:
     ) -> list[list[Array]]:
         """Returns the inverse of R of both bodies from that of the first, between what four corners do.
 
-        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, from the
-        sum of a b f. The second body adds U2 v v^T, v from the shares of waves.
+        Second in the rows is the twist w in gap = u + a b w - a phi1 - b phi2. The second body adds U2 v v^T,
+        v from the shares of waves.
         """
         v, twist = _seen(self.ell, length, width)
         U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)

@@ -1,15 +1,14 @@
 """The response of the half-space to a unit force and a unit moment on its surface, without images.
 
-With r the distance and e its direction from the load, and phi and m as in `microblock.halfspace.symbol`, now
-vectors in the surface along k for the plane part,
+With r the distance, e its direction from the load, and vectors phi and m as in
+`microblock.halfspace.symbol`,
 
     u = u(r) p - v(r) e.m,     phi = v(r) e p + [w0(r) + w2(r) (2 e e - 1)] m,
 
 are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. Where psi = 0 on
-the whole surface, u from p is that of U - V^2/W with J0, and m = -V/W e p with J1 holds the rotation. On k =
-i t the Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the
-imaginary parts (of V and V/W: the real part). They are tabulated once in log r, over c/ell with c = (1 -
-nu)/mu (that of V/W over 1/ell^2); r u(r) runs from one constant to another.
+the whole surface, u from p is that of U - V^2/W, and m = -V/W e p with J1 holds the rotation. On k = i t the
+Bessel functions become K0, K1 and K2, and integrals over t > 0 of the imaginary parts are left (of V and V/W:
+the real part). They are tabulated in log r, over c/ell with c = (1 - nu)/mu (that of V/W over 1/ell^2).
 """
 
 from __future__ import annotations
@@ -24,18 +23,15 @@ from scipy.special import kv
 from ..errors import BadArgument
 from ..halfplane.kernels import RATES, symbol_of_roots
 from ..model.material import Cosserat
-from ..model.quadrature import gauss_rule
+from ..model.quadrature import gauss_rule, in_blocks
 from ..model.types import AnyArray as Array
 from .symbol import along, require_stable, spread_rate
 
 NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated
 PER_DECADE = 32  # points of the table, between which a spline of order 7 is good to 1e-11
-ORDER = 7
-GAUSS = 16  # points on a piece of the integrals over t
 PIECE = 0.4  # its width in log t
 GRADED = 40  # halvings of a piece towards a branch point
 MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are symmetric
-KERNELS = 6
 
 
 class Kernels:
@@ -65,10 +61,10 @@ class Kernels:
         require_stable(solid)
         self._r = np.geomspace(NEAREST, FARTHEST, int(PER_DECADE * np.log10(FARTHEST / NEAREST)) + 1)
         values = _integrals(solid, self._r) * self._r
-        self._spline = make_interp_spline(np.log(self._r), values.T, k=ORDER)
+        self._spline = make_interp_spline(np.log(self._r), values.T, k=7)
 
     def __call__(self, r: Array) -> Array:
-        """Returns the kernels at r/ell, array (KERNELS, ...)."""
+        """Returns the kernels at r/ell, array (6, ...)."""
         r = np.asarray(r, float)
         values: Array = np.moveaxis(self._spline(np.log(np.clip(r, NEAREST, FARTHEST))), -1, 0) / r
         return values
@@ -98,7 +94,7 @@ class Kernels:
             i, j = i[keep], j[keep]
             points, gauss = gauss_rule(order)
             x, y = ((points - 0.5) * width)[:, None], ((points - 0.5) * width)[None, :]
-            for block in np.array_split(np.arange(len(i)), 1 + len(i) * order**2 // 2**20):
+            for block in in_blocks(len(i), order**2):
                 places = i[block, None, None] * width + x, j[block, None, None] * width + y
                 values = (self.clamped if clamped else self.components)(*places)
                 found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
@@ -123,8 +119,8 @@ class Kernels:
         return np.array((u, m * x / r, m * y / r))
 
     def _own(self, width: float) -> Array:
-        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre: by the
-        symmetry of the square the odd ones and the tensor's w2 vanish.
+        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre; the others
+        vanish by symmetry.
         """
         rays, turns = gauss_rule(32)
         angle = rays * np.pi / 4
@@ -143,7 +139,7 @@ def kernels(nu: float, beta: float, curvature: float, alpha_prime: float, beta_p
 
 
 def _integrals(solid: Cosserat, r: Array) -> Array:
-    """Returns the kernels at r by Gauss quadrature over t, array (KERNELS, n)."""
+    """Returns the kernels at r by Gauss quadrature over t, array (6, n)."""
     t, dt = _points(solid)
     k = 1j * t
     rate = 1 / solid.layer_length**2
@@ -154,7 +150,7 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
     held, reaction = U - V**2 / W, -c * V / W
     parts = -U.imag, V.real, -(W + other).imag / 2, -(W - other).imag / 2, -held.imag, reaction.real
     weights = np.array(parts) * t * dt / (np.pi**2 * c)
-    found = np.empty((KERNELS, len(r)))
+    found = np.empty((len(weights), len(r)))
     for block in np.array_split(np.arange(len(r)), 1 + len(r) // 64):
         tr = np.outer(t, r[block])
         zero, one = kv(0, tr), kv(1, tr)
@@ -165,9 +161,8 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
 
 
 def _pole(solid: Cosserat) -> float | None:
-    """Returns the t beyond both branch points where the denominator of W_par vanishes; None without any.
-
-    There is one where gamma' + beta' is large: the integrals are principal values then.
+    """Returns the t beyond both branch points where the denominator of W_par vanishes, as where gamma' +
+    beta' is large: the integrals are principal values then. None without any.
     """
     g, tau, eta = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2, solid.eta
     rates = 1 / solid.layer_length**2, spread_rate(solid)
@@ -203,7 +198,7 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
         edges = np.unique(
             np.concatenate((edges, place - away, place + np.array((-reach, 0, reach)), place + away))
         )
-    points, gauss = gauss_rule(GAUSS)
+    points, gauss = gauss_rule(16)
     widths = np.diff(edges)
     t = np.exp((edges[:-1, None] + widths[:, None] * points).ravel())
     first, first_weights = low * points, low * gauss  # from 0 to where the pieces begin

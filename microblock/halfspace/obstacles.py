@@ -11,13 +11,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive, shortened
-from ..model.obstacles import Cylinder, SelfAffine, returned
+from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive
+from ..model.obstacles import Cylinder, SelfAffine, evaluated, real, returned
+from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
-
-TOGETHER = 2**20  # places times wavenumbers along an axis whose powers are kept at once
 
 
 @dataclass(frozen=True)
@@ -197,7 +195,7 @@ class RoughSurface(SelfAffine):
             first, second = self._waves(x1[:, 0], 0, n) @ self.amplitudes, self._waves(x2[0], -n, n).T
             return np.asarray(first.real @ second.real - first.imag @ second.imag)
         found = np.empty(x1.size)
-        for block in np.array_split(np.arange(x1.size), 1 + x1.size * n // TOGETHER):
+        for block in in_blocks(x1.size, n):
             first = self._waves(x1.ravel()[block], 0, n) @ self.amplitudes
             found[block] = (first * self._waves(x2.ravel()[block], -n, n)).sum(axis=1).real
         return found.reshape(x1.shape)
@@ -240,18 +238,15 @@ def heights(obstacle: object, x1: Array, x2: Array) -> Array:
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a height(x1, x2), or be such a function")
-    try:
-        values: ArrayLike = height(np.array(x1), np.array(x2))  # a user's function may write into them
-        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
-    except BadArgument:
-        raise
-    except Exception as failure:  # whatever the user's function does
-        raise BadArgument(
-            "obstacle",
-            obstacle,
-            "must have a height(x1, x2) of two arrays that returns as many numbers "
-            f"({_over_a_line(obstacle) or shortened(repr(failure))})",
-        ) from failure
+    found = evaluated(
+        lambda *x: np.broadcast_to(real(height(*x)), np.shape(x1)),
+        x1,
+        x2,
+        name="obstacle",
+        given=obstacle,
+        allowed="must have a height(x1, x2) of two arrays that returns as many numbers",
+        hint=lambda: _over_a_line(obstacle),
+    )
     if np.any(np.isnan(found)) or np.any(found == -np.inf):
         raise BadArgument("obstacle", obstacle, "must have heights that are numbers, or inf")
     return np.where(found > LARGEST, np.inf, found)  # products of what is that high would overflow

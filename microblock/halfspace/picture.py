@@ -1,15 +1,13 @@
 """The obstacle as far as a contact can be: samples of the initial gaps, and a bound on the approach.
 
-f is the least of the initial gaps of a block's corners. A disc A of radius a that carries the load P like a
-flat punch is displaced by P/(2 E* a); since no gap is negative, reciprocity gives for one corner
+f is the least of the initial gaps of a block's corners. By reciprocity with a flat punch on a disc A of
+radius a, under the load P,
 
     approach <= P/(2 E* a) + <h>_A,
 
-<h>_A the mean of the height under the punch's pressure, which is the mean over a hemisphere projected on A.
-It holds for each disc; of a sphere the least over all radii is Hertz' approach times 4/3. No place with f
-above it can touch. With corners the disc loads all four of a block alike, or one of them, which yields at
-most `softer` times as much; and as the energy of the least forces is convex in P, twice the mean approach up
-to 2 P bounds that at P.
+<h>_A the mean of the height under the punch's pressure, that over a hemisphere projected on A. No place with
+f above the least over all discs can touch. With corners one of a block may carry all, which yields at most
+`softer` times as much, and the bound is doubled, as the energy of the least forces is convex in P.
 
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances:
 whatever is two spacings wide has a sample. Samples that no neighbour undercuts are followed down to their
@@ -32,14 +30,13 @@ Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
-AROUND = 3  # windows, the side of the square in which what is as narrow as in the window is looked for
 SEEN = 8**0.5  # of a square's side over its rows: diameter of a disc in which there is a sample
 NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
 STEPS = 200  # towards a valley, each a quarter of the one before once less is nearer
-EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same height may differ
+EQUAL = 1e-6  # of their range in question: heights that differ less are the same
 SAME = 0.25  # of the disc's radius, between two valleys
 
 RISES = "rise in every direction"
@@ -64,9 +61,9 @@ class Picture:
     obstacle : object
         To be named in errors.
     window : optional
-        Square with a `middle` and a `side`, in which a contact is looked for instead of everywhere.
+        Square with a `middle` and a `side`, in which a contact is looked for.
     repeats : bool
-        Whether it is a period, so that nothing else is beside it.
+        Whether it is a period.
 
     Attributes
     ----------
@@ -147,7 +144,7 @@ class Picture:
 
     def look_about(self, window: Any) -> None:
         """Looks at a window, and as far again on all sides of it, for what may be narrow, and follows it."""
-        times = 1 if self.repeats else AROUND
+        times = 1 if self.repeats else 3
         self.look(window.middle, times * window.side, times * FINE)
         self.follow()
 
@@ -173,8 +170,8 @@ class Picture:
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
-        """Looks at squares about the middle, again in more rows if none meets the obstacle, then about the
-        lowest place, as far as the bound asks for.
+        """Looks at squares about the middle, in more rows if none meets the obstacle, then about the lowest
+        place, as far as the bound asks for.
         """
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):

@@ -1,14 +1,12 @@
 """Contact on square cells of the half-space, from coarse grids to finer ones.
 
 1. The picture of the obstacle (`microblock.halfspace.picture`) says where a contact can be. A window about
-   its lowest places grows while cells press near its rim, or a gap outside of it is negative, and shrinks to
-   the contact until that fills it.
-2. Grids of 32, 64, ... cells a side are solved (`microblock.corners.projected_gradients`), each started from
-   the one before, until the estimate is below rtol and no place between the cells would touch. Then places
-   outside are looked at again.
+   its lowest places grows while cells press near its rim, or a gap outside is negative, and shrinks to the
+   contact until that fills it.
+2. Grids of 32, 64, ... cells a side are solved, each started from the one before, until the estimate is below
+   rtol and no place between the cells would touch. Then places outside are looked at again.
 
-The estimate is of what `State.pressure_at` returns. Two grids whose contacts have few cells agree by
-themselves, so the load on such spots counts as error.
+Two grids whose contacts have few cells agree by themselves, so the load on such spots counts as error.
 """
 
 from __future__ import annotations
@@ -28,36 +26,32 @@ from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
 from ..model.material import joint_modulus
+from ..model.quadrature import in_blocks
 from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from .cells import flexibility
-from .counter import Counter, as_points
+from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
-from .picture import FINE, SEEN, Picture
+from .picture import EQUAL, FINE, SEEN, Picture
 from .state import SurfaceCells
 from .surface_law import closed_corners, on_surface
 from .symbol import symbol
 
 FIRST, MOST = 32, 1024  # cells a side of the coarsest and of the finest grid that rtol may ask for
 COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
-WINDOW_CELLS = 48  # cells a side, on which the window is found
 FILLED = 0.3  # of such a window, that the contact must fill
 WIDENED = 1.5  # times, where the contact reaches the rim of the window
 TRIES = 60  # windows
-RIM = 2  # cells at the rim that must not press
 SPARE = 0.08  # of the contact's size, free on either side
 LOOKED = 256  # low places outside of the window at which gaps are computed
-OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
 TIP = 0.05  # of the approach: what a place may be lower than the cells about it
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
 USUAL, FASTEST = 1.4, 2.5  # ratio of successive changes from grid to grid
-BLIND = 4.0  # the same at most, while contacts have few cells
-FITS = 1e-6  # of their range, heights and psi0 at both ends of a period may differ; so may periods
 PLACES = 65  # on an edge of a period, at which they are compared
 SHORTEST = 1e4  # over ell, a wavenumber of which only the short waves' stiffness is felt
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
@@ -107,11 +101,9 @@ class SurfaceSolver(Solver):
         self._require_repeating()
 
     def _require_repeating(self) -> None:
-        """Raises BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it
-        begins.
-        """
+        """Raises BadArgument unless obstacle and psi0 fit the period."""
         own, period = getattr(self.obstacle, "period", None), self.period
-        if own is not None and (period is None or abs(period / own - round(period / own)) > FITS):
+        if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         if period is None:
             return
@@ -175,8 +167,7 @@ class SurfaceSolver(Solver):
         """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
         many nodes as are fixed; and, array (k, 2), places that a wider window must hold, none if it does.
 
-        Which grids and windows are solved before a state does not depend on the goal, so the estimate of
-        each can be asked for.
+        Which grids and windows are solved does not depend on the goal before it is reached.
         """
         most, best, blind, last = self.options.nodes or MOST, None, 0.0, self.options.residual
         sizes = [
@@ -207,13 +198,13 @@ class SurfaceSolver(Solver):
                 best = state
             finer = np.log2(MOST / count)
             falls = np.divide(changes[:-1], changes[1:]).max() ** 2 if len(changes) > 2 else FASTEST
-            late = _estimate(changes) > goal * (BLIND if blind else min(falls, FASTEST)) ** finer
+            late = _estimate(changes) > goal * (4 if blind else min(falls, FASTEST)) ** finer
             if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
                 break
         raise self._out_of_reach(picture, best or state, goal)
 
     def _out_of_reach(self, picture: Picture, state: SurfaceCells, goal: float) -> NotConverged:
-        """Returns the error for a goal that no grid reaches, with the state of the least estimate."""
+        """Returns the error for a goal that no grid reaches, at the state of the least estimate."""
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         cut = self.period is None and _reaches(state, 1)
         words, ways = [f" on {len(state.x1)} x {len(state.x1)} cells"], ["fix Cells(nodes=...)"]
@@ -311,30 +302,29 @@ class SurfaceSolver(Solver):
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of the least and
-        largest x1 and x2.
-        """
+        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of least and largest
+        x1 and x2."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
-        width = side / WINDOW_CELLS
+        width = side / FEW
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
         for _ in range(TRIES):
-            grid = Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
-            state = self._solved(grid, load, approach, COARSE_RESIDUAL / WINDOW_CELLS, None)
+            grid = Grid(FEW, side / FEW, tuple(middle))
+            state = self._solved(grid, load, approach, COARSE_RESIDUAL / FEW, None)
             outside = self._touching(state, picture)[0]
             box = _around(np.vstack((box, outside)))
             held = _around(np.vstack((box, _pressing(state))))
             size = np.ptp(held, axis=0).max()
             middle, before = np.rint(2 * held.mean(axis=0) / grid.width) * grid.width / 2, side
-            side = size * (1 + 2 * SPARE) + 2 * (RIM + 1) * size / WINDOW_CELLS
-            if _reaches(state, RIM) and not len(outside):
+            side = size * (1 + 2 * SPARE) + 2 * 3 * size / FEW
+            if _reaches(state, 2) and not len(outside):
                 side = WIDENED * before
             elif not len(outside) and size >= FILLED * before:
-                return Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
+                return Grid(FEW, side / FEW, tuple(middle))
         raise NotConverged(NO_WINDOW)
 
     def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places of the picture at which a gap is negative, outside of the window, and between cells
-        that do not see them: arrays (k, 2).
+        """Returns places of the picture at which a gap is negative, outside of the window, and between cells:
+        arrays (k, 2).
         """
         low, grid = picture.low(state.approach), _grid(state)
         if self.period:
@@ -367,7 +357,7 @@ class SurfaceSolver(Solver):
         law, (x1, x2) = self.surface_law, places[:, :2].T
         gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
-        return np.asarray(gaps.min(axis=0) < -OVERLAP * (state.approach - least))
+        return np.asarray(gaps.min(axis=0) < -EQUAL * (state.approach - least))
 
     def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
         """Returns u with that of a second body, array (n,) or (corners, n), and the phi that corners see,
@@ -381,7 +371,7 @@ class SurfaceSolver(Solver):
         )
         y1, y2, p, m1, m2 = as_points(state.x1, state.x2, scale * state.total, -scale * M2, scale * M1)
         found = np.zeros((3, len(x1)))
-        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(p) // 2**20):
+        for block in in_blocks(len(x1), len(p)):
             away = (x1[block, None] - y1) / solid.ell, (x2[block, None] - y2) / solid.ell
             if not law.psi0:
                 found[0, block] = (table.clamped if law.clamped else table.components)(*away)[0] @ p
@@ -400,7 +390,7 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
     inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
     finite = inside[np.isfinite(inside)]
-    most = FITS * np.ptp(finite) if finite.size else 0.0
+    most = EQUAL * np.ptp(finite) if finite.size else 0.0
     pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
     return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
 
@@ -432,8 +422,8 @@ def _share_of_spots(state: SurfaceCells, least: float) -> float:
 def _estimate(changes: list[float]) -> float:
     """Returns the error of the last grid from successive changes.
 
-    Errors of two grids that fall by a ratio r and are alike leave r - 1 times the finer one as change, errors
-    like those of the edge's steps, which have nothing to do with each other, sqrt(1 + r^2) times.
+    Errors that fall by a ratio r and are alike leave r - 1 times the finer one as change, those of the edge's
+    steps, which have nothing to do with each other, sqrt(1 + r^2) times.
     """
     ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else USUAL
     last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]

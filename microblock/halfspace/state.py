@@ -16,35 +16,31 @@ from ..model.types import AnyArray as Array
 class SurfaceCells(Solution):
     """A solution on square cells, and what lies between their centres.
 
-    Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
-    of freedom. Their sum and `micromoment`, the resultants, are; `pressures` are those of least norm.
-
     Attributes
     ----------
     solver : SurfaceSolver
     load, approach : float
-        Force, on a period that of one period; approach from the surface far away, on a period from its mean
-        (length); of two bodies, by how much they come closer far away, or in the mean.
+        Force, on a period that of one period; approach as of `microblock.State` (length).
     x1, x2 : arrays (n,)
-        Centres of the cells along either axis (length).
+        Centres of the cells (length).
     width : float
         Side of a cell (length).
     pressures : array (corners, n, n)
+        Those of least norm: of four closed corners the resultants alone are unique.
     psi, micromoment : arrays (2, n, n)
-        About x1 and x2: microrotations (radians), and couples of the corners' forces, or the reaction to
-        psi = 0 (stress x length).
+        About x1 and x2 (radians), and couples of the corners' forces, or the reaction to psi = 0 (stress x
+        length).
     displacement, opposite : arrays (n, n)
-        Normal displacement into the body, and that along x3 of the surface of a second body above the cells;
-        0 of a rigid obstacle (lengths).
+        Normal displacement into the body, and that of a second body along x3, 0 of a rigid one (lengths).
     closed : array (n, n) of int
         Number of closed corners at each cell: those with a force, and all four where no gap is open.
     residual, iterations : float, int
         Largest relative residual of the contact conditions, and products with the flexibility on this grid.
     error_estimate : float or None
-        With the share of the load on spots of few cells. None where there is no coarser grid.
+        None where there is no coarser grid.
     notes : tuple of str
     seen_width : float or None
-        See `microblock.State`.
+        As of `microblock.State`.
     """
 
     solver: Any

@@ -1,9 +1,8 @@
 """A contact law on a surface: which corners a block has there, where they are and how it is tilted.
 
 A block is a cube with sides along x1 and x2, but for its initial rotation psi0 = (psi0_1, psi0_2) about them.
-Its corner (a, b), a, b = -1, 1, lies at ``(ell/2) (a S1 + b S2)`` from the contact point, S_i = e_i + psi0 x
-e_i; with t = (-psi0_2, psi0_1) that is ``(ell/2) (a, b)`` along the surface and ``(ell/2) (a, b).t`` above
-it. With phi1 = -(ell/2) psi2, phi2 = (ell/2) psi1 its gap is
+With t = (-psi0_2, psi0_1) its corner (a, b), a, b = -1, 1, lies ``(ell/2) (a, b)`` from the contact point
+along the surface and ``(ell/2) (a, b).t`` above it. With phi1 = -(ell/2) psi2, phi2 = (ell/2) psi1 its gap is
 
     g = h - (ell/2) (a, b).t + u + lever.phi,     lever = t - (a, b),
 
@@ -70,16 +69,13 @@ class SurfaceLaw:
         return np.array(above) - ell / 2 * self.in_gaps * raised
 
     def of_least_norm(self, forces: Array, closed: Array) -> Array:
-        """Returns the forces of least norm with the same resultants, array (corners, ...).
-
-        Only blocks with all four corners closed have a choice: the forces 1, -1, -1, 1 on them have no
-        resultant. None becomes negative.
+        """Returns the forces of least norm with the same resultants, array (corners, ...), none negative.
 
         Parameters
         ----------
         forces : array (corners, ...)
         closed : boolean array (corners, ...)
-            Whether the gap is closed, with or without a force.
+            Whether the gap is closed: only blocks with all four corners closed have a choice.
         """
         if len(forces) != len(NONE):
             return forces
@@ -87,8 +83,8 @@ class SurfaceLaw:
 
 
 def closed_corners(forces: Array, closed: Array) -> Array:
-    """Returns how many corners of each block touch, array (...): those with a force, and all four where none
-    of the gaps is open.
+    """Returns how many corners of each block touch, array (...): those with a force, and all four where no
+    gap is open.
     """
     touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
     return np.asarray(touching.sum(axis=0))

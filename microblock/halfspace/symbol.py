@@ -1,10 +1,8 @@
 """The surface response of the half-space x3 < 0 in Fourier space.
 
-Under loads ``exp(i k.x)`` on the surface the fields fall into two parts that do not meet. In the plane of the
-wave vector and the normal they are those of the half-plane (`microblock.halfplane.kernels`), with U, V, W.
-The moment along the wave vector turns the blocks about it, with the displacement across it: u2 = w(x1, x3),
-psi1 and psi3, k along x1. Three modes solve the field equations, classical shear with psi equal to the
-rotation,
+In the plane of the wave vector and the normal the fields are those of the half-plane
+(`microblock.halfplane.kernels`), with U, V, W. The moment along the wave vector turns the blocks about it,
+with the displacement u2 = w(x1, x3) across it, k along x1. Three modes solve the field equations,
 
     w = exp(k x3),      psi = curl(w e2)/2
     psi = grad exp(s1 x3),                      s1^2 = k^2 + 4 eta/(ell^2 (alpha' + beta' + gamma'))
@@ -15,7 +13,7 @@ rotation,
 
     psi1/M1 = (1 + eta) tau s/(mu ell^2 [(1 + eta) T^2 - g^2 k^2 s (eta k + s1)]).
 
-In the scaling of the half-plane, ``phi = ell psi/2`` and ``m = 2 M/ell``, this is W_par = (ell^2/4) psi1/M1.
+With ``phi = ell psi/2`` and ``m = 2 M/ell`` this is W_par = (ell^2/4) psi1/M1.
 """
 
 from __future__ import annotations

@@ -122,15 +122,15 @@ class LoadPath(Shown, PlainData):
 
         @property
         def first(self) -> float:
-            """Load from which zones are followed."""
+            """See `LoadPath`."""
 
         @property
         def events(self) -> Sequence[Event]:
-            """Zones that are born, merge, split or vanish, ascending in load."""
+            """See `LoadPath`."""
 
         @property
         def warnings(self) -> Sequence[str]:
-            """Sentences on what `events` may leave out."""
+            """See `LoadPath`."""
     else:
         first, warnings = 0.0, ()
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -47,13 +47,11 @@ class Law:
 
     corners: tuple[str, ...] = ("C",)
     clamps_rotation = False
-    if TYPE_CHECKING:  # a subclass may have it as a property
 
-        @property
-        def even(self) -> bool:
-            """Whether the law is known to be symmetric about x1 = 0."""
-    else:
-        even = False
+    @property
+    def even(self) -> bool:
+        """Whether the law is known to be symmetric about x1 = 0."""
+        return False
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns the levers of (29) at the abscissae x, array (n,): {corner: array (n,)} in the order of

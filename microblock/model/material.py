@@ -88,8 +88,6 @@ class Cosserat(Shown):
             raise Inadmissible("nu", nu, "must satisfy -1 < nu < 1/2")
         if not E > 0:
             raise Inadmissible("E", E, "must be positive")
-        if not ell > 0:
-            raise BadArgument("ell", ell, "must be positive")
         if not curvature > 0:
             raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
         if not alpha_prime + beta_prime + curvature > 0:

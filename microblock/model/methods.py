@@ -11,9 +11,9 @@ from ..errors import (
     Checked,
     checked,
     require_choice,
-    require_finite,
     require_flag,
     require_kind,
+    require_numbers,
     require_pair,
     require_positive,
     require_whole,
@@ -144,13 +144,7 @@ class Fitted(Checked):
         super().__post_init__()
         if self.spacing is not None and self.order is None:
             raise BadArgument("spacing", self.spacing, "goes with an order: rtol chooses both")
-        try:
-            lines = tuple(self.lines)
-        except TypeError:  # one number, which the type does not allow but the program does
-            lines = (self.lines,)  # type: ignore[assignment]
-        for line in lines:
-            require_finite(lines=line)
-        object.__setattr__(self, "lines", lines)
+        object.__setattr__(self, "lines", tuple(require_numbers(lines=self.lines).tolist()))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ even       True: the obstacle is symmetric about x1 = 0
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import cast
@@ -173,12 +173,12 @@ class Obstacle:
     def __post_init__(self) -> None:
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
-        kinks = () if self.kinks is None else _tuple(self.kinks)
-        jumps = (0.0,) * len(kinks) if self.jumps is None else _tuple(self.jumps)
+        kinks = () if self.kinks is None else tuple(require_numbers(kinks=self.kinks).tolist())
+        jumps = (0.0,) * len(kinks)
+        if self.jumps is not None:
+            jumps = tuple(require_numbers(jumps=self.jumps).tolist())
         if len(jumps) != len(kinks):
             raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
-        for place, jump in zip(kinks, jumps):
-            require_finite(kinks=place, jumps=jump)
         object.__setattr__(self, "kinks", kinks)
         object.__setattr__(self, "jumps", jumps)
 
@@ -198,10 +198,6 @@ class Obstacle:
             If the samples are not finite, not ascending or not as many.
         """
         return Samples(cast(Array, x), cast(Array, z))  # which makes arrays of them
-
-
-def _tuple(values: Iterable[float] | float) -> tuple[float, ...]:
-    return tuple(values) if np.iterable(values) else (values,)
 
 
 @dataclass(frozen=True)
@@ -491,9 +487,16 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     )
 
 
-def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
+def evaluated(
+    function: Callable[..., Array],
+    *x: Array,
+    name: str,
+    given: object,
+    allowed: str,
+    hint: Callable[[], str] = str,
+) -> Array:
     """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
-    of what was given, where the function fails.
+    of what was given and with a hint where there is one, where the function fails.
     """
     if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
         return np.zeros(np.shape(x[0]))
@@ -503,7 +506,8 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
     except MicroblockError:
         raise
     except Exception as failure:  # whatever the user's function does
-        raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
+        words = hint() or shortened(repr(failure))
+        raise BadArgument(name, given, f"{allowed} ({words})") from failure
 
 
 def real(values: ArrayLike) -> Array:

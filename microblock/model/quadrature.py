@@ -25,3 +25,8 @@ def lagrange(points: Array, v: Array) -> Array:
     terms: Array = 1 / (difference.prod(axis=1) * apart)
     terms /= terms.sum(axis=-1, keepdims=True)
     return terms
+
+
+def in_blocks(count: int, each: int) -> list[Array]:
+    """Returns numbers up to a count in parts of at most a million values, so many for each number."""
+    return np.array_split(np.arange(count), 1 + count * each // 2**20)

@@ -289,10 +289,7 @@ class LineSolution(Solution):
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class State(Shown, PlainData):
-    """A contact state, of whatever body, law and method.
-
-    What follows is that of the plane; in three dimensions forces stand for forces per thickness, and areas
-    for lengths, see the notes.
+    """A contact state, of whatever body, law and method, in the plane; in three dimensions see the notes.
 
     Attributes
     ----------
@@ -310,9 +307,9 @@ class State(Shown, PlainData):
     apart : boolean array (n - 1,) or None
         Whether the surface is interrupted between a point and the next; None where it nowhere is.
     pressure, micromoment, psi, displacement : arrays (n,)
-        Total pressure (stress), micromoment (29) (stress x length), microrotation (radians) and normal
-        displacement into the body, -u.n (length; of a half-plane up to its additive constant), at `x`. Where
-        the law prescribes psi, the micromoment is the reaction to it.
+        Total pressure (stress), micromoment (29) (stress x length), or the reaction where the law prescribes
+        psi, microrotation (radians) and normal displacement into the body, -u.n (length; of a half-plane up
+        to its additive constant), at `x`.
     pressures : dict of arrays (n,)
         Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
     closed : array (n,) of int
@@ -321,13 +318,10 @@ class State(Shown, PlainData):
         Rotation of the blocks (radians): psi0 + psi, or psi alone where psi0 acts in the levers only.
     zones : dict of lists of (left, right)
         Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
-        either. Of laws without corners "contact" alone is not empty. On a period, an interval at its end
-        goes on beyond it where one begins at its start. With friction "stick" and "slip" are parts of
-        "contact".
-    half_width : float
-        Half of the distance between the outermost edges of the contact (length).
-    contact_area : float
-        Length of the contact, that of its gaps left out.
+        either. Of laws without corners "contact" alone is not empty. On a period, an interval at its end goes
+        on beyond it where one begins at its start. With friction "stick" and "slip" are parts of "contact".
+    half_width, contact_area : float
+        Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
         Relative error in L2 over the surface of what `pressure_at` returns and of the micromoment over ell,
         both over the pressure, with friction also of the shear traction over the friction; for punches and
@@ -346,7 +340,7 @@ class State(Shown, PlainData):
         fallback was taken.
     energy : float
         Elastic energy per thickness; of a half-plane up to its additive constant.
-    body, solid, obstacle, law
+    solid, obstacle, law
         Of the problem.
     caption : str
         Obstacle, law, load and error estimate in a line, as it stands above figures.
@@ -359,14 +353,13 @@ class State(Shown, PlainData):
         is that of the corner forces and of the shear traction, which acts on the blocks' faces.
     dissipation, work : float or None
         Dissipated energy and work of the loads since the beginning, per thickness: `work` is the sum of
-        `energy` and `dissipation`, up to what the rigid-body constant of a half-plane leaves open in `work`
-        and `energy` alike.
+        `energy` and `dissipation`, up to the rigid-body constant of a half-plane.
     tangential_approach : float or None
         Tangential displacement of the obstacle (length); None where the rigid-body constant is arbitrary.
     zone_errors : dict or None
-        Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), and None for a
-        name of which the coarser discretisation had another number of zones. None as a whole where a
-        method does not estimate them.
+        Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), None for a name
+        whose number of zones differs on the coarser discretisation; None where a method does not estimate
+        them.
     opposite : array (n,) or None
         Displacement along x2 of the surface of a second body (`Deformable`) at `x`; None of a rigid obstacle.
     solution : Solution
@@ -374,7 +367,7 @@ class State(Shown, PlainData):
 
     Notes
     -----
-    In three dimensions a state has the following instead:
+    In three dimensions forces stand for forces per thickness, and a state has the following instead:
 
     points, normals : arrays (n, 3)
         Centres of cells, row after row, or nodes of the contact boundary, and unit normals there.
@@ -384,9 +377,8 @@ class State(Shown, PlainData):
         M1 and M2 of the corners' forces, or the reaction to psi = 0, and microrotations about x1 and x2.
     pressures : dict of arrays (n,)
         Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
-        Where all four corners of a block are closed their forces are not unique: four forces act on three
-        degrees of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are those of
-        least norm.
+        Where all four are closed their forces are not unique: `pressure` and `micromoment`, the resultants,
+        are; `pressures` are those of least norm.
     closed : array (n,) of int
         Number of closed corners: those with a force, and all four where no gap is open.
     contact_area : float
@@ -601,8 +593,8 @@ class State(Shown, PlainData):
         Returns
         -------
         array (n,), or a float for one number
-            Stresses; 0 outside the contact. In three dimensions they are linear along either axis between the
-            centres of cells, and on triangles between nodes.
+            Stresses; 0 outside the contact. In three dimensions they are linear between centres of cells or
+            nodes.
 
         Raises
         ------
@@ -776,10 +768,8 @@ class State(Shown, PlainData):
     @property
     def fields(self) -> Callable[..., Any]:
         """Fields below the surface, a callable: ``fields(x1, x2)`` has psi, stress and couple stress at
-        points.
-
-        Where the displacement is known it has u as well. Of finite elements the callable also has u1, u2, psi
-        and stress as NGSolve functions.
+        points, and u where it is known; of finite elements also u1, u2, psi and stress as NGSolve
+        functions.
 
         Raises
         ------
@@ -829,16 +819,8 @@ class State(Shown, PlainData):
         return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
-        """Returns the Surface in and around the contact of the plane: gaps, normal displacement, obstacle.
-
-        Parameters
-        ----------
-        window : (left, right), optional
-            Interval of x1; without it the contact and its surroundings are taken.
-
-        Returns
-        -------
-        Surface
+        """Returns the Surface (gaps, normal displacement, obstacle) on an interval (left, right) of x1 in the
+        plane, without it in and around the contact.
         """
         self._require_flat("surface along x1")
         return cast(Surface, self.solution.surface(self._window(window)))
@@ -857,11 +839,11 @@ class State(Shown, PlainData):
         Returns
         -------
         dict
-            The numbers, texts, zones and arrays among the attributes, by their names: arrays and intervals
-            are lists, and a number that is NaN or infinite is None. "profile" has the arrays once more as
-            columns of one table: "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws
-            without corners), "micromoment", "psi", with friction "shear" and "slip"; of cells in three
-            dimensions it has the state `along` the axis x1 ("axis") and along the "diagonal".
+            Attributes by their names: arrays and intervals are lists, and a number that is NaN or infinite is
+            None. "profile" has arrays once more as columns: "x", "weight", "pressure", "pressure_A",
+            "pressure_B" (None of laws without corners), "micromoment", "psi", with friction "shear" and
+            "slip"; of cells in three dimensions it has the state `along` the axis x1 ("axis") and along the
+            "diagonal".
 
         Examples
         --------

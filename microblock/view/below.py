@@ -15,27 +15,22 @@ QUANTITIES = {
     "shear": "largest shear stress (stress)",
 }
 ACROSS, DOWN = 61, 25  # points of the picture, the latter denser towards the surface
-WIDE, DEEP = 2.0, 2.0  # of the half-width of the contact
 FIRST = 0.02  # of the depth: the uppermost row
-SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"  # distinguished by the colour-blind
-LEVELS, TICKS = 20, 6  # at most: colours, and numbers beside them
+LEVELS = 20  # colours at most
 ROUNDING = 1e-9
 RARE = 2e-3  # of the points of a body, on either side, that lie beyond the ends of the colours
-HEIGHTS = 1.5, 6.0  # inches, of the picture of a body
 
 
 def draw_below(state, quantity="psi", axis=None):
-    """A Figure of one of QUANTITIES below the contact, of a state that tells its `fields_below(box)`.
-
-    box : ((left, right), depth), what is shown; fields_below -> (x1, x2, triangles (m, 3), psi, stress (2, 2,
-        n)) at points (n,)
+    """A Figure of one of QUANTITIES below the contact, of a state whose solution has fields_below(box) ->
+    (x1, x2, triangles (m, 3), psi, stress (2, 2, n)) at points (n,), box ((left, right), depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.solution.zones_by_name["contact"]
     if not contact:
         raise NotConverged("nothing touches: there is no field below a contact")
     middle, half = (contact[-1][1] + contact[0][0]) / 2, (contact[-1][1] - contact[0][0]) / 2
-    box = (middle - WIDE * half, middle + WIDE * half), DEEP * half
+    box = (middle - 2 * half, middle + 2 * half), 2 * half
     x1, x2, triangles, psi, stress = state.solution.fields_below(box)
     deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
     ends = box[0], (max(x2.min(), -box[1]), max(0.03 * box[1], x2.max()))
@@ -50,7 +45,7 @@ def draw_body(state, quantity="psi", axis=None):
     field = values(psi, stress, quantity)
     # next to edges of the contact and corners of the body a stress may have no bound
     low, high = np.quantile(field, (RARE, 1 - RARE))
-    height = float(np.clip(4.2 * np.ptp(x2) / np.ptp(x1) + 0.9, *HEIGHTS))
+    height = float(np.clip(4.2 * np.ptp(x2) / np.ptp(x1) + 0.9, 1.5, 6.0))
     ends, shown = ((x1.min(), x1.max()), (x2.min(), x2.max())), (field >= low) & (field <= high)
     return _filled(height, axis, Triangulation(x1, x2, triangles), field, quantity, shown, ends)
 
@@ -66,7 +61,7 @@ def _filled(height, axis, triangulation, field, quantity, shown, ends, contact=(
     # those beyond the first and last colour would stand at its end, beside the one that belongs there
     low, high = drawn.levels[0], drawn.levels[-1]
     margin = ROUNDING * (high - low)
-    ticks = [one for one in MaxNLocator(TICKS).tick_values(low, high) if low - margin <= one <= high + margin]
+    ticks = [one for one in MaxNLocator(6).tick_values(low, high) if low - margin <= one <= high + margin]
     drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=ticks)
     return drawing
 
@@ -86,7 +81,7 @@ def _contours(axis, triangulation, values, signed, shown):
         triangulation,
         values,
         levels,
-        cmap=DIVERGING if signed else SEQUENTIAL,
+        cmap="RdBu_r" if signed else "cividis",  # distinguished by the colour-blind
         extend=beyond[int(values.max() > levels[-1])][int(values.min() < levels[0])],
     )
 

@@ -1,8 +1,6 @@
 """The rotated blocks along a surface: squares of side ell with their outer side at the surface, rotated by
-psi0 + psi.
-
-Displacements along n, heights of the obstacle over the surface and angles are magnified alike, so that a
-corner touches the obstacle in the picture where its gap (21), (22) is closed.
+psi0 + psi. Displacements, heights of the obstacle and angles are magnified alike, so that a corner touches in
+the picture where its gap (21), (22) is closed.
 """
 
 from dataclasses import dataclass, replace
@@ -28,9 +26,9 @@ class Blocks:
 
     Attributes
     ----------
-    squares : array (m, 4, 2): corner A, corner B, and the two below B and A
-    closed : boolean array (m, 2), which of A and B are closed; of laws without corners none
-    surface, obstacle : arrays (n, 2), lines; the obstacle's is nan where there is none
+    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
+    closed : boolean array (m, 2), of A and B; False of laws without corners
+    surface, obstacle : arrays (n, 2), lines; nan where there is none
     window : (left, right)
     magnification : float
     """
@@ -100,9 +98,7 @@ def blocks(surface, contact, frame=None):
 
 
 def window(ell, contact):
-    """(left, right) of the contact [(left, right), ...] and its surroundings, or where that is wide of its
-    right edge.
-    """
+    """(left, right) of the contact [(left, right), ...] and its surroundings, or of its right edge alone."""
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
     margin = max(MARGIN * (right - left) / 2 + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
     if right - left + 2 * margin > MOST * ell:

@@ -1,8 +1,6 @@
 """Problem, state and figure for parameters that change one by one: what sliders need, and scripts as well.
 
-A state starts from the last one, its zones moved on as the last two moved under the same parameter; what is
-not computed again is the solver's own matter (`Solver.resized`, `Solver.follow`). The figure only gets new
-data.
+A state starts from the last one, its zones moved on as the last two moved under the same parameter.
 """
 
 import math
@@ -57,17 +55,16 @@ class Explorer(Shown):
     Attributes
     ----------
     choice : Choice, the parameters of the state
-    problem : Contact of these parameters; of a body on a mesh, on the mesh that the first state has got
+    problem : Contact of these parameters; of a body on a mesh, on the mesh of the first state
     state : State
     seconds : float, what the state took
-    reference : float, the length a_ref in alpha = ell/a_ref: the half-width of a classical contact under the
-        first load
+    reference : float, a_ref in alpha = ell/a_ref: half-width of a classical contact under the first load
 
     Parameters
     ----------
     problem : Contact
     load : float, force per thickness
-    rtol : float, as of `Contact.solve`; of a body on a mesh it refines the mesh for the first state
+    rtol : float, as of `Contact.solve`
 
     Examples
     --------
@@ -191,7 +188,7 @@ class Explorer(Shown):
         return replace(self.choice, **changes)
 
     def show(self):
-        """Show the state in the figure; a law with other corners has another, kept as well."""
+        """Show the state in the figure, of which each set of corners has one."""
         corners = self.state.law.corners
         if corners not in self._drawn:
             self._drawn[corners] = Frames(StateFigure(corners, SCREEN))
@@ -223,9 +220,7 @@ class Explorer(Shown):
 
 
 def reference_length(problem, load):
-    """Half-width of a classical contact under the load: a_Hz of a cylinder, half a punch, as `picture`
-    guesses it elsewhere.
-    """
+    """Half-width of a classical contact under the load: a_Hz of a cylinder, half a punch."""
     obstacle, solid = problem.obstacle, problem.solid
     if isinstance(obstacle, Cylinder):
         return math.sqrt(4 * load * obstacle.R / (math.pi * solid.E_star))

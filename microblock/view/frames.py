@@ -8,13 +8,11 @@ from PIL import Image
 
 from . import plots
 
-DPI = 96
-
 
 class Frames:
     """Draws a figure with `drawing`, `still` and `moving` again and again."""
 
-    def __init__(self, figure, dpi=DPI):
+    def __init__(self, figure, dpi=96):
         self.figure, self._look, self._background = figure, None, None
         figure.drawing.set_dpi(dpi)
         self.canvas = FigureCanvasAgg(figure.drawing)

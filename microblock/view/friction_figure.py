@@ -5,9 +5,6 @@ import numpy as np
 from ..model.zones import contains
 from . import plots
 
-ROOM = 0.15  # of the contact, beside it
-HEADROOM = 1.15  # of the largest value, above it
-
 
 class FrictionFigure:
     """Two panels that take new states: shear traction over x1 (a), shear force over slip (b).
@@ -28,7 +25,7 @@ class FrictionFigure:
         self._loop.clear()
         bound = state.law.friction * state.pressure
         left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
-        beside, top = ROOM * (right - left), HEADROOM * float(bound.max())
+        beside, top = 0.15 * (right - left), 1.15 * float(bound.max())
         stick, words = contains(state.zones["stick"], state.x), r"friction allows $\pm f p$"
         self._tractions.fill_between(state.x, -top, top, where=stick, color="0.9", linewidth=0)
         self._tractions.plot(
@@ -59,8 +56,6 @@ def draw_loop(axis, loop):
 
 
 def slip_and_shear(state):
-    """A point of the loop: the mean slip with the pressure as weight, along which the work of the shear is
-    dissipated where all slips; and Q/(f P).
-    """
+    """A point of the loop: the mean slip with the pressure as weight, and Q/(f P)."""
     slip = float(state.weights @ (state.pressure * state.slip)) / state.load
     return slip, state.shear / (state.law.friction * state.load)

@@ -45,10 +45,8 @@ STYLE = {
 
 @contextmanager
 def styled():
-    """The house style while something is drawn: STYLE, and indices and exponents that are read at 9 cm.
-
-    matplotlib has no setting for the latter; where it no longer has the constant they are as small as
-    elsewhere.
+    """The house style while something is drawn: STYLE, and indices and exponents that are read at 9 cm, for
+    which matplotlib has no setting.
     """
     layout = getattr(mathtext, "_mathtext", SimpleNamespace())
     before = vars(layout).get("SHRINK_FACTOR")

@@ -33,12 +33,8 @@ BLOCK_FILLS = {
     (False, True): "#FBDCC4",
     (True, True): "#DCD0E8",
 }
-BLOCK_EDGE = "0.35"
 PEAK = 4.0  # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
-SMALL = 6  # letters that say so, points
 GAP_SHOWN = 0.5  # of the half-width of the contact, beyond it, in which gaps set the end of their axis
-MOST_TOLD = 3  # places that are listed
-HERTZ_POINTS = 101  # of its ellipse
 TOTAL = {"color": "0.45", "lw": 0.8}  # of the sum of both corners
 
 
@@ -76,7 +72,7 @@ class StateFigure:
         self.blocks = BlocksPanel(self.axes["blocks"], corners)
         self._cut = {
             name: self.axes[name].text(
-                1, 1.02, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL
+                1, 1.02, "", transform=self.axes[name].transAxes, ha="right", fontsize=6
             )
             for name in ("pressure", "micromoment")
         }
@@ -149,7 +145,7 @@ class StateFigure:
             bar.set_data(edges, np.full(len(edges), number))
         if self.compared:  # the ellipse of a classical half-plane of the same E*, under the same load
             half = math.sqrt(4 * state.load * state.obstacle.R / (math.pi * state.solid.E_star))
-            places = half * np.sin(np.linspace(-math.pi / 2, math.pi / 2, HERTZ_POINTS))
+            places = half * np.sin(np.linspace(-math.pi / 2, math.pi / 2, 101))
             self._hertz.set_data(places, hertz(places, state.load, half))
         # a surface on a mesh may end sooner
         ends = max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])
@@ -158,8 +154,8 @@ class StateFigure:
         return self
 
     def _held(self, needed, widened):
-        """Ends {name: (low, high)} of axes: those before while they fit, so that the eye has something to
-        hold on to; else all anew, ``widened(low, high, room)``: one jump instead of several.
+        """Ends {name: (low, high)} of axes: those before while they fit, for the eye to hold on to; else all
+        anew, ``widened(low, high, room)``.
         """
         before = {name: self._ends.get(name, (math.nan, math.nan)) for name in needed}
         if not all(_fit(before[name], ends) for name, ends in needed.items()):
@@ -208,7 +204,7 @@ class BlocksPanel:
 
     def __init__(self, axis, corners):
         self.axis, self.corners = axis, corners
-        look = {"edgecolor": BLOCK_EDGE, "linewidth": 0.8}
+        look = {"edgecolor": "0.35", "linewidth": 0.8}
         self._squares = axis.add_collection(PolyCollection([], facecolor="white", **look))
         self._obstacle = axis.add_collection(
             PolyCollection([], facecolor="0.75", edgecolor="k", linewidth=0.8, zorder=0.5)
@@ -333,7 +329,7 @@ def _listed(places):
     shown = [float(f"{place:.3g}") for place in places]
     pairs = (f"\u00b1{abs(at):g}" if at and -at in shown else f"{at:g}" for at in shown)
     words = list(dict.fromkeys(pairs))
-    return ", ".join(words[:MOST_TOLD]) + (", ..." if len(words) > MOST_TOLD else "")
+    return ", ".join(words[:3]) + (", ..." if len(words) > 3 else "")
 
 
 def _around(contact, ell):

@@ -1,7 +1,6 @@
-"""The blocks of a surface under an obstacle in three dimensions: where they are, rotated, and what touches.
-
-A block is a cube of side ell below its contact point. A corner at r from the block's middle is displaced by
-``u + psi x r``, (21), and both are drawn larger, times `magnified`, with the initial rotation psi0.
+"""The blocks of a surface under an obstacle in three dimensions, cubes of side ell below their contact
+points. Displacements ``u + psi x r``, (21), are drawn `magnified` times as large, with the initial rotation
+psi0.
 """
 
 import numpy as np
@@ -13,14 +12,12 @@ from scipy.interpolate import RegularGridInterpolator
 from ..errors import BadArgument, require_kind
 from ..halfspace.surface_law import on_surface
 from . import plots
+from .blocks import SHOWN_TURN
 from .surface_figure import colours_of, numbered
 
 MOST = 18  # blocks a side
 AROUND = 1.25  # of the contact's half-width
-TURNED = 0.35  # radians, as which the largest rotation is drawn
 LOWERED = 1.5  # of ell, as which the approach is drawn at most
-SEEN = 50, -60  # degrees of elevation and azimuth
-ZOOM = 1.2
 SHADE = 0.75  # of a top's colour, the two sides' on which the light falls less
 CUBE = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / 2  # over ell
 FACES = {"top": (1, 3, 7, 5), "front": (0, 1, 5, 4), "right": (4, 5, 7, 6)}
@@ -28,12 +25,12 @@ FACES = {"top": (1, 3, 7, 5), "front": (0, 1, 5, 4), "right": (4, 5, 7, 6)}
 
 @plots.styled()
 def draw(state, axis=None):
-    """The figure of the blocks of a state on cells, or of an axis of three dimensions that is given.
+    """The figure of the blocks of a state on cells, or of a given axis of three dimensions.
 
     Raises
     ------
     BadArgument
-        If a law has one corner, and so no blocks that could be drawn, or the state is one at nodes.
+        If the law has no blocks, or the state is one at nodes.
     """
     law = on_surface(state.law)
     if not law.psi0:
@@ -46,7 +43,7 @@ def draw(state, axis=None):
     x1, x2 = _places(state, ell)
     psi1, psi2, u = (_at(state, values, x1, x2) for values in (*state.psi.T, state.displacement))
     turned = np.hypot(psi1, psi2).max()
-    magnified = min(TURNED / max(turned, 1e-300), LOWERED * ell / max(np.abs(u).max(), 1e-300))
+    magnified = min(SHOWN_TURN / max(turned, 1e-300), LOWERED * ell / max(np.abs(u).max(), 1e-300))
     tilt = law.tilt(x1, x2)  # (-psi0_2, psi0_1)
     psi = magnified * np.column_stack((psi1 + tilt[1], psi2 - tilt[0], np.zeros_like(u)))
     middle = np.column_stack((x1, x2, -ell / 2 - magnified * u))
@@ -69,8 +66,8 @@ def draw(state, axis=None):
     axis.set(**dict(zip(("xlim", "ylim", "zlim"), zip(low, high))))
     axis.set(xlabel="$x_1$", ylabel="$x_2$", zticks=())
     axis.locator_params(nbins=4)
-    axis.set_box_aspect(high - low, zoom=ZOOM)
-    axis.view_init(*SEEN)
+    axis.set_box_aspect(high - low, zoom=1.2)
+    axis.view_init(elev=50, azim=-60)
     bar = axis.figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, pad=0.02, label="closed corners")
     numbered(bar, len(law.names))
     return axis.figure

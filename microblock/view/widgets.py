@@ -161,9 +161,7 @@ class Panel:
         return self._widgets.FloatLogSlider(value=value, min=low, max=high, **words)
 
     def _arranged(self):
-        """All widgets in a box that arranges them by the width it is given; where no widgets can be, the
-        picture is shown.
-        """
+        """All widgets in a box that arranges them by its width; where no widgets can be, the picture."""
         toggles = [self.hertz] if "radius" in self.controls else []
         if hasattr(self.explorer.state.solution, "fields_below"):
             toggles += [self.beneath, self.quantity]
@@ -226,9 +224,7 @@ class Panel:
         self.below.value = self.explorer.state.plot_below(self.quantity.value)._repr_png_()
 
     def _at_rest(self, work):
-        """Do it when nothing has changed for a while, so that no slider waits for it; without a kernel at
-        once.
-        """
+        """Do it when nothing has changed for a while; without a kernel at once."""
         if self._awaited is not None:
             self._awaited.cancel()
         try:
@@ -244,10 +240,8 @@ def classed(box, name):
 
 
 def shown_with_still(ipywidgets):
-    """A class of boxes that leave their picture, an Image, beside themselves in a notebook's output.
-
-    The still is not shown where the widgets are, in running notebooks; in pages made by nbconvert, which have
-    no kernel, and often no net to load the widgets' script from, it is what is seen.
+    """A class of boxes that leave their picture, an Image, beside themselves in a notebook's output: it is
+    what pages made by nbconvert show, which have no kernel.
     """
 
     class Shown(ipywidgets.Box):

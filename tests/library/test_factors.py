@@ -98,3 +98,16 @@ def test_states_travel(method):
         assert other.zones == state.zones and other.fields.energy() == pytest.approx(state.energy, rel=1e-9)
         assert other.reaction("bottom").force == pytest.approx(state.reaction("bottom").force, abs=1e-12)
     assert problem.solve(load=1.1, initial=other).load == pytest.approx(1.1, rel=1e-12)
+
+
+@pytest.mark.parametrize("newton", [None, mb.Newton()], ids=["condensed", "newton"])
+def test_contact_beside_the_region_of_equal_squares_is_said(newton):
+    """A bump beside the region touches before the rest does: its nodes count, too."""
+
+    def height(x):
+        return np.minimum(x**2 / 20, 2 * (x - 1.5) ** 2 - 0.005)
+
+    solid, method = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), mb.Uniform(0.1, reach=0.6, newton=newton)
+    problem = mb.Contact(mb.Block(solid, 4.0), mb.Obstacle(height, kinks=(1.3,)), mb.Unilateral(), method)
+    with pytest.raises(mb.NotConverged, match="leaves the region of equal squares"):
+        problem.solve(load=0.3)
