@@ -15,10 +15,10 @@ SAME = 1e-9  # of ell: places this near to each other are one
 
 def decay(problem):
     """Factor by which singularities are fainter from step to step, 0 to 1; 0 without a second body or with
-    one corner to a block.
+    one corner.
 
     ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
-    c of the second body; the levers are those at x = 0.
+    c of the second body.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
         return 0.0

@@ -235,7 +235,7 @@ class CellSolver(Solver):
         return CellSolver(self.contact, replace(self.options, window=window))
 
     def follow(self, load, rtol, initial):
-        """The solution on as many cells as a neighbour has, or on more if rtol asks for them."""
+        """The solution on as many cells as a neighbour has, or more."""
         if self.options.nodes is not None or not isinstance(initial, CellSolution):
             return self.solve(load, None, rtol, initial)
         solver, rtol = self._with_window(load), self.usual_rtol if rtol is None else rtol
@@ -350,8 +350,8 @@ def difference(finer, coarser, ends):
 
 
 def _estimate(changes, residual, fastest):
-    """Error of the last state from its residual and the changes from grid to grid, a geometric series of the
-    mean ratio; None without changes.
+    """Error of the last state from its residual and the changes from grid to grid, a geometric series; None
+    without.
     """
     if not changes:
         return None

@@ -90,7 +90,6 @@ class CellGrid:
         return U / self.width, V / self.width, W / self.width
 
     def _embedded(self, length, which):
-        """Spectra of kernels without images, numbered as in `Kernels`, in a circulant."""
         c, ell = (1 - self.body.solid.nu) / self.body.solid.mu, self.body.solid.ell
         kernels = self.body.cells(self.count, self.width, which)
         # kernel 4 is -m, over 1/ell instead of c, from a unit force

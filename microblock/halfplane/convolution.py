@@ -88,7 +88,7 @@ class Waves:
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:
     """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis, in a
-    period: its real part, or less its imaginary one.
+    period.
     """
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part

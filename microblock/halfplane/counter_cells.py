@@ -56,7 +56,7 @@ class CounterCells:
         return irfft(waves, self.length)[:, : forces.shape[1]]
 
     def added(self, U, V, W):
-        """The symbol of a body with corners half a block to either side, and of this one."""
+        """The symbol of a body with corners, and of this one."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
         sine[-1:] *= self.back % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2

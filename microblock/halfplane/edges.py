@@ -84,7 +84,6 @@ def mean_coefficients(panels, q):
 
 
 def _read(panels, q, basis):
-    """The coefficients from functionals of q: its value at v = 0, and what stands before v^2."""
     found = {}
     for number in np.flatnonzero(panels.root):
         constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]

@@ -64,7 +64,6 @@ def _divided(cells, parts):
 
 
 def _pressed(problem, load, cells, start):
-    """Pressures of the corners of each cell, and whether they are closed: arrays (corners, n)."""
     count, x, widths = len(problem.law.corners), cells.mean(axis=1), cells[:, 1] - cells[:, 0]
     numbers = np.repeat(np.arange(count), len(x))
     gaps = problem.initial_gap(numbers, np.tile(x, count))
@@ -99,7 +98,6 @@ def _zones(cells, pressures, closed):
 
 
 def _edge(cells, x, p, first, last, way):
-    """The edge beside the cell `first` of a zone; `way` is 1 where it is the left one, else -1."""
     border = cells[first, (1 - way) // 2]
     if first == last or p[first] >= p[first + way]:
         return float(border)

@@ -81,7 +81,6 @@ class Memory:
         return Memory((*inner, load), self.shares[: len(inner)], load)
 
     def _after_slip(self, load: float, shear: float, limit: float) -> Memory:
-        """With g = limit from the load down to where the integral of g is the shear force."""
         bounds = np.array(self.bounds)
         own = np.concatenate(([0.0], np.cumsum(self.shares * np.diff(bounds))))
         left = limit * bounds - own  # what slip may still add below a bound; it grows with the bound in size

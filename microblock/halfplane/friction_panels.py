@@ -210,7 +210,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def _rule(self):
-        """x and weights between all ends of panels, that of the load and those of the parts."""
         contact = self._own.zones_by_name["contact"]
         panels = [one.panels.with_mirror() if one.problem.mirror else one.panels for one in self._states]
         ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
@@ -252,7 +251,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def zones_by_name(self):
-        """Zones, with the contact of the load P* for "stick"."""
         found, stuck = self._own.zones_by_name, self.memory.stuck
         stick = common(self.plain.at(stuck).zones_by_name["contact"], found["contact"]) if stuck else []
         slip = found["contact"]
@@ -276,7 +274,6 @@ class PanelFriction(Solution):
         }
 
     def _gap_under(self, load):
-        """Gaps at `x` under a load without friction, 0 in its contact."""
         if not load:
             initial = self.problem.initial_gap(np.zeros(len(self.x), int), self.x)
             return initial - self.plain.scalars(0)[0]
@@ -295,7 +292,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def slip(self):
-        """Relative tangential displacement since first contact, array (n,)."""
         found, waiting = self._displaced(self.memory), np.ones(len(self.x), bool)
         begun = np.zeros_like(found)
         for memory in self.first:

@@ -158,9 +158,7 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def norm(self) -> Array:
-        """Weights of the norm of errors, array (n,): lengths of the cells, next to an edge of the obstacle
-        times the distance.
-        """
+        """Weights of the norm of errors, array (n,); next to an edge of the obstacle times the distance."""
         own = self.problem
         ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
         return self.weights * np.broadcast_to(ends, len(self.x))
@@ -344,9 +342,7 @@ def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:
 
 
 def _by_cell(moment: Moment, n: int) -> Moment:
-    """The same of cells where corners have tangential forces of their own: a cell sticks where a
-    corner does.
-    """
+    """The same of cells where corners have tangential forces of their own."""
     t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
     if len(t) == 1:
         return moment

@@ -44,7 +44,7 @@ RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature i
 
 
 def symbol(solid, k):
-    """U, V, W at the wavenumbers k > 0 (array (n,)): array (3, n) of lengths per stress, see above."""
+    """U, V, W at the wavenumbers k > 0 (array (n,)): array (3, n) of lengths per stress."""
     k = np.asarray(k, float)
     if not np.all(k > 0):
         raise BadArgument("k", k, "wavenumbers must be positive")
@@ -163,7 +163,7 @@ def _chebyshev_points(count):
 
 
 def _parting():
-    """Coefficients in powers of t in [-1, 1] on each part of a piece, from the values on it."""
+    """Coefficients in powers of t in [-1, 1] on each part of a piece."""
     points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
     places = 2 * (np.arange(PARTS)[:, None] + (fine + 1) / 2) / PARTS - 1
     values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(
@@ -248,7 +248,7 @@ class HalfPlane(Unbounded):
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns the kernels numbered `which` averaged over a cell of a width (length) at the distances 0,
-        1, ... cells: array (len(which), count) of lengths per force.
+        1, ... cells: array (len(which), count).
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
@@ -292,7 +292,7 @@ def is_classical(solid):
 
 
 def normal_kernel(solid, distance):
-    """Displacement of a half-plane under a unit line load at a distance (length/force), for all solids."""
+    """Displacement under a unit line load at a distance (length/force), for all solids."""
     c, scaled = (1 - solid.nu) / solid.mu, distance / solid.ell
     if is_classical(solid):
         return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))

@@ -137,7 +137,6 @@ def panels_outside(problem, zones, order):
 
 
 def _rows(problem, zones, order, kinks, intervals):
-    """Yields (anchor, signed length, root) of panels on intervals, broken at edges of zones and at kinks."""
     tips, edges = carried(problem, problem.tips, order), carried_edges(problem, zones, order)
     singular = {*edges, *kinks}
     for left, right in intervals:

@@ -108,7 +108,6 @@ class FieldsBelow:
 
 
 def _vertical(state, x1, x2, accuracy):
-    """Fields at the points (x1, x2 < 0), x2 an array (n,): array (11, n) in the order of `Fields`."""
     solid = state.problem.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
@@ -237,7 +236,6 @@ def _sources(state, x1, nearest, points):
 
 
 def _mean_slope(v, w, root):
-    """(w^2 - v^2)/(w - v), or 1 for panels without a root."""
     return np.where(root, v + w, 1.0)
 
 

@@ -61,7 +61,7 @@ def survey(state):
 
 class _Surface:
     def __init__(self, state):
-        self.problem, self.panels = (state.problem, panels_outside(state.problem, state.zones, 10))
+        self.problem, self.panels = state.problem, panels_outside(state.problem, state.zones, 10)
         points, weights = self.panels.points
         x, order = self.panels.nodes[2], self.panels.order
         u, psi = state.displacement_and_rotation(x)
