@@ -172,7 +172,7 @@ class FittedSolver(MeshFitter):
     def _of_order(self, load, rtol, zones):
         """The state of the order that is fixed: edges move until rounding or ever new meshes stop them."""
         passes = 0
-        for level in self._levels(rtol):
+        for level, located in zip(self._levels(rtol), (LOCATED * rtol, 0.0)):
             last = math.inf
             for _ in range(STEPS):
                 passes += 1
@@ -181,6 +181,8 @@ class FittedSolver(MeshFitter):
                 if other is None and error > last / 2:
                     break
                 zones, last = (moved, error) if other is None else (other, math.inf)
+                if last <= located:
+                    break
         if other is not None or self._outside(state, mesh) is not None:
             raise self._unsettled(load, zones, passes)
         return state
