@@ -22,12 +22,13 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import active_set
-from ..errors import BadArgument, NotConverged, out_of_reach
+from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
 from ..halfplane.search import CONDITIONS_SHARE
 from ..model import picture
 from ..model.methods import Panels
+from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.progress import counted
 from ..model.zones import common, joined, runs, without, zone_edges
@@ -172,7 +173,7 @@ class FittedSolver(MeshFitter):
     def _of_order(self, load, rtol, zones):
         """The state of the order that is fixed: edges move until rounding or ever new meshes stop them."""
         passes = 0
-        for level in self._levels(rtol):
+        for level, located in zip(self._levels(rtol), (LOCATED * rtol, 0.0)):
             last = math.inf
             for _ in range(STEPS):
                 passes += 1
@@ -181,6 +182,8 @@ class FittedSolver(MeshFitter):
                 if other is None and error > last / 2:
                     break
                 zones, last = (moved, error) if other is None else (other, math.inf)
+                if last <= located:
+                    break
         if other is not None or self._outside(state, mesh) is not None:
             raise self._unsettled(load, zones, passes)
         return state
@@ -221,7 +224,7 @@ class FittedSolver(MeshFitter):
                     break
                 last = error
             coarse = state
-        if best == math.inf:
+        if best == math.inf or max(map(abs, zone_edges(zones)), default=0.0) > self.furthest:
             raise self._unsettled(load, zones, passes)
         besides = "fix the discretisation, Fitted(order=...)"
         raise out_of_reach(rtol, best, load=load, besides=besides, iterations=passes)
@@ -237,6 +240,8 @@ class FittedSolver(MeshFitter):
         """What to raise where zones still change."""
         edges = zone_edges(zones)
         if max(map(abs, edges), default=0.0) > self.furthest:
+            if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
+                return BadArgument("obstacle", self.contact.obstacle, f"does not rise at all: {BOUNDED}")
             where = f"from {edges[0]:.3g} to {edges[-1]:.3g}"
             allowed = f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface"
             return BadArgument("size", self.domain, allowed)
