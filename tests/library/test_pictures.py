@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import microblock as mb
@@ -79,6 +80,16 @@ def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
             assert "<table" in one._repr_html_() and len(str(one)) < 250
     solved().plot_blocks(tmp_path / "load_0.5")
     assert [file.name for file in tmp_path.iterdir()] == ["load_0.5.png"]
+
+
+@pytest.mark.parametrize("law, labels", [(LAW, 4), (LINE, 2)], ids=str)
+def test_curves_on_a_given_axis_have_a_legend(law, labels):
+    """Each corner's pressure, their sum where there are two, and the micromoment, as the state has them."""
+    state, axis = solved(law=law), Figure().subplots()
+    state.plot(ax=axis)
+    assert len(axis.get_legend().get_texts()) == labels == len(axis.lines)
+    x, pressure = axis.lines[labels - 2].get_data()
+    assert pressure == pytest.approx(state.surface((x[0], x[-1])).pressures.sum(axis=0), abs=1e-12)  # a sum
 
 
 # fields below
