@@ -248,7 +248,11 @@ class NodalSolver(Solver):
 
 
 class NodalPath(LoadPath):
-    """The load path at the nodes of a compliance."""
+    """The load path at the nodes of a compliance; of `followed`, where each state at an rtol has its own."""
+
+    def __init__(self, problem, last, rtol, followed=None):
+        super().__init__(problem, last, rtol)
+        self._solver = (followed or problem).solver
 
     @cached_property
     @bounded
@@ -256,7 +260,7 @@ class NodalPath(LoadPath):
         """Every corner that closes or opens on the way (`active_set.CornerEvent`), ascending in load; exact
         for the nodes.
         """
-        flexibility, gaps, share = self.problem.solver.system
+        flexibility, gaps, share = self._solver.system
         return active_set.path(flexibility, gaps, [self.last], c=share).events
 
     @cached_property
@@ -267,7 +271,7 @@ class NodalPath(LoadPath):
         h of two nodes is worth, of a load that grows like the square of the contact's width a: h/a, and where
         edges of two corners cross CROSSED (h/a)^s, s the solver's `crossing`. x is good to that distance.
         """
-        solver, law = self.problem.solver, self.problem.law
+        solver, law = self._solver, self.problem.law
         x = solver.compliance.points[:, 0]
         closed = np.zeros(len(law.corners) * len(x), bool)
         apart = solver.compliance.apart
@@ -286,6 +290,15 @@ class NodalPath(LoadPath):
                 ]
             before, previous = after, load
         return found
+
+    @cached_property
+    def warnings(self):
+        """A sentence where nodes are too few to see what happens."""
+        blurred = [event.load for event in self.events if event.load_error > 0.1 * event.load]
+        words = (
+            "up to load {:.2g} the contact has few nodes: events there may be missing; take smaller elements"
+        )
+        return (words.format(max(blurred)),) if blurred else ()
 
 
 def _unseen(x, apart, contact):

@@ -56,10 +56,8 @@ class BodySolver(NodalSolver):
 
     def path(self, last, rtol, progress=False):
         self._require_given_mesh(rtol)
-        contact = (
-            self.contact if rtol is None else refine_until(self, last, None, rtol, progress).solver.contact
-        )
-        return NodalPath(contact, last, None)
+        finest = self if rtol is None else refine_until(self, last, None, rtol, progress).solver
+        return NodalPath(self.contact, last, rtol, followed=finest.contact)
 
     def history(self, pairs, coupled, rtol, progress=False):
         return history(self, pairs, coupled, rtol, "condensed")

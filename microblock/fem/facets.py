@@ -21,7 +21,6 @@ from ..halfspace.surface_law import on_surface
 from ..model.law import check as check_law
 from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.zones import joined
 from . import contact_term
 from .between import Facets
 from .body import PLACES, Body
@@ -70,7 +69,7 @@ class ContactNodes:
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet: from one of its ends to the other, of a quadrilateral
         (k, k) in its tensor product, of a triangle (3,)
-    apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between nodes
+    apart : boolean array (n - 1,), in the plane: whether no facet lies between a node and the next
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
     shares : array (n,), in space: areas by the rule, on skew quadrilaterals others than `weights`
 
@@ -157,7 +156,10 @@ class ContactNodes:
             points = self._snapped(points)
             order = np.lexsort(np.round(points / (FLAT * np.ptp(points, axis=0).max())).T)
         else:
-            order = np.lexsort(points.T[::-1])
+            beside = np.zeros(len(points))  # twins at a crack are ordered as the facets on either side are
+            for own in members:
+                beside[own] += points[own, 0].mean()
+            order = np.lexsort((beside, *points.T[::-1]))
         self.facets = [np.argsort(order)[own] for own in members]
         self.points, self.weights, normals = points[order], weights[order], normals[order]
         if self.dim == 3:
@@ -166,7 +168,9 @@ class ContactNodes:
         own = self._trace(body.spaces[0], elements, u), self._trace(body.spaces[-1], elements, psi)
         self.traces = {name: own[name[0] == "p"] for name in body.names}
         if self.dim == 2:
-            self.apart = interruptions(body.mesh, self.region, self.points[:, 0])
+            self.apart = np.ones(len(self.points) - 1, bool)
+            for own in self.facets:
+                self.apart[own.min() : own.max()] = False
 
     def _measured(self, elements, members, count):
         """Points, normals times weights, and weights of the nodes."""
@@ -550,15 +554,6 @@ def initial_gaps(law, nodes, obstacle):
     if nodes.dim == 3:
         return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
     return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
-
-
-def interruptions(mesh, region, x):
-    """Whether no facet of a boundary lies between a node and the next; x ascends."""
-    spans = [sorted(mesh[vertex].point[0] for vertex in facet.vertices) for facet in region.Elements()]
-    left, right = np.array(joined(map(tuple, spans))).T
-    middle = (x[1:] + x[:-1]) / 2
-    place = np.searchsorted(left, middle, side="right") - 1
-    return (np.diff(x) > 0) & ((place < 0) | (middle > right[place]))
 
 
 def at_all_facets(mesh, region, xis):

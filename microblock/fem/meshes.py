@@ -121,6 +121,10 @@ def require_sound(mesh):
         raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one, two or three dimensions")
     if mesh.ne == 0:
         raise BadArgument("mesh", mesh, "must have elements")
+    if mesh.deformation is not None:
+        raise BadArgument(
+            "mesh", mesh, "must not be deformed (SetDeformation): finer ones would not be; move its points"
+        )
     curved = mesh.GetCurveOrder()
     rules = {
         kind: (

@@ -281,6 +281,39 @@ def test_paths_of_blocks_name_what_one_mesh_alone_sees():
     assert path.events and path.warnings and all("at about load 0." in words for words in path.warnings)
 
 
+def test_states_on_a_path_have_the_rtol_that_was_asked_for():
+    """The path's mesh is refined for its last load; a state below was off by 3e-2 and did not say so."""
+    problem = mb.Contact(mb.Body(flat(), SOLID, 3, fixed="bottom", contact="top"), CYLINDER, BLOCKS)
+    path = problem.path(load=0.5, rtol=2e-2)
+    below, alone = path.at(0.1), problem.solve(load=0.1, rtol=2e-2)
+    assert path.rtol == 2e-2 and below.error_estimate <= 2e-2
+    assert np.array_equal(below.pressure, alone.pressure)
+    assert any("few nodes" in words for words in path.warnings)
+
+
+def test_a_deformed_mesh_is_refused():
+    """Its deformation counted without rtol, and was dropped with it."""
+    mesh = flat()
+    moved = ng.GridFunction(ng.VectorH1(mesh))
+    moved.Set(ng.CF((0, 1.0)))
+    mesh.SetDeformation(moved)
+    with pytest.raises(mb.BadArgument, match="SetDeformation"):
+        mb.Body(mesh, SOLID, fixed="bottom", contact="top")
+
+
+def test_a_crack_below_the_contact_interrupts_it():
+    """As of a mesh that was not glued; with an rtol it ended in a bare StopIteration."""
+    halves = [occ.Rectangle(2, 2).Face().Move((x, -2, 0)) for x in (-2, 0)]
+    for half in halves:
+        half.edges.Max(occ.Y).name, half.edges.Min(occ.Y).name = "contact", "bottom"
+    mesh = ng.Mesh(occ.OCCGeometry(occ.Compound(halves), dim=2).GenerateMesh(maxh=0.3))
+    problem = mb.Contact(mb.Body(mesh, SOLID, 3, fixed="bottom"), CYLINDER, LINE)
+    whole, finer = problem.solve(load=0.5), problem.solve(load=0.5, rtol=3e-2)
+    assert whole.apart.sum() == 1 and finer.apart.sum() == 1 and finer.error_estimate <= 3e-2
+    # of two halves that are their mirror images; the pressure is
+    assert finer.pressure_at([-0.1]) == pytest.approx(finer.pressure_at([0.1]), rel=3e-2)
+
+
 # interruptions
 
 
