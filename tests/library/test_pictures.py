@@ -163,6 +163,22 @@ def test_axes_that_are_cut_say_so_and_where(obstacle, law, words):
     assert any("unbounded" in text for text in moments) == (law is LAW and bool(words))
 
 
+def test_every_corner_has_a_curve_and_a_look_of_its_own():
+    """Also in print without colours."""
+    state = solved(mb.Cylinder(R=10), LAW)
+    figure = StateFigure(LAW.corners).update(state)
+    for kind, value in (("pressure", lambda c, x: state.pressure_at(x, c)), ("gap", state.gap_at)):
+        for corner in LAW.corners:
+            (line,) = (one for one in figure.axes[kind].lines if one.get_label().endswith(f"_{corner}$"))
+            x, shown = map(np.asarray, line.get_data())
+            inner = np.isfinite(shown) & (np.abs(x) < 0.9 * state.half_width)
+            assert inner.sum() > 10
+            size = np.abs(shown[inner]).max()  # between its points a pressure is interpolated
+            assert np.abs(shown - value(corner, x))[inner].max() < 0.02 * size
+    looks = {(line.get_color(), line.get_linestyle()) for line in figure.axes["pressure"].lines[:3]}
+    assert len(looks) == 3 and len({style for _, style in looks}) >= 2
+
+
 def test_tables_take_text_as_text():
     summary = Summary("<b>", "a & b", (Row("<i>", "&ell;", 1 / 3, "m<sup>"),), ("<script>",))
     assert "<script>" not in html(summary) and "&lt;b&gt;" in html(summary) and "0.3333" in html(summary)
