@@ -100,6 +100,8 @@ class MeshFitter(GroundSolver):
     def _sizes(self, ground, longest):
         """((x, length), ...) where features of the obstacle ask for elements shorter than `longest`."""
         (x, right), found = ground.reach, []
+        if right - x > MOST_NODES * longest:  # too many already, whatever the obstacle asks for
+            return ()
         while x < right and len(found) < MOST_NODES:
             size = self.problem.scale(x, x, GRADING)
             if size < longest:
