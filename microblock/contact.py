@@ -98,7 +98,7 @@ class Contact(Shown):
             raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
         free = not solid.beta and check is None and isinstance(self.body, Unbounded)
         if free and (law.clamps_rotation or any(lever.any() for lever in law.levers(np.zeros(1)).values())):
-            words = "must be positive on a half-plane under other laws than Unilateral(): nothing holds it"
+            words = "must be positive on a half-plane, but under Unilateral(): nothing holds its rotation"
             raise BadArgument("beta", solid.beta, words)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
