@@ -86,7 +86,7 @@ def nominal_hardness(options):
     square = hertz.problem(options)
     coarse = square.solve(load=options.P, rtol=min(10 * rtol, 0.5))
     # a mesh for ten times the rtol may reach the rtol, too
-    fine = square.solve(load=options.P, rtol=min(rtol, coarse.error_estimate / 2), initial=coarse)
+    fine = square.solve(load=options.P, rtol=min(rtol, coarse.error_estimate / 10), initial=coarse)
     d = np.array((coarse.approach, fine.approach))
     before, value = (options.P / (2 * np.sqrt(d * (2 * options.R - d)))).tolist()
     return value, abs(value - before)
