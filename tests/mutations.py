@@ -53,7 +53,7 @@ WHOLE = re.compile(r"\blen\(|\.size\b|\.ndim\b|\.shape\b|^\d+ |[<>=] \d+$|count|
 SMALL = 1e-4  # literals below are thresholds, which 10^4 changes and 2 does not
 # what a place's line says, and why no test can see the mutation: decided by hand
 EQUIVALENT = {
-    "newton3d.py:35: factor: 8.0": "of multipliers: another number of steps to the same state",
+    "newton3d.py:32: factor: 8.0": "of multipliers: another number of steps to the same state",
     "+ risen < 0 -> ": "a gap, a real number, is not 0 beside an overlap",
     "compare: K0 >= 0 -> (K0 > 0)": "a coefficient, a real number, is not 0; where it is, the step is 0",
     "cells.py:154: factor: 1 -> 2": "a preconditioner twice as large: the steps stay the same",

@@ -271,7 +271,6 @@ CALLS = {
     "Explorer": "problem=PROBLEMS['panels'], load=0.1",
     "FrictionExplorer": "problem=PROBLEMS['rubbed'], load=0.1",
     "friction.FrictionFacets": "body=BODY, law=Unilateral(0.3), obstacle=CYLINDER",
-    "friction.MonolithicFriction": "facets=friction.FrictionFacets(BODY, Unilateral(0.3), CYLINDER)",
     "explorer().update": "",
     "Condensation": "body=BODY",
     "ContactFacets": "body=BODY, law=LAW, obstacle=CYLINDER",

@@ -204,7 +204,7 @@ class NodalSolver(Solver):
         """The solution at the nodes as they are."""
         flexibility, gaps, share = self.system
         count = len(self.law.corners)
-        alike = isinstance(initial, NodalSolution) and len(initial.closed) == count
+        alike = isinstance(initial, AtNodes) and len(initial.closed) == count
         start = self._closed_near(initial).ravel() if alike else None
         found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         return self.solution(

@@ -204,7 +204,7 @@ def _pulled(p, r, reach, K):
 
 
 def of_body(state):
-    """Squares of what the nodes of a BodySolution miss of the obstacle, pressures in L2: array (facets of its
+    """Squares of what the nodes of a MeshSolution miss of the obstacle, pressures in L2: array (facets of its
     nodes,).
 
     Raises

@@ -1,32 +1,26 @@
-"""Contact of a body on a mesh with an obstacle: condensed once, every state and event from its contact
-nodes.
-
-On the body's own mesh the states are exact for the discrete problem, and so are the path and its events. With
-an rtol the mesh is refined first, where `recovery.estimate` asks for it.
+"""Contact of a body on a mesh: exact on its own mesh, refined by `recovery.estimate` where an rtol is
+asked.
 """
 
 from functools import cached_property
+from typing import Any
 
 from ..corners.nodal import NodalPath, NodalSolver
 from ..errors import BadArgument
 from ..halfplane.kernels import coalescence_exponent
 from ..model.deformable import body_of
 from .body import Body
-from .body_solution import BodySolution
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
-from .friction_solution import of_body
+from .friction import history
+from .mesh_solution import of_condensed
 from .recovery import refine_until
 
 
 class BodySolver(NodalSolver):
-    """States of a two-dimensional body on its contact nodes.
+    """States of a two-dimensional body, all of whose rigid motions are supported, on its contact nodes."""
 
-    All rigid motions of the body have to be supported, with the value 0, and u2 nowhere on the contact
-    boundary; a law that prescribes psi adds psi = 0 on the contact boundary to the supports.
-    """
-
-    solution = BodySolution
+    solution: Any = staticmethod(of_condensed)
     counter_bodies = (Body,)
 
     def __init__(self, contact, options):
@@ -70,7 +64,7 @@ class BodySolver(NodalSolver):
         return NodalPath(contact, last, None)
 
     def history(self, pairs, coupled, rtol, progress=False):
-        return of_body(self, pairs, coupled, rtol)
+        return history(self, pairs, coupled, rtol, "condensed")
 
     @property
     def crossing(self):

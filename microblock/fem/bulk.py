@@ -4,33 +4,32 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..errors import NotConverged
+from ..model.solver import SOLVED
 from . import factors
 
 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
 # beta = 2 - 1e-6 and nu = 0.4999 with them
 CANCELLED = 1e-11
-UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 
 
 class Bulk:
-    """The matrix of a bilinear form of which the interiors of the elements are eliminated, and its factors.
+    """The matrix of a bilinear form, interiors of elements eliminated, and its factors.
 
     Parameters
     ----------
-    form : NGSolve's BilinearForm, assembled with condense=True
-    seen : array of int, numbers of the unknowns that the contact boundary sees
-    advice : str, what to do where there is no memory
-    held : str, what to ask where the matrix is singular
+    form : BilinearForm, assembled with condense=True
+    seen : array of int, unknowns that the contact boundary sees
+    advice, held : str, what to do where there is no memory, or the matrix is singular
 
     Attributes
     ----------
-    matrix : csr_matrix (unknowns, unknowns), with those of supports
+    matrix : csr_matrix (unknowns, unknowns)
     contact, block : as of `factors.Factors`
 
     Raises
     ------
     NotConverged
-        If there is no memory for the factors, or the matrix is not positive definite.
+        If there is no memory, or the matrix is not positive definite.
     """
 
     def __init__(self, form, seen, advice, held):
@@ -51,13 +50,13 @@ class Bulk:
         self.contact, self.block = self._factors.contact, self._factors.block
 
     def solve(self, right, state):
-        """Put the fields under a right-hand side, array (unknowns,), into a grid function `state`, by one
-        back-substitution; what supports exert in each unknown.
+        """Put the fields under a right-hand side, array, into a grid function; returns what supports
+        exert.
         """
         vector = state.vec.FV().NumPy()
         vector[:] = self._factors.solve(right)
         left = np.where(self._free, right - self.matrix @ vector, 0.0)
-        if not np.linalg.norm(left) <= UNSOLVED * np.linalg.norm(right):
+        if not np.linalg.norm(left) <= SOLVED * np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {self._held}")
         vector += self._factors.solve(left)  # one step of refinement
         forces = self.matrix @ vector - right  # inside the elements nothing acts

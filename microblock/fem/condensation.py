@@ -1,21 +1,15 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
-The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
-factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: the
-trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``, with no solve at
-all. In the plane, with R the values of u.n and psi at the contact nodes, the compliance is ``R S^-1 R^T``. In
-space R has the values of (u, phi1, phi2): the surface answers nodal loads (F, m1, m2) by ``R S^-1 R^T``, two
-triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is what conjugate gradients
-are preconditioned with; the compliance itself is never formed.
+The interiors of elements are eliminated on assembly. The rest is factorised with the contact unknowns last:
+the trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``. In the plane,
+with R the values of u.n and psi at the nodes, the compliance is ``R S^-1 R^T``. In space R has (u, phi1,
+phi2), and the compliance is applied, not formed; conjugate gradients are preconditioned with ``R^-T S R^-1``.
 """
-
-from dataclasses import dataclass
 
 import ngsolve as ng
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_solve
 from scipy.linalg.lapack import dpotri
-from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from .. import cost
@@ -26,15 +20,14 @@ from .body import HELD, HELD3D, Body, Fields
 from .bulk import Bulk
 from .facets import ContactNodes
 
-# entries of the factors L and L^T of n unknowns in three dimensions, over n^(4/3) times the entries of a row:
-# 0.37 to 0.51 were seen
-FILLED = 0.5
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
-FACTOR_ENTRY = 20  # bytes of each, with what builds them: 20 were seen
-ADVICE = {  # where there is no room, by dimension
-    2: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
+# bytes of the factors of n unknowns in three dimensions, over n^(4/3) times the entries of a row: 20 for each
+# entry, of which there are 0.37 to 0.51
+FACTOR_ENTRIES = 10
+ADVICE = {  # where there is no room, in space or not
+    False: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
     "contact boundary",
-    3: "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
+    True: "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
 }
 
 
@@ -49,16 +42,15 @@ class Condensed(ContactNodes):
     Attributes
     ----------
     compliance : Compliance, in the plane
-    form : BilinearForm of the bulk, with the interiors of the elements eliminated
+    form : BilinearForm of the bulk, interiors of elements eliminated
     unknowns : int, free unknowns of the bulk
-    factor : array (m, m), lower triangular, of the Schur complement of the unknowns that corners see
+    factor : array (m, m), lower triangular, of the Schur complement
     rows : sparse array (n k, m), R
 
     Raises
     ------
     NotConverged
-        If the supports leave a rigid motion free, the energy is not positive, or matrices would need more
-        memory than there is.
+        If a rigid motion is free, the energy is not positive, or there is no memory.
     BadArgument
         If a support prescribes values other than 0, or holds u2 on the contact boundary, or none holds u1 or
         u2; for a periodic body; as of `ContactNodes`.
@@ -66,30 +58,35 @@ class Condensed(ContactNodes):
     Examples
     --------
     >>> from microblock.fem import meshes
+    >>> from microblock.fem.condensation import Condensed
     >>> mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
     >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
-    >>> from microblock.fem.condensation import Condensed
-    >>> nodes = Condensed(body)
-    >>> nodes.compliance.matrix.shape == (2*len(nodes.points), 2*len(nodes.points)),
-    ...     round(float(nodes.weights.sum()), 9)
-    (True, 4.0)
+    >>> round(float(Condensed(body).weights.sum()), 9)
+    4.0
     """
 
     @bounded
     def __init__(self, body, boundary="contact"):
         require_kind(Body, "a Body", body=body)
-        require_pressed(body, boundary, condensed=True)
+        self._require_pressed(body, boundary)
         super().__init__(body, boundary)
         self.unknowns = body.space.FreeDofs().NumSet()
-        self._advice = ADVICE[self.dim]
+        self._advice = ADVICE[self.dim == 3]
         self._require_room()
         self.form = body.bulk(symmetric=True, condense=True)
         self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
-        if self.dim == 2:
-            self.compliance = Compliance(
-                self.points, self.normals, self.weights, self._matrix(), body.solid.ell, self.apart
-            )
+        if self.dim < 3:
+            surface, apart = (self.points, self.normals, self.weights), getattr(self, "apart", None)
+            self.compliance = Compliance(*surface, self._matrix(), body.solid.ell, apart)
+
+    def _require_pressed(self, body, boundary):
+        require_pressed(body, boundary, condensed=True)
+
+    @property
+    def twins(self):
+        """Nodes whose corners move together, as psi is held: boolean array (n,)."""
+        return self.compliance.constrained
 
     def _require_room(self):
         """NotConverged where factors and compliance need more memory than is there."""
@@ -116,44 +113,31 @@ class Condensed(ContactNodes):
         return (matrix + matrix.T) / 2
 
     @bounded
-    def fields(self, *loads):
-        """Fields under nodal loads that belong to the rows of R, arrays, by one back-substitution: forces
-        along n and moments, arrays (n,), in space an array (3, n).
-        """
+    def fields(self, loads):
+        """Fields under nodal loads on the rows of R, array, by one back-substitution."""
         state = ng.GridFunction(self.body.space)
-        exerted = self._bulk.solve(self.onto.T @ np.concatenate(loads).ravel(), state)
+        exerted = self._bulk.solve(self.onto.T @ np.ravel(loads), state)
         return Fields(self.body, state.components, exerted)
 
-    @bounded
-    def reaction(self, fields):
-        """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
-        return self.moments_of("psi", self._bulk.matrix @ fields.values)
-
     def flexibility(self, directions):
-        """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product, in space."""
+        """The Flexibility3D of corners with these (1, lever), array (corners, 3, n)."""
         return Flexibility3D(directions, self.factor, self.rows.tocsr())
 
 
-@dataclass(frozen=True)
 class Flexibility3D:
     """Gaps of corners from their forces on contact nodes, for `microblock.corners.projected_gradients`.
 
-    Attributes
+    Parameters
     ----------
-    directions : array (corners, 3, n)
-        (1, lever) of each corner at the nodes.
+    directions : array (corners, 3, n), (1, lever) of each corner at the nodes
     factor, rows : as of `Condensed`
     """
 
-    directions: np.ndarray
-    factor: np.ndarray
-    rows: csr_matrix
-
-    def __post_init__(self):
-        there = np.diff(self.rows.indptr) > 0  # not where supports hold a field
-        back = np.linalg.pinv(np.moveaxis(self.directions, -1, 0))  # (n, 3, corners)
-        for name, value in (("_there", there), ("_inverse", splu(self.rows[there].tocsc())), ("_back", back)):
-            object.__setattr__(self, name, value)
+    def __init__(self, directions, factor, rows):
+        self.directions, self.factor, self.rows = directions, factor, rows
+        self._there = np.diff(rows.indptr) > 0  # not where supports hold a field
+        self._inverse = splu(rows[self._there].tocsc())
+        self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
 
     def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, n)."""
@@ -169,7 +153,7 @@ class Flexibility3D:
 
     def surface(self, loads):
         """(u, phi1, phi2) at the nodes under nodal loads, arrays (3, n)."""
-        return (self.rows @ _solved(self.factor, self.rows.T @ loads.ravel())).reshape(3, -1)
+        return (self.rows @ cho_solve((self.factor, True), self.rows.T @ loads.ravel())).reshape(3, -1)
 
     def precondition(self, gaps):
         """Forces of least norm that leave about these gaps."""
@@ -181,20 +165,12 @@ class Flexibility3D:
 
 
 def of_factors(rows, entries):
-    """Bytes to factorise the matrix of a body in three dimensions with so many rows and entries in a row."""
-    return FACTOR_ENTRY * FILLED * entries * rows ** (4 / 3)
-
-
-def _solved(factor, right):
-    """(L L^T)^-1 right."""
-    half = solve_triangular(factor, right, lower=True)
-    return solve_triangular(factor, half, lower=True, trans="T")
+    """Bytes to factorise the matrix of a body in space: rows, and entries in a row."""
+    return FACTOR_ENTRIES * entries * rows ** (4 / 3)
 
 
 def require_pressed(body, boundary, condensed=False):
-    """The region of the contact boundary of a body that can be pressed there, and `condensed`; else
-    BadArgument.
-    """
+    """The region of a contact boundary that can be pressed, and `condensed`; else BadArgument."""
     if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random
@@ -212,19 +188,15 @@ def require_pressed(body, boundary, condensed=False):
     return pressed
 
 
-def condensed(body, boundary=None, clamped=False):
-    """A body as `Condensed`, made once and kept with the body; if `clamped`, psi is constrained on the
-    contact.
-    """
+def condensed(body, boundary=None, clamped=False, kind=Condensed):
+    """A body as `Condensed` or another kind, kept with it; if `clamped`, psi is fixed on the contact."""
     boundary = body.contact if boundary is None else boundary
-    key = "condensed", boundary, clamped
-    return body.once(
-        key, lambda: Condensed(with_psi_constrained(body, boundary) if clamped else body, boundary)
-    )
+    key = kind.__name__, boundary, clamped
+    return body.once(key, lambda: kind(with_psi_constrained(body, boundary) if clamped else body, boundary))
 
 
 def with_psi_constrained(body, boundary):
-    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary besides its own supports."""
+    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, too."""
     names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
     more = {name: "|".join(filter(None, (body.fixed.get(name), boundary))) for name in names}
     return body.on(body.mesh, fixed={**body.fixed, **more})

@@ -291,7 +291,7 @@ class ContactNodes:
         """R, from all unknowns: (u.n, psi) at the nodes, in space (u, phi1, phi2), u into the body and
         phi = (-psi2, psi1) ell/2; sparse.
         """
-        if self.dim == 2:
+        if self.dim < 3:
             return vstack((self.motion(self.normals, 0 * self.normals), self.at("psi")), format="csr")
         half = self.body.solid.ell / 2
         return vstack((-self.at("u3"), -half * self.at("psi2"), half * self.at("psi1")), format="csr")

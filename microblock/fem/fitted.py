@@ -36,7 +36,7 @@ from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
 from ..model.progress import counted
-from ..model.zones import joined, runs, without, zone_edges
+from ..model.zones import common, joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
 from .fitted_path import FittedPath
@@ -53,7 +53,6 @@ LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
 # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 PARTIAL = 2.4
 COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
-RATE = 0.5, -0.15  # digits that an order adds, and that order 0 lacks: where refinement begins, no more
 # of rtol, to which panels of a half-plane find the first zones; and the least that they are asked for
 START, FINEST = 0.1, 1e-7
 # refinement level on which edges are looked for by elements of one order: order 4 locks as low orders do
@@ -207,13 +206,12 @@ class FittedSolver(MeshFitter):
             found = contact.solver.at(load, max(START * rtol, FINEST), fallback=False)
         except (BadArgument, NotConverged):
             return None
-        zones = {corner: tuple(own) for corner, own in found.all_zones.items()}
-        if not self.symmetric:
-            return zones
-        return {
-            corner: tuple((max(left, 0.0), right) for left, right in own if right > 0)
-            for corner, own in zones.items()
-        }
+        return self._computed(found.all_zones)
+
+    def _computed(self, zones):
+        """The part of zones on the whole line that is computed."""
+        part = [(0.0 if self.symmetric else -math.inf, math.inf)]
+        return {corner: tuple(common(own, part)) for corner, own in zones.items()}
 
     def _refined(self, load, rtol, zones, passes, known=False):
         """The state to rtol from trial zones; of `known` ones, the edges are as good as rtol asks for."""
@@ -276,8 +274,8 @@ class FittedSolver(MeshFitter):
         return LEVELS_AT_CORNERS if sharp else LEVELS
 
     def _first_level(self, rtol):
-        """Number of the level before the one that may reach rtol."""
-        order = math.ceil((-math.log10(rtol) + RATE[1]) / RATE[0])
+        """Number of the level before the one that may reach rtol: an order adds half a digit."""
+        order = math.ceil(2 * (-math.log10(rtol) - 0.15))
         return min(sum(own < order for own, _ in self._levels[1:]), len(self._levels) - 2)
 
     def _settled(self, load, zones, passes):
@@ -354,7 +352,7 @@ class FittedSolver(MeshFitter):
         """
         if not self._plain:
             zones, cell = list(first_zones(self.problem, load))[-1]
-            return self._set_apart(zones, cell), 0
+            return self._set_apart(self._computed(zones), cell), 0
         outer = self.first_guess(load)
         for passes in range(1, 13):
             ground = self._around(outer)

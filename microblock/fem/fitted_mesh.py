@@ -11,12 +11,10 @@ from ..model.zones import common, joined, zone_edges
 from ..threads import released
 from .body import Body
 from .condensation import Condensed
-from .ground import WITHIN, GroundSolver
+from .ground import FAR, WITHIN, GroundSolver
 from .meshes import GRADING, RATIO, Ground, falling_orders, graded
 from .meshes import SLIVER as TOLD
 
-FAR = 1000.0  # size of an unbounded domain over the reach
-LAST = 0.99  # of the contact boundary of a bounded block, up to which zones may reach
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
 SPACING = 0.7  # of the elements on the surface, over the half-width
 LAYERS = 8.0  # of them, over the layer length: order 5 sees a layer of an eighth of the element
@@ -69,12 +67,13 @@ class MeshFitter(GroundSolver):
         most, (left, right), clusters = WITHIN * self.domain, self.problem.reach, _clusters(zones)
         reach = np.clip((min(left, clusters[0][0]), max(right, clusters[-1][1])), -most, most).tolist()
         far = FAR * max(map(abs, reach)) if self.domain == math.inf else self.domain
-        return Ground(far, tuple(reach), False)
+        reach[0] = 0.0 if self.symmetric else reach[0]
+        return Ground(far, tuple(reach), self.symmetric)
 
     @property
     def _furthest(self):
         """Distance from x1 = 0 up to which zones are looked for; inf on an unbounded block."""
-        return LAST * WITHIN * self.domain
+        return 0.99 * WITHIN * self.domain
 
     def _unsettled(self, load, zones, passes, words="?"):
         """What to raise where zones still change."""

@@ -12,6 +12,7 @@ from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.zones import runs
 
+FAR = 1000.0  # size of an unbounded block over the reach of its contact boundary
 SAMPLES = 4097  # places at which the obstacle is looked at for its lowest point
 WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
 LOADS = 60  # that are tried for an approach

@@ -1,14 +1,11 @@
-"""Contact of a body in three dimensions by penalty (31) or augmented Lagrangian (37), without factorisation.
+"""Contact of a body in space by penalty (31) or augmented Lagrangian (37), without factorisation.
 
-The functional is minimised over the fields and the approach at once, the multipliers being given: a piecewise
-quadratic, convex problem, of which Newton's method solves a linear system for each set of closed corners,
-those with ``lambda + rho g <= 0``. Its residual and tangent are those of the contact term
-(`microblock.fem.contact_term`) and of the bulk. When the set stays, the multipliers become (40), until no gap
-of a closed corner is left; the penalty method ends with the first set that stays. Corner forces that are not
-unique do no harm: the matrix is positive definite whatever they are.
+For given multipliers the functional is minimised over fields and approach by Newton's method: a linear system
+for each set of closed corners, ``lambda + rho g <= 0``. When the set stays, the multipliers become (40),
+until no gap of a closed corner is left. The matrix is positive definite even where corner forces are not
+unique.
 
-Systems are solved by conjugate gradients. Their preconditioner takes each field by itself, as a scalar
-problem with its own springs, by the Cholesky factor of a sixth of the unknowns: a 36th of the memory. Korn's
+Systems are solved by conjugate gradients, preconditioned by Cholesky factors of each field by itself. Korn's
 inequality bounds the number of steps, whatever the mesh.
 """
 
@@ -25,17 +22,13 @@ from . import contact_term
 from .body import FIELDS3D, HELD3D, Fields
 from .condensation import LINKED, of_factors, require_pressed, with_psi_constrained
 from .facets import ContactNodes
-from .newton import Tangent
+from .newton import MAX_ITERATIONS, Tangent
 from .solver3d import RESIDUAL, Solver3D
 from .state3d import SurfaceNodes
 
 RHO = {"al": 8.0, "penalty": 1e3}  # times lambda + 2 mu over the length of a facet
-LINEAR = 1e-2  # residual of the linear systems, relative, over that of the contact conditions so far
-LOOSEST, TIGHTEST = 1e-4, 1e-10  # the same at most and at least
+TIGHTEST = 1e-10  # residual of the linear systems, relative, at least
 LINEAR_STEPS = 3000  # of conjugate gradients
-COPIES = 2  # of the matrix of the bulk, with what builds it
-NEWTON_STEPS = 60  # for one set of multipliers
-UPDATES = 60  # of the multipliers
 
 
 class NewtonSolver3D(Solver3D):
@@ -43,7 +36,7 @@ class NewtonSolver3D(Solver3D):
 
     @property
     def nodes(self):
-        """The contact nodes of the body, of which a law that prescribes psi fixes psi1 and psi2."""
+        """The contact nodes, psi1 and psi2 fixed there if the law prescribes psi."""
         body, clamped = self.body, self.surface_law.clamped
         require_pressed(body, body.contact, condensed=True)
         own = with_psi_constrained(body, body.contact) if clamped else body
@@ -51,7 +44,7 @@ class NewtonSolver3D(Solver3D):
 
     @property
     def system(self):
-        """The linear systems of the body; its matrix and preconditioner are made once."""
+        """The Systems of the body, made once."""
         return self.nodes.body.once("systems", lambda: Systems(self.nodes))
 
     @bounded
@@ -70,20 +63,20 @@ class NewtonSolver3D(Solver3D):
         first = g0.min() + 1e-9 * np.ptp(g0[np.isfinite(g0)])
         unknowns[-1] = first if approach is None else approach
         updated = self.options.kind == "al"
-        for _ in range(UPDATES):
-            linear = min(max(LINEAR * kkt, TIGHTEST), LOOSEST) if updated else TIGHTEST
+        for _ in range(MAX_ITERATIONS):
+            linear = np.clip(kkt / 100, TIGHTEST, 1e-4) if updated else TIGHTEST
             unknowns, taken = self._newton(term, unknowns, linear)
             steps += taken
             gaps = term.gaps(unknowns)
             pressed = contact_term.effective(gaps, term.multipliers, rho)
             left = np.where(pressed < 0, np.abs(gaps), np.maximum(-gaps, 0.0)).max()
             kkt = left / np.abs(nodes.traces["u3"] @ unknowns[nodes.body.unknowns_of("u3")]).max()
-            if not updated or kkt <= RESIDUAL and linear <= 10 * LINEAR * RESIDUAL:
+            if not updated or kkt <= RESIDUAL and linear <= RESIDUAL / 10:
                 return self._finished(unknowns, -pressed * w, gaps, kkt, steps)
             term.update(pressed)
         raise NotConverged(
-            f"gaps of {kkt:.1e} of the displacement are left after {UPDATES} updates of the multipliers: "
-            "take a larger rho",
+            f"gaps of {kkt:.1e} of the displacement are left after {MAX_ITERATIONS} updates of the "
+            "multipliers: take a larger rho",
             iterations=steps,
         )
 
@@ -95,7 +88,7 @@ class NewtonSolver3D(Solver3D):
     def _newton(self, term, unknowns, linear):
         """(Unknowns and approach, steps) for these multipliers."""
         seen, before = set(), None
-        for step in range(NEWTON_STEPS + 1):
+        for step in range(MAX_ITERATIONS + 1):
             counted()
             wanted = term.multipliers + term.rho * term.gaps(unknowns)
             closed = wanted <= 0
@@ -148,24 +141,16 @@ class NewtonSolver3D(Solver3D):
 
 
 class Penalised:
-    """The contact term of nodes with given multipliers, on the unknowns of the body and the approach.
+    """The contact term with given multipliers, on the unknowns of the body and the approach.
 
     Parameters
     ----------
     nodes : ContactNodes
     space : product of the body's space and that of the approach
-    g0 : array (corners, n)
-        Initial gaps; inf where a corner cannot touch.
+    g0 : array (corners, n), initial gaps; inf out of reach
     law : Law
-    rho : float
-        Regularisation (stress per length).
-    load : float or None
-        Under approach control None.
-
-    Attributes
-    ----------
-    multipliers : array (corners, n)
-    form : BilinearForm, the term's variations
+    rho : float, regularisation (stress per length)
+    load : float, or None under approach control
     """
 
     def __init__(self, nodes, space, g0, law, rho, load):
@@ -194,23 +179,18 @@ class Penalised:
 
 
 class Systems:
-    """The linear systems of a body with springs at its contact nodes, solved by conjugate gradients.
-
-    Parameters
-    ----------
-    nodes : ContactNodes
-    """
+    """The linear systems of a body with springs at its ContactNodes, by conjugate gradients."""
 
     def __init__(self, nodes):
         self.nodes, body = nodes, nodes.body
         rows, linked = body.space.FreeDofs().NumSet(), LINKED * body.order
-        needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
+        needed = 2 * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.space = body.space * ng.NumberSpace(body.mesh, definedon=nodes.region)
         self.tangent = Tangent(body, self.space, nodes, body.acting())
         self._free = np.array(self.space.FreeDofs(), bool)
         self._parts = {name: self._factors(name) for name in FIELDS3D}
-        self._prepared, self.products = b"", 0
+        self._prepared = b""
         self._vectors = [self.tangent.matrix.CreateColVector() for _ in range(2)]
 
     def _factors(self, name):
@@ -234,14 +214,8 @@ class Systems:
         return self.tangent.internal(self._vectors[0])
 
     def solve(self, term, closed, unknowns, linear):
-        """Unknowns and approach at which the functional is stationary for this set of closed corners.
-
-        Parameters
-        ----------
-        term : Penalised
-        closed : boolean array (corners, n)
-        unknowns : array (unknowns + 1,), that have this set
-        linear : float, residual relative to the internal forces
+        """Unknowns and approach, array, at which the functional is stationary for closed corners, boolean
+        array (corners, n), to the residual `linear` over the internal forces.
         """
         free, stiff = self._free.copy(), term.rho * np.sum(closed * self.nodes.weights)
         free[-1] = term.load is not None
@@ -258,7 +232,6 @@ class Systems:
         blocks = sum(list(self._parts.values())[1:], list(self._parts.values())[0])
 
         def product(vector):
-            self.products += 1
             return np.where(free, self._applied(matrix, np.where(free, vector, 0.0)), 0.0)
 
         def precondition(vector):

@@ -6,8 +6,6 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, require_finite, require_values
 
-SMALLEST_STEP = 1e-4  # of the whole way to a target, before load stepping gives up
-
 
 @dataclass(frozen=True)
 class NodalEvent:
@@ -30,8 +28,7 @@ class NodalEvent:
 def next_event(first, second):
     """The first corner to change its contact state beyond two states of one path, or None.
 
-    Between events everything is affine in the level for a linear body, so two states with the same
-    active set, `second` at the higher level, give the event exactly.
+    Between events all is affine in the level, so two states with the same active set give the event exactly.
     """
     changed = [corner for corner in first.closed if np.any(first.closed[corner] != second.closed[corner])]
     if changed or not second.level > first.level:
@@ -51,26 +48,24 @@ def next_event(first, second):
 def load_path(newton, levels, *, start=None):
     """States at the `levels` of the control parameter, one after the other (a generator).
 
-    A step at which Newton fails is halved; a target is approached as closely as SMALLEST_STEP of
-    its distance before NotConverged is raised, with `reached` the last level that converged.
+    A step at which Newton fails is halved; NotConverged is raised where it is 1e-4 of the way, with `reached`
+    the last level that converged.
 
     Examples
     --------
     >>> from microblock.fem import meshes
-    >>> body = mb.Body(meshes.column(depth=1.0, elements=2),
-    ...                mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
-    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
     >>> from microblock.fem.facets import ContactFacets
     >>> from microblock.fem.newton import MonolithicNewton
     >>> from microblock.fem.newton_path import load_path
-    >>> facets = ContactFacets(body, mb.Unilateral(), mb.Plane())
-    >>> newton = MonolithicNewton(body, facets, control="load")
+    >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
+    ...                order=4, fixed="middle")
+    >>> newton = MonolithicNewton(body, ContactFacets(body, mb.Unilateral(), mb.Plane()), control="load")
     >>> [round(state.load, 9) for state in load_path(newton, [0.01, 0.02])]
     [0.01, 0.02]
     """
     if not hasattr(newton, "solve"):
         raise BadArgument("newton", newton, "must be a MonolithicNewton")
-    reached = 0.0 if start is None else start.level
+    reached = 0.0 if start is None else getattr(start, newton.control)
     for target in require_values(levels=levels)[0]:
         require_finite(level=target)
         step = whole = target - reached
@@ -80,7 +75,7 @@ def load_path(newton, levels, *, start=None):
                 start, reached = newton.solve(trial, start), trial
             except NotConverged as failure:
                 step /= 2
-                if abs(step) < SMALLEST_STEP * abs(whole) or whole == 0:
+                if abs(step) < 1e-4 * abs(whole) or whole == 0:
                     raise NotConverged(
                         f"load stepping stopped at {newton.control} {reached} on the way to "
                         f"{target:g}: {failure}",

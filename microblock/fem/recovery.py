@@ -69,7 +69,7 @@ class Recovered:
 
 
 def estimate(state):
-    """Recovered errors of a BodySolution."""
+    """Recovered errors of a MeshSolution."""
     body, fields = state.nodes.body, state.fields
     averaged = _averaged(body, fields)
     factor = LOW_ORDER if body.order < 3 else 1.0

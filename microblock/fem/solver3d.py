@@ -1,7 +1,5 @@
-"""Contact of a body in three dimensions with a rigid obstacle, on its contact nodes.
-
-The body is condensed once (`microblock.fem.condensation`); states are found by projected gradients
-(`microblock.corners.projected_gradients`), which do not depend on the corner forces being unique.
+"""Contact of a body in space with a rigid obstacle, condensed to its contact nodes, by projected
+gradients.
 """
 
 import numpy as np
@@ -9,13 +7,12 @@ import numpy as np
 from ..corners import projected_gradients
 from ..errors import NOT_YET, BadArgument
 from ..halfspace.surface_law import closed_corners, on_surface
-from ..model.solver import Solver
+from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
 from .condensation import condensed
 from .state3d import SurfaceNodes
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
-TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a node that cannot move
 
 
 class Solver3D(Solver):
@@ -95,8 +92,8 @@ class Solver3D(Solver):
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
 
     def held_moments(self, exerted):
-        """Nodal moments (m1, m2) in the measure of phi, array (2, n), of what keeps psi1 and psi2 on the
-        contact boundary, from what is exerted in all unknowns; not of planes of symmetry.
+        """Nodal moments (m1, m2) in the measure of phi, array (2, n), of what holds psi1 and psi2 on the
+        contact boundary, but of planes of symmetry, from what is exerted in all unknowns.
         """
         m1, m2 = (
             self.nodes.moments_of(name, exerted) * self.nodes.is_free(name, self.body)
@@ -105,8 +102,8 @@ class Solver3D(Solver):
         return np.array((-m2, m1)) * 2 / self.solid.ell
 
     def of_least_norm(self, forces, closed):
-        """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
-        hold, and where supports hold a rotation, as on a plane of symmetry, of corners that are equally near.
+        """The forces of least norm with the same resultants, arrays (corners, n), where these leave a
+        choice.
         """
         if len(forces) == 1:
             return forces
@@ -120,7 +117,7 @@ class Solver3D(Solver):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
         gaps = (self.initial_gaps + added)[:, held] - state.approach
-        if gaps.size and gaps.min() < -TOUCHING * np.abs(state.displacement).max():
+        if gaps.size and gaps.min() < -SOLVED * np.abs(state.displacement).max():
             raise BadArgument(
                 "obstacle",
                 self.obstacle,

@@ -17,35 +17,23 @@ from .meshes import locking, longest_element
 if TYPE_CHECKING:
     from .facets import ContactNodes
 
-FEWEST = 25  # nodes in contact, below which a state says that they are few
-BETWEEN = 0.05  # of the largest displacement, penetration between nodes from which on a state says so
-BESIDE = 1e-3  # the same at vertices beside the contact boundary
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SurfaceNodes(Solution):
-    """A solution on the contact nodes of a body in space.
-
-    On a part of a symmetric body load, energy and nodes are those of the part.
+    """A solution on the contact nodes of a body in space; on a part of a symmetric body, that of the part.
 
     Attributes
     ----------
     solver : Solver3D
     load, approach : float
-        Force, and approach of the obstacle (length).
     nodes : ContactNodes
     pressures : array (corners, n)
-    moved : array (3, n)
-        Normal displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths).
-    loads : array (3, n)
-        Nodal forces, and moments in the measure of phi, that act on the body (force).
-    closed : array (n,) of int
-        Number of closed corners at each node: those with a force, and all four where no gap is open.
+    moved : array (3, n), displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths)
+    loads : array (3, n), nodal forces, and moments in the measure of phi, on the body (force)
+    closed : array (n,) of int, closed corners: those with a force, and all four where no gap is open
     residual, iterations : float, int
-        Largest relative residual, and products with the flexibility, or steps of Newton's method.
     method : "condensed" or "newton"
-    found : Fields or None
-        The fields, where the method has them.
+    found : Fields, where the method has them
     """
 
     solver: Any
@@ -83,9 +71,7 @@ class SurfaceNodes(Solution):
         return int(self.nodes.body.space.FreeDofs().NumSet())
 
     def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner, by its number, at places, array (k, 2) or (k, 3): linear on
-        triangles between nodes, 0 beyond the contact boundary.
-        """
+        """Returns the pressure of a corner at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
         x1, x2, _ = self.nodes.points.T
@@ -93,7 +79,7 @@ class SurfaceNodes(Solution):
         return np.ma.filled(between(*places.T[:2]), 0.0)
 
     def reaction_on(self, boundary: str) -> Any:
-        """Returns force and moment (3 components each) that the body's supports on a boundary exert on it."""
+        """Returns force and moment (3 components each) of the supports on a boundary."""
         return self.fields.reaction(boundary)
 
     @property
@@ -127,7 +113,7 @@ class SurfaceNodes(Solution):
 
     def _few(self) -> str:
         count = int(np.count_nonzero(self.closed))
-        return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < FEWEST)
+        return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < 25)
 
     def _long(self) -> str:
         """Whether the elements below the contact are too long for the layer at the surface."""
@@ -153,14 +139,14 @@ class SurfaceNodes(Solution):
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
             "it may touch"
-        ) * bool(inside > BESIDE * np.abs(self.displacement).max())
+        ) * bool(inside > 1e-3 * np.abs(self.displacement).max())
 
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
         inside = -self._gaps(places, np.array([values @ part for part in self.moved])).min()
         words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
-        return words * bool(inside > BETWEEN * np.abs(self.displacement).max())
+        return words * bool(inside > 0.05 * np.abs(self.displacement).max())
 
     def _gaps(self, places: Array, surface: Array) -> Array:
         """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""

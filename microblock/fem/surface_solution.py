@@ -1,8 +1,4 @@
-"""A solution on the surface of a condensed body along x1: pressures, micromoment, zones, fields.
-
-What it offers is what a solution on the contact line of a half-plane offers, so that one set of observables
-serves both.
-"""
+"""A solution on the surface of a condensed body along x1, of a symmetric problem computed on one half."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,10 +20,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser level of meshes; None where the mesh was prescribed
-    edges : float, what moving the edges by the next step of Newton's method would change
-    truncation : float, what cutting the half-plane off changes at most; 0 where the block is bounded
-    obstacle : float, what the nodes miss of heights and overlaps between them (`between`)
+    discretisation : float, distance to the next coarser level; None where the mesh was prescribed
+    edges : float, what the next step of the edges would change
+    truncation : float, of a half-plane that is cut off
+    obstacle : float, what the nodes miss of the obstacle (`between`)
     """
 
     discretisation: float | None
@@ -43,17 +39,16 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     Attributes
     ----------
     solver : FittedSolver or UniformSolver
-    body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0
-    load, approach : float, resultant force per thickness (of the whole body) and approach of the obstacle
+    body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0, the computed part
+    load, approach : float, resultant force per thickness (of the whole body) and approach
     forces : array (corners, nodes), of the computed part
     zones : {corner number: ((left, right), ...)} of the computed part
-    iterations : int, linear or contact problems that were solved on the way
-    residual : float, largest relative residual
+    iterations, unknowns : int
+    residual : float
     estimate : Estimate, or None where the mesh does not follow the edges
-    unknowns : int, free unknowns of the bulk, and what the method adds
-    computed_psi : array (nodes,), microrotation of the computed part
-    found_fields : Fields of the computed part where the method has them; `fields` has them always
-    predicted : bool, whether the zones are those that a next state is expected to have (`moved_on`)
+    computed_psi : array (nodes,), of the computed part
+    found_fields : Fields of the computed part where the method has them
+    predicted : bool, whether the zones are those expected of a next state (`moved_on`)
     """
 
     solver: Solver
@@ -90,13 +85,11 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @cached_property
     def displacement(self):
         """-u.n at `x`."""
-        return self._unfold(-self._raised, 1)
+        return self._unfold(-self._raised, -self._raised)
 
     @property
     def _raised(self):
-        """u.n at the nodes of the computed part; Newton's methods have it in their fields, without a
-        compliance.
-        """
+        """u.n at the nodes of the computed part."""
         if self.found_fields is not None:
             return self.body.values("u2", self.found_fields)
         return self.body.compliance.matrix[: len(self._x)] @ self._loads
@@ -112,36 +105,30 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     @cached_property
     def _computed(self):
-        """Pressures at the nodes of the computed part, array (corners, n); on the axis both corners share
-        what one carries.
-        """
+        """Pressures of the computed part, array (corners, n); on the axis corners share one."""
         found = self.forces / self.body.weights
         return np.where(self._x == 0, found.mean(axis=0), found) if self.problem.mirror else found
 
     @cached_property
     def all_zones(self):
-        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right).
-
-        A law without corners has 0 alone; `zones_by_name` has the same by name.
-        """
+        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right)."""
         if not self.problem.mirror:
             return self.zones
         found = {}
-        for corner in self.zones:
-            other = len(self.zones) - 1 - corner
-            mirrored = [(-right, -left) for left, right in self.zones[other]]
-            found[corner] = tuple(joined([*mirrored, *self.zones[corner]]))
+        for corner, own in self.zones.items():
+            other = self.zones[len(self.zones) - 1 - corner]
+            found[corner] = tuple(joined([*((-right, -left) for left, right in other), *own]))
         return found
 
     @cached_property
     def x(self):
         """Contact nodes of the whole line, ascending."""
-        return self._unfold(self._x, -1)
+        return self._unfold(self._x, -self._x)
 
     @cached_property
     def weights(self):
         """Weights at `x`: their sum with the pressure is the load."""
-        weights = self._unfold(self.body.weights, 1)
+        weights = self._unfold(self.body.weights, self.body.weights)
         if self.problem.mirror:
             weights[len(self._x) - 1] *= 2
         return weights
@@ -149,17 +136,15 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @cached_property
     def pressures(self):
         """Pressure of each corner at `x`, array (corners, n)."""
-        if not self.problem.mirror:
-            return self._computed
-        return np.column_stack((self._computed[::-1, :0:-1], self._computed))
+        return self._unfold(self._computed, self._computed[::-1])
 
     def _reaction_at_nodes(self):
-        return self._unfold(self._clamping, -1)
+        return self._unfold(self._clamping, -self._clamping)
 
     @cached_property
     def psi(self):
         """Microrotation at `x`."""
-        return self._unfold(self.computed_psi, -1)
+        return self._unfold(self.computed_psi, -self.computed_psi)
 
     @property
     def mirrored(self):
@@ -168,16 +153,12 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @cached_property
     def fields(self):
         """Fields of the computed part by one back-substitution, with values at points of the whole body."""
-        found = (
-            self.found_fields
-            if self.found_fields is not None
-            else self.body.fields(*np.split(self._loads, 2))
-        )
+        found = self.found_fields if self.found_fields is not None else self.body.fields(self._loads)
         return found.unfolded() if self.mirrored else found
 
     @cached_property
     def _clamping(self):
-        moment = self.body.reaction(self.fields) / self.body.weights
+        moment = self.body.moments_of("psi", self.fields.forces) / self.body.weights
         if self.problem.mirror:
             moment[0] = 0.0  # there the axis takes the reaction of its own
         else:
@@ -187,40 +168,31 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
-        x = np.asarray(x, float)
-        if not self.problem.mirror:
-            return self.body.interpolate(self._computed[corner], x)
-        opposite = self._computed[len(self._computed) - 1 - corner]
-        return np.where(
-            x < 0, self.body.interpolate(opposite, -x), self.body.interpolate(self._computed[corner], x)
-        )
+        return self._between(self._computed[corner], self._computed[::-1][corner], x)
 
     def gap(self, corner, x):
-        """Gap of a corner at x, array (n,): displacement and rotation are polynomials on each facet.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the contact boundary.
-        """
+        """Gap of a corner at x, array (n,); BadArgument beyond the contact boundary."""
         if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
             raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
-        raised, psi = self._between(self._raised, x, 1), self._between(self.computed_psi, x, -1)
+        raised, psi = (
+            self._between(one, sign * one, x) for one, sign in ((self._raised, 1), (self.computed_psi, -1))
+        )
         return corner_gaps(self.problem, self.approach, *level_surface(x), -raised, psi)[corner]
 
     def clamping(self, x):
         """The reaction to psi = 0 at x, array (n,)."""
-        return self._between(self._clamping, x, -1)
+        return self._between(self._clamping, -self._clamping, x)
 
-    def _between(self, values, x, sign):
-        """Values of the whole line at x from those of the computed part, even (sign 1) or odd about x = 0."""
+    def _between(self, values, mirrored, x):
+        """Values at x from those at the nodes of the computed part, on the other half from the mirrored."""
         if not self.problem.mirror:
             return self.body.interpolate(values, x)
-        return np.where(x < 0, sign, 1) * self.body.interpolate(values, np.abs(x))
+        return np.where(x < 0, self.body.interpolate(mirrored, -x), self.body.interpolate(values, x))
 
-    def _unfold(self, values, sign):
-        """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""
-        return np.concatenate((sign * values[:0:-1], values)) if self.problem.mirror else np.array(values)
+    def _unfold(self, values, mirrored):
+        """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
+        parts = (mirrored[..., :0:-1], values) if self.problem.mirror else (values,)
+        return np.concatenate(parts, axis=-1)
 
 
 def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
@@ -245,9 +217,8 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate=None
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two solutions of one problem.
-
-    Next to an end of the obstacle, where the pressure is infinite, the distance from the end is the weight.
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact; beside an end of the obstacle its distance is the
+    weight.
     """
     x, ell = fine.x, fine.problem.solid.ell
     shifts = fine.problem.law.shifts(ell)

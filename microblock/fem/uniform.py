@@ -16,14 +16,13 @@ from ..model import methods, picture
 from .body import Body
 from .condensation import Condensed
 from .facets import ContactFacets
-from .friction_levels import history_to
-from .ground import GroundSolver
+from .friction import history_to
+from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
 from .newton_path import load_path
 from .surface_solution import SurfaceSolution, surface_solution
 
-FAR = 1000.0  # size of an unbounded block over the region of equal squares
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
 ROUGH = 1e-3  # of the logarithm of a load that chooses the region of equal squares for an approach
@@ -122,10 +121,8 @@ class UniformSolver(GroundSolver):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        # the bulk's matrix gives the reaction
-        nodes = Condensed(body) if self.law.clamps_rotation else facets
         rho = self.options.newton.rho or self._rho()
-        return nodes, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+        return facets, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self):
         if self.reach is None:

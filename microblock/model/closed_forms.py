@@ -4,38 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .types import Array, Interval
 
-Pair: TypeAlias = tuple[float, float]  # of (upper, lower)
 StripState: TypeAlias = Literal["separation", "partial", "full"]
 
 
-class _Layered:
-    """What strips have in common, from their ell, nu, beta and curvature."""
-
-    ell: float
-    nu: float
-    beta: float
-    curvature: float
-
-    @property
-    def k(self) -> float:
-        """Inverse decay length of the layer, over 1/H."""
-        return math.sqrt(2 * self.beta / self.curvature) / self.ell
-
-    @property
-    def oedometric(self) -> float:
-        """(lambda + 2 mu)/mu."""
-        return 2 * (1 - self.nu) / (1 - 2 * self.nu)
-
-
 @dataclass(frozen=True)
-class Strip(_Layered):
+class Strip:
     """The strip between rigid planes, (44)-(49), for any curvature coefficient gamma'.
 
     Lengths are over H, stresses over mu. The strip occupies -1 <= x2 <= 1; fields are those at 0 <= x2 <= 1.
@@ -57,6 +37,16 @@ class Strip(_Layered):
     beta: float
     delta: float
     curvature: float = 2.0
+
+    @property
+    def k(self) -> float:
+        """Inverse decay length of the layer, over 1/H."""
+        return math.sqrt(2 * self.beta / self.curvature) / self.ell
+
+    @property
+    def oedometric(self) -> float:
+        """(lambda + 2 mu)/mu."""
+        return 2 * (1 - self.nu) / (1 - 2 * self.nu)
 
     @property
     def _lever(self) -> float:
@@ -134,156 +124,6 @@ class Strip(_Layered):
         """Returns sinh(k x2)/cosh(k) without overflow or cancellation."""
         x2 = np.asarray(x2, float)
         return -np.exp(self.k * (x2 - 1)) * np.expm1(-2 * self.k * x2) / (1 + math.exp(-2 * self.k))
-
-
-@dataclass(frozen=True)
-class TwoFacedStrip(_Layered):
-    """The strip between rigid planes with blocks rotated differently on its two faces (docs/theory/model.md,
-    "Two faces").
-
-    Lengths are over half the thickness H, stresses over mu; the strip occupies -1 <= x2 <= 1. Equal rotations
-    give `Strip`. With `upper` and `lower` the faces, C = gamma' ell^2 k coth(2 k), S = gamma' ell^2 k/sinh(2
-    k), micromoments and surface values of psi obey ``M_u = C psi_u - S psi_l``, ``M_l = C psi_l - S psi_u``.
-
-    Parameters
-    ----------
-    ell, nu, beta : float
-        ell/H, Poisson's ratio, coupling.
-    upper, lower : float
-        Initial rotations psi0 of the blocks on the faces (radians).
-    delta : float
-        Approach of each plane over H from the first touch of both; only the sum of the two counts.
-    curvature : float
-        gamma' of (12).
-    """
-
-    ell: float
-    upper: float
-    lower: float
-    nu: float
-    beta: float
-    delta: float
-    curvature: float = 2.0
-
-    @property
-    def _stiffness(self) -> Pair:
-        """C, S over mu H, without overflow."""
-        size = self.curvature * self.ell**2 * self.k
-        return size / math.tanh(2 * self.k), -2 * size * math.exp(-2 * self.k) / math.expm1(-4 * self.k)
-
-    @property
-    def _faces(self) -> tuple[Pair, Pair, float]:
-        """(lever, |psi0|) of either face, and the product of the signs of psi0."""
-        upper, lower = ((self.ell / 2 * (1 - abs(psi0)), abs(psi0)) for psi0 in (self.upper, self.lower))
-        return upper, lower, math.copysign(1, self.upper) * math.copysign(1, self.lower)
-
-    @property
-    def closings(self) -> Pair:
-        """Pressures at which the second corners of (upper, lower) close."""
-        (L, psi0), (M, other), same = self._faces
-        C, S = self._stiffness
-        size = self.curvature**2 * self.ell**4 * self.k**2  # C^2 - S^2
-        alone = [
-            _over(angle * size, C * lever + same * S * far)
-            for angle, lever, far in ((psi0, L, M), (other, M, L))
-        ]
-        if alone[0] <= alone[1]:
-            return alone[0], max(alone[0], (C * other - same * S * psi0) / M)
-        return max(alone[1], (C * psi0 - same * S * other) / L), alone[1]
-
-    def rotations(self, pressure: float) -> Pair:
-        """Returns the rotations of the blocks of (upper, lower) back towards their planes, up to |psi0|, at a
-        pressure.
-        """
-        (L, psi0), (M, other), same = self._faces
-        C, S = self._stiffness
-        closed = [pressure >= load for load in self.closings]
-        if all(closed):
-            return psi0, other
-        if closed[0]:
-            return psi0, (M * pressure + same * S * psi0) / C
-        if closed[1]:
-            return (L * pressure + same * S * other) / C, other
-        size = self.curvature**2 * self.ell**4 * self.k**2
-        return (C * L + same * S * M) * pressure / size, (C * M + same * S * L) * pressure / size
-
-    def _approach(self, pressure: float) -> float:
-        """Returns delta at a pressure: half of the shortening of the strip and of that by the blocks'
-        rotations.
-        """
-        levers = [lever for lever, _ in self._faces[:2]]
-        rotations = self.rotations(pressure)
-        return (
-            pressure / self.oedometric
-            + sum(lever * rotation for lever, rotation in zip(levers, rotations)) / 2
-        )
-
-    @property
-    def delta_fc(self) -> Pair:
-        """delta at which the second corners of (upper, lower) close."""
-        upper, lower = self.closings
-        return self._approach(upper), self._approach(lower)
-
-    @property
-    def states(self) -> tuple[StripState, StripState]:
-        """ "separation", "partial" or "full" of (upper, lower)."""
-        if self.delta <= 0:
-            return "separation", "separation"
-        upper, lower = self.delta_fc
-        return "full" if self.delta >= upper else "partial", "full" if self.delta >= lower else "partial"
-
-    @property
-    def pressure(self) -> float:
-        """-sigma_22: piecewise linear in delta, with a slope discontinuity at each closing."""
-        if self.delta <= 0:
-            return 0.0
-        loads = [0.0, *sorted(self.closings)]
-        first = max(load for load in loads if self._approach(load) <= self.delta)
-        beyond = [load for load in loads if load > first]
-        second = beyond[0] if beyond else first + self.oedometric * self.delta
-        low, high = self._approach(first), self._approach(second)
-        return first + (self.delta - low) / (high - low) * (second - first)
-
-    @property
-    def surface(self) -> Pair:
-        """psi of (upper, lower)."""
-        upper, lower = self.rotations(self.pressure)
-        return -math.copysign(1, self.upper) * upper, -math.copysign(1, self.lower) * lower
-
-    @property
-    def micromoments(self) -> Pair:
-        """M = n.m of (upper, lower)."""
-        C, S = self._stiffness
-        upper, lower = self.surface
-        return C * upper - S * lower, C * lower - S * upper
-
-    def psi(self, x2: ArrayLike) -> Array:
-        """Returns the microrotation (radians) at x2, array (n,)."""
-        upper, lower = self.surface
-        x2 = np.asarray(x2, float)
-        return upper * self._rise(x2, 1) + lower * self._rise(-x2, 1)
-
-    def u1(self, x2: ArrayLike) -> Array:
-        """Returns the horizontal displacement over H at x2, array (n,); 0 at the lower face."""
-        upper, lower = self.surface
-        x2 = np.asarray(x2, float)
-        at_bottom = upper * self._rise(np.array(-1.0), -1) - lower * self._rise(np.array(1.0), -1)
-        return -self.beta / self.k * (upper * self._rise(x2, -1) - lower * self._rise(-x2, -1) - at_bottom)
-
-    def u2(self, x2: ArrayLike) -> Array:
-        """Returns the vertical displacement over H at x2, array (n,); 0 at the lower face."""
-        return -self.pressure / self.oedometric * (np.asarray(x2, float) + 1)
-
-    def _rise(self, x2: Array, sign: int) -> Array:
-        """Returns sinh(k (1 + x2))/sinh(2 k) (sign 1) or cosh(k (1 + x2))/sinh(2 k) (sign -1)."""
-        return cast(
-            Array, (np.exp(self.k * (x2 - 1)) - sign * np.exp(-self.k * (x2 + 3))) / -math.expm1(-4 * self.k)
-        )
-
-
-def _over(size: float, slope: float) -> float:
-    """Returns the load at which a quantity with this slope has the size; inf if it does not grow."""
-    return 0.0 if size == 0 else size / slope if slope > 0 else math.inf
 
 
 def hertz(x: ArrayLike, load: float, half_width: float) -> Array:

@@ -350,7 +350,6 @@ def of_closed_forms():
         name: closed_forms.Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
         for name, delta in (("partial", 0.01), ("full", 0.04))
     }
-    two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, 0.02)
     wavy = closed_forms.Wavy(closure=3.0, wavelength=1.0, mean=1.0)
     layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
     profiles = {
@@ -367,13 +366,6 @@ def of_closed_forms():
             for name, own in strips.items()
             for part in ("psi", "u1", "u2")
         },
-        **{f"two faces {part}": getattr(two, part)(0.3) for part in ("psi", "u1", "u2")},
-        **{
-            f"two faces {part} {face}": value
-            for part in ("delta_fc", "surface", "micromoments")
-            for face, value in zip(("upper", "lower"), getattr(two, part))
-        },
-        "two faces pressure": two.pressure,
         "wave half_width": wavy.half_width,
         "wave approach": wavy.approach_over_amplitude,
         **{

@@ -9,7 +9,7 @@ import microblock as mb
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.data import export
-from microblock.fem.friction import FrictionFacets, MonolithicFriction
+from microblock.fem.friction import FrictionFacets
 from microblock.halfplane.friction_events import events
 from microblock.halfplane.friction_solver import FrictionSolver, Walk
 from microblock.model.history import History
@@ -198,12 +198,14 @@ def of_motions():
     """A body under given motions of the obstacle."""
     body, found = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1}), {}
     facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
-    newton = MonolithicFriction(facets, control="approach")
-    for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
-        names = "normal", "shear", "work", "energy", "dissipation"
+    follower, weights = Follower(facets.contact(), by_motions=True), facets.nodes.weights
+    for number, pair in enumerate([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)]):
+        state = follower.to(*pair)
+        names = "shear", "work", "energy", "dissipation"
         values = {name: getattr(state, name) for name in names} | {
-            "pressures": digest(state.pressures),
-            "shear traction": digest(np.round(state.shear_traction, 12)),
+            "normal": state.load,
+            "pressures": digest(state.normal.reshape(facets.gaps.shape) / weights),
+            "shear traction": digest(np.round(state.tangential / weights, 12)),
             "slip": digest(state.slip),
             "slips": " ".join(str(int(each)) for each in state.slips),
         }

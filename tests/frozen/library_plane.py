@@ -276,8 +276,6 @@ def of_others():
     """Closed forms, solids of blocks, and a rotation of blocks whose slope jumps."""
     x, law = np.linspace(-0.3, 0.3, 7), mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
     punches = {load: closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0) for load in (0.1, 5.0)}
-    strip = 0.5, 0.0175, -0.008, 0.3, 1.0
-    strips = {delta: closed_forms.TwoFacedStrip(*strip, delta) for delta in (-0.01, 0.01, 0.04, 0.08)}
     blocks = {couples: mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples) for couples in (False, True)}
     layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
@@ -285,8 +283,6 @@ def of_others():
     return {
         **{f"tilted punch at load {load:g}": digest(pressure) for load, (pressure, _) in punches.items()},
         **{f"tilted punch {load:g}": digest(contact) for load, (_, contact) in punches.items()},
-        **{f"two faces delta={delta:g}": " ".join(two.states) for delta, two in strips.items()},
-        **{f"two faces {delta:g} pressure": two.pressure for delta, two in strips.items()},
         "thin layer approach": layer.approach(0.7, np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)),
         **{
             f"of blocks couples={couples}": digest([own.E, own.nu, own.beta, own.curvature, own.eta])

@@ -150,6 +150,24 @@ def test_estimate_holds_on_squares_of_any_size(size, law):
         assert apart(state, judge) + judge.error_estimate < state.error_estimate <= rtol
 
 
+class Even:
+    """Two valleys, said to be symmetric: half of the block is computed, and has one of them."""
+
+    even = True
+
+    def height(self, x):
+        return two(x)
+
+
+@pytest.mark.parametrize("law", [LINE, BLOCKS], ids=str)
+def test_an_even_obstacle_with_two_valleys_is_that_of_its_height_alone(law):
+    even, plain = (on_block(HARD, shape, law).solve(load=1.0, rtol=1e-2) for shape in (Even(), two))
+    # two meshes, each off by its estimate
+    allowed = even.error_estimate + plain.error_estimate
+    assert np.array(even.zones["contact"]) == pytest.approx(np.array(plain.zones["contact"]), rel=allowed)
+    assert even.weights @ even.pressure == pytest.approx(1.0, rel=1e-11)
+
+
 def test_no_contact_is_missed_on_a_square():
     (left, right), (second, last) = on_block(HARD, beside, LINE, 20.0).solve(1.0, rtol=1e-2).zones["contact"]
     assert -0.3 < left < right < 0.3 < 3.7 < second < last < 4.3

@@ -12,7 +12,7 @@ from conftest import dome
 import microblock as mb
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.fem import meshes
-from microblock.fem.friction import FrictionFacets, MonolithicFriction
+from microblock.fem.friction import FrictionFacets
 
 F = 0.3
 SOLID, CYLINDER = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1), mb.Cylinder(R=10.0)
@@ -28,7 +28,8 @@ def block(h=0.15, solid=SOLID, order=2):
 
 def followed(body, friction, control, pairs):
     facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
-    return MonolithicFriction(facets, control=control).follow(pairs)
+    follower = Follower(facets.contact(), by_motions=control == "approach")
+    return [follower.to(*pair) for pair in pairs], follower.changes, facets
 
 
 @pytest.mark.parametrize("law", [BLOCKS, mb.Unilateral(friction=F), mb.Microclamped(friction=F)], ids=str)
@@ -42,9 +43,9 @@ def test_a_strip_sticks_with_uniform_tractions_until_all_of_it_slips(law):
         assert np.ptp(state.pressure) < 1e-9 * P and np.ptp(state.shear_traction) < 1e-9 * P
         assert state.weights @ state.shear_traction == pytest.approx(state.shear, abs=1e-12 * P)
     assert [bool(state.zones["stick"]) for state in found.states] == [True, True, False]
-    facets = FrictionFacets(problem.with_(method=mb.Newton()).solver.supported, law, mb.Plane())
+    follower = Follower(FrictionFacets(body, law, mb.Plane()).contact())
     with pytest.raises(mb.NotConverged, match="all nodes slip") as failure:
-        list(MonolithicFriction(facets).follow([(P, 0.0), (P, 1.01 * F * P)]))
+        [follower.to(*pair) for pair in ((P, 0.0), (P, 1.01 * F * P))]
     assert failure.value.reached[1] == pytest.approx(F * P, rel=1e-6)
 
 
@@ -58,21 +59,22 @@ def test_a_column_follows_the_closed_form():
     L, mu, ell = solid.layer_length, solid.mu, solid.ell
     softness = (1 - solid.beta * L * math.tanh(1 / (2 * L))) / mu
     tip = P / (1 + solid.curvature * ell / L * math.tanh(1 / (2 * L)))
-    both, one = followed(body, 0.6, "load", [(P, 0.9 * tip), (P, 0.5 * P)])
+    (both, one), changes, facets = followed(body, 0.6, "load", [(P, 0.9 * tip), (P, 0.5 * P)])
     assert both.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
-    assert np.subtract(*both.pressures[:, 0]) == pytest.approx(0.9 * P, rel=1e-6) and both.stick.all()
-    opens = [change.share for change in one.changes if change.kind == "open"]
+    assert np.subtract(*both.normal) == pytest.approx(0.9 * P, rel=1e-6) and both.stick.all()
+    opens = [change.share for change in changes if change.kind == "open"]
     assert opens == [pytest.approx(0.1 * tip / (0.5 * P - 0.9 * tip), rel=1e-5)]
     B = ell / 2 * 0.5 * P * L / (solid.curvature * ell**2 * mu)
     A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
     turned = -P / (4 * mu) + A * L * math.sinh(1 / L) + B * L * (1 - math.cosh(1 / L))
     psi, u1 = A - P / (4 * mu), (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
-    assert one.nodal.psi[0] == pytest.approx(psi, rel=1e-5)
+    found = facets.nodes.response @ facets.onto.T @ np.concatenate((one.normal, one.tangential))
+    assert found[1] == pytest.approx(psi, rel=1e-5)
     assert one.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
     d = P / (solid.lam + 2 * mu)
     limit = f * P * softness
     pairs = [(d, 0), (d, 0.5 * limit), (d, 3 * limit), (d, 0)]
-    _, stuck, dragged, back = followed(body, f, "approach", pairs)
+    (_, stuck, dragged, back), _, _ = followed(body, f, "approach", pairs)
     assert (stuck.shear, stuck.dissipation) == pytest.approx((0.5 * f * P, 0), rel=1e-6, abs=1e-18)
     for moment, sign, way in ((dragged, 1, 2), (back, -1, 3)):  # back by 3, of which 2 are elastic
         assert moment.shear == pytest.approx(sign * f * P, rel=1e-9) and moment.slips.tolist() == [sign]

@@ -1,0 +1,221 @@
+"""A solution on the contact nodes of a body on a mesh of one or two dimensions, in the order of x1."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..corners.nodal import AtNodes, zones_of
+from ..errors import BadArgument, at_most
+from ..model.solver import Solver
+from ..model.zones import distance_to_ends
+from . import between, meshes
+from .body import Fields
+from .mesh_fields import BelowOnMesh
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshSolution(BelowOnMesh, AtNodes):
+    """A solution on the contact nodes of a body, condensed or by Newton's method.
+
+    Attributes
+    ----------
+    solver : Solver with the `nodes` of the body
+    load, approach : float, resultant force per thickness and approach
+    forces, gaps : arrays (corners, n), along -n, and initial ones, inf where a corner cannot touch
+    closed : boolean array (corners, n)
+    displacement, psi : arrays (n,), -u.n and microrotation
+    residual : float
+    iterations, unknowns : int
+    method : "condensed" or "newton"
+    found : Fields, or None where they follow from the forces
+    error_estimate : float, as of `recovery.estimate`; None on a mesh that was prescribed
+    """
+
+    solver: Solver
+    load: float
+    approach: float
+    forces: np.ndarray
+    gaps: np.ndarray
+    closed: np.ndarray
+    displacement: np.ndarray
+    psi: np.ndarray
+    residual: float
+    iterations: int
+    unknowns: int
+    method: str = "condensed"
+    found: Fields | None = None
+    error_estimate: float | None = None
+
+    @property
+    def nodes(self):
+        """The contact nodes of the body."""
+        return self.solver.nodes
+
+    @property
+    def points(self):
+        return self.nodes.points
+
+    @property
+    def normals(self):
+        return self.nodes.normals
+
+    @property
+    def weights(self):
+        """Lengths of the surface: the load is ``weights @ (p*n2)``."""
+        return self.nodes.weights
+
+    @property
+    def has_edges(self):
+        return self.nodes.dim == 2 and not self.nodes.body.periodic
+
+    @property
+    def apart(self):
+        """Whether the boundary is interrupted between a node and the next."""
+        return self.nodes.apart if self.has_edges else None
+
+    @property
+    def period(self):
+        return None if self.has_edges else self.weights.sum()
+
+    @property
+    def end(self):
+        """Where a period ends; None of a body with edges."""
+        return None if self.has_edges else self.x[0] + self.period
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
+        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.weights
+
+    @cached_property
+    def micromoment(self):
+        """M of (29); where psi is held on the contact boundary, the reaction to it."""
+        moments, nodes = self._moments, self.nodes
+        if self._psi_held:
+            moments = moments + nodes.moments_of("psi", self.fields.forces)
+        return moments / self.weights
+
+    @property
+    def _psi_held(self):
+        return "psi" in self.nodes.body.held_on(self.nodes.boundary)
+
+    @property
+    def _moments(self):
+        """Nodal moments of the corners: what supports exert balances those that carry, not the shares."""
+        levers = np.array(list(self.law.levers(self.x).values()))
+        forces = self.forces if self._psi_held else self.pressures * self.weights
+        return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
+
+    @cached_property
+    def zones_by_name(self):
+        """Zones of the nodes, within a period of a body that repeats."""
+        return zones_of(self.x, self.closed, self.law, self.apart, self.end)
+
+    @cached_property
+    def energy(self):
+        """Elastic energy per thickness: that of the fields, or half the work of the corner forces."""
+        if self.found is not None:
+            return float(self.found.energy())
+        pressed = self.forces > 0
+        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
+        return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
+
+    @cached_property
+    def fields(self):
+        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        loads = self.nodes.compliance.loads(self.law, self.forces) if self.found is None else None
+        return self.found or self.nodes.fields(loads)
+
+    def interpolated(self, values, x):
+        """Nodal values at x, array (n,): polynomials on facets of a condensed body, else a polygon."""
+        if self.method == "condensed":
+            return self.nodes.interpolate(values, x)
+        return np.interp(x, self.x, values, period=self.period)
+
+    def reaches(self, x):
+        return super().reaches(x) if self.has_edges else np.isfinite(x)
+
+    def counter_displacement(self, x):
+        """As of every solution."""
+        counter = getattr(self.solver, "counter", None)
+        if counter is None:
+            return np.zeros_like(x)
+        found, there = np.full_like(x, np.inf), counter.reaches(x)
+        found[there] = counter.displacement(self.forces.ravel(), x[there])
+        return found
+
+    def tamed(self, x):
+        """1; near ends of the obstacle the distance from them over half of its width."""
+        shifts = self.law.shifts(self.solver.solid.ell)
+        return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
+
+    def remarks(self):
+        """What nodes and elements miss, on a prescribed mesh; what a penalty or a free translation leaves."""
+        found = self.overlap() if self.solver.penalizes else []
+        if "u1" not in self.nodes.body.fixed:
+            found.append("no support holds u1: displacements along x1 hold up to a translation")
+        if not self.has_edges:
+            return found
+        condensed = self.method == "condensed"
+        found += self.few_nodes("ask for rtol=" if condensed else "take smaller elements")
+        found += self.locking(self.nodes)
+        if not condensed:
+            return found
+        coarse = [] if self.error_estimate is not None else [*self._unresolved(), *self._missed]
+        return [*self._far_inside(), *found, *coarse]
+
+    def _far_inside(self):
+        """A sentence where the obstacle has moved by a tenth of the body's depth: beyond small strain."""
+        moved = self.approach - self.gaps.min()
+        depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
+        if moved >= 0.1 * depth:
+            yield f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"
+
+    @cached_property
+    def _missed(self):
+        """A list of a sentence where nodes miss features of the obstacle worth 3 % of the pressure."""
+        try:
+            square = between.of_body(self).sum()
+        except BadArgument as failure:
+            return [f"between the nodes the obstacle was not looked at: {failure}"]
+        share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
+        words = f"the obstacle has features shorter than the elements, worth {share:.1g} of the pressure: "
+        return [words + "cut the elements below them, or ask for an rtol"] * bool(share >= 0.03)
+
+    def _unresolved(self):
+        body, closed = self.nodes.body, self.closed.any(axis=0)
+        numbers, across = meshes.thicknesses(body.mesh, self.nodes.region)
+        pressed = np.array([closed[members].any() for members in self.nodes.facets])
+        orders = body.element_orders
+        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
+        for order in np.unique(orders[numbers[pressed]]):
+            longest = meshes.longest_element(body.solid, int(order))
+            if across[pressed & (orders[numbers] == order)].max() > longest:
+                yield (
+                    f"elements of order {order} that reach deeper than {at_most(longest)} below the "
+                    "contact do not resolve the layer: cut them, take a higher order, or ask for an rtol"
+                )
+                return
+
+
+def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations):
+    """The MeshSolution of corner forces, array (corners, n), on the condensed body of a solver."""
+    nodes = solver.nodes
+    moved = nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces)
+    raised, psi = np.split(moved, 2)
+    surface = forces, gaps, closed, -raised, psi
+    return MeshSolution(solver, load, approach, *surface, residual, iterations, nodes.unknowns)
+
+
+def of_newton(solver, state, unknowns):
+    """The MeshSolution of a NodalState of Newton's method."""
+    nodes, corners = solver.nodes, solver.nodes.corners
+    initial, closed = (
+        np.array([one[corner] for corner in corners]) for one in (nodes.initial_gaps, state.closed)
+    )
+    u1, u2 = (nodes.values(name, state.fields) for name in ("u1", "u2"))
+    inward = -(u1 * nodes.normals[:, 0] + u2 * nodes.normals[:, 1])
+    surface = state.forces, initial, closed, inward, state.psi
+    counts = state.kkt, state.iterations, unknowns
+    return MeshSolution(solver, state.load, state.approach, *surface, *counts, "newton", state.fields)
