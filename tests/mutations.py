@@ -40,10 +40,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-SEED = 241124  # of the places; another seed draws others
+SEED = 241125  # of the places; another seed draws others
 PLACES = 60
-SECONDS = 300.0  # of the tests of a mutation, as they were recorded
-FILES = 4  # that run together
+SECONDS = 150.0  # of the tests of a mutation, as they were recorded
+WORKERS = 2  # that run at a time
 LONGEST = 180  # seconds that what pytest imports may take
 ROOT = Path(__file__).parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock"
@@ -194,7 +194,7 @@ def pytest_runtest_protocol(item):
     with started().open("a") as log:
         print(0, item.nodeid, file=log, flush=True)
         if tests := chosen():
-            signal.alarm(int(120 + 15 * tests[item.nodeid]))  # on a busy machine, too
+            signal.alarm(int(30 + 10 * tests[item.nodeid]))  # on a busy machine, too
         else:
             signal.alarm(0)
             import coverage
@@ -243,64 +243,55 @@ def record(test_file):
         print(f"{test_file}: {len(tests)} tests, {sum(tests.values()):.0f} s{said}", flush=True)
 
 
-def make_map():
-    """Record the lines of every test file, two at a time."""
-    (CACHE / "lines").mkdir(parents=True, exist_ok=True)
-    with ThreadPoolExecutor(2) as pool:
-        list(pool.map(record, test_files()))
-
-
 def tests_of(place):
-    """([{test: recorded seconds} of a few files] that may see a place, how many tests execute it): these
-    first, the files with the quickest tests first, then those that execute its file, as what a module
-    computes once is not recorded for all.
+    """({test: recorded seconds} that may see a place, how many execute it): these first, the quickest first,
+    then those that execute its file, as what a module computes once is not recorded for all.
     """
     import coverage
 
-    found, count = defaultdict(dict), 0
+    there, beside = {}, {}
     for file in test_files():
         lines = lines_of(file)
         if lines.with_suffix(".json").exists():
             seconds = json.loads(lines.with_suffix(".json").read_text())
             data = coverage.CoverageData(lines)
             data.read()
-            by_line = data.contexts_by_lineno(str(ROOT / place.file))
-            there = {name for line in place.lines for name in by_line.get(line, ())} & {*seconds}
-            for name in {name for names in by_line.values() for name in names} & {*seconds}:
-                found[name not in there, file][name] = seconds[name]
-            count += len(there)
-    ranked = sorted((beside, np.mean([*tests.values()]), file) for (beside, file), tests in found.items())
-    few = [ranked[first : first + FILES] for first in range(0, len(ranked), FILES)]
-    together = ([item for beside, _, file in some for item in found[beside, file].items()] for some in few)
-    return [dict(sorted(items, key=lambda item: item[1])) for items in together], count
+            for line, names in data.contexts_by_lineno(str(ROOT / place.file)).items():
+                found = there if line in place.lines else beside
+                found.update((name, seconds[name]) for name in names if name in seconds)
+    ordered = [dict(sorted(found.items(), key=lambda item: item[1])) for found in (there, beside)]
+    return ordered[0] | {name: spent for name, spent in ordered[1].items() if name not in there}, len(there)
 
 
-def judged(root, place, most):
-    """(test that finds a mutation or None, number of tests that execute it) in a checkout, which stays as it
-    was. A test finds it that fails, and passes after the same tests without the mutation.
+def judged(place, most):
+    """What is said of a mutation, which is made in a copy of the last commit: the test that finds it, if one
+    does, which fails, and passes after the same tests without the mutation.
     """
-    together, count = tests_of(place)
-    good, bad, file = (ROOT / place.file).read_bytes(), broken(place), root / "tests.json"
+    tests, count = tests_of(place)
+    tests = {
+        name: spent for (name, spent), sum in zip(tests.items(), np.cumsum([*tests.values()])) if sum < most
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        root, file = Path(folder), Path(folder) / "tests.json"
+        archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
+        subprocess.run(["tar", "-x", "-C", root], input=archive, check=True)
+        good = (root / place.file).read_bytes()
 
-    def passes(text, tests):
-        (root / place.file).write_bytes(text)
-        file.write_text(json.dumps(tests))
-        answer = run_pytest(root, sorted({name.split("::")[0] for name in tests}), file)
-        (root / place.file).write_bytes(good)
-        return answer
+        def passes(text, tests):
+            (root / place.file).write_bytes(text)
+            file.write_text(json.dumps(tests))
+            return run_pytest(root, sorted({name.split("::")[0] for name in tests}), file)
 
-    for tests in together:
-        tests = dict(item for item, spent in zip(tests.items(), np.cumsum([*tests.values()])) if spent < most)
-        most -= sum(tests.values())
         while tests:
-            passed, run = passes(bad, tests)
+            passed, run = passes(broken(place), tests)
             if passed:
                 break
             last = [*run, *tests][len(run) - 1 if run else 0]  # without one, what is imported fails
             if passes(good, {name: tests[name] for name in (*run, last)})[0]:
-                return last if run else f"the import of {last.split('::')[0]}", count
+                return f"found by {last if run else 'the import of ' + last.split('::')[0]}, of {count} tests"
             tests = {name: seconds for name, seconds in tests.items() if name not in run and name != last}
-    return None, count
+    why = next((why for text, why in EQUIVALENT.items() if text in words_of(place)), "SURVIVED")
+    return f"{why}, of {count} tests"
 
 
 def main():
@@ -310,18 +301,18 @@ def main():
     for name, does in {"list": "print the places alone", "map": "record what tests execute"}.items():
         words.add_argument(f"--{name}", action="store_true", help=does)
     given = words.parse_args()
-    if given.map:
-        return make_map()
-    with tempfile.TemporaryDirectory() as root:
-        archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
-        subprocess.run(["tar", "-x", "-C", root], input=archive, check=True)
-        for number, place in list(enumerate(drawn()))[given.first : given.first + given.count]:
-            said = ""
-            if not given.list:
-                test, count = judged(Path(root), place, given.seconds)
-                why = next((why for text, why in EQUIVALENT.items() if text in words_of(place)), None)
-                said = f": {'found by ' + test if test else why or 'SURVIVED'}, of {count} tests"
-            print(f"{number} {words_of(place)}{said}", flush=True)
+
+    def say(number, place):
+        said = "" if given.list else f": {judged(place, given.seconds)}"
+        print(f"{number} {words_of(place)}{said}", flush=True)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        if given.map:
+            (CACHE / "lines").mkdir(parents=True, exist_ok=True)
+            list(pool.map(record, test_files()))
+        else:
+            chosen = [*enumerate(drawn())][given.first : given.first + given.count]
+            list(pool.map(say, *zip(*chosen)))
 
 
 if __name__ == "__main__":
