@@ -207,7 +207,7 @@ class NodalSolver(Solver):
         found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         return self.solution(
             self,
-            found.load,
+            found.load if load is None else load,  # as it was asked for: the sum of the forces is rounded
             found.approach,
             found.forces.reshape(count, -1),
             gaps.reshape(count, -1),

@@ -269,11 +269,12 @@ class MonolithicNewton:
         kept, facets = ng.GridFunction(self.space), self.facets
         kept.vec.FV().NumPy()[:] = now.values
         forces = -now.stresses * facets.weights
+        total = facets.normals[:, -1] @ forces.sum(axis=0)
         exerted = now.vector.FV().NumPy()[: self.body.space.ndof].copy()
         surface = facets.onto @ now.values[: self.body.space.ndof]
         return NodalState(
             approach=self._first + float(now.values[-1]),
-            load=float(facets.normals[:, -1] @ forces.sum(axis=0)),
+            load=self._load.Get() if self.control == "load" else float(total),
             fields=Fields(self.body, kept.components, exerted),
             surface=surface.reshape(-1, len(facets.points)),
             gaps=now.gaps,
