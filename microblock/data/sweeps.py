@@ -2,13 +2,12 @@
 
 The file has a line a point (JSON), forced to the disk as soon as it is known: what stops a study costs the
 points that were being computed and no other. A line is used again where its key agrees, the digest of
-function, point and versions (`microblock.data.provenance`).
+function and point, and all modules that the process had loaded are what they were (`provenance`).
 """
 
 import fcntl
 import json
 import os
-import platform
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
@@ -16,7 +15,6 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import product
 from multiprocessing import get_context
-from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,12 +30,9 @@ from ..errors import (
     require_whole,
     writing,
 )
-from .records import software
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
-
-OWN = ("seconds", "error")  # columns that each row has besides the point's and the answer's
 
 
 def sweep(
@@ -72,12 +67,12 @@ def sweep(
         The number of local processes, by default one a core.
     records : str or path, optional
         The file of records. One sweep at a time writes to it. A point is computed again after a change of the
-        function, of a module of the user's that it imports, of microblock, or of the version of a package.
-        Points of functions of packages without an ``__init__.py`` are always computed again.
+        function, of a file of a module of the user's or of microblock that was loaded when it was computed,
+        or of the version of such a package; the sweep prints how many are.
     retry : bool
         Whether points that are recorded as failed are computed again.
     quiet : bool
-        Whether to leave out the progress bar.
+        Whether to leave out the progress bar and notes.
 
     Returns
     -------
@@ -114,23 +109,16 @@ def sweep(
         raise BadArgument("executor", executor, "must be a concurrent.futures.Executor")
     if workers is not None:
         require_whole(1, workers=workers)
-    keys = range(len(points)) if records is None else _keys(function, points, executor is None)
-    with _opened(records) as (found, append):
-        known = {key: found[key] for key in keys if key in found and not (retry and found[key]["error"])}
+    keys = range(len(points)) if records is None else _keys(function, points)
+    with _opened(records, quiet) as (known, append):
+        known = {key: row for key, row in known.items() if not (retry and row["error"])}
         missing = {key: point for key, point in zip(keys, points) if key not in known}
-        total = len(known) + len(missing)
-        with tqdm(total=total, initial=len(known), disable=quiet, unit="point") as progress:
-
-            def keep(key, outcome):
-                if key not in known:  # an interruption may come in between
-                    record = {"key": key, "point": _shown(missing[key]), **outcome}
-                    append(record)
-                    known[key] = record
-                    progress.update()
-
-            if missing:
-                with _submitter(executor, workers) as submit:
-                    _compute(submit, function, missing, keep)
+        done = len({*keys}) - len(missing)
+        with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
+            for key, outcome in _outcomes(executor, workers, function, missing, records is not None):
+                known[key] = {"key": key, "point": _shown(missing[key]), **outcome}
+                append(known[key])
+                progress.update()
     return _rows(points, [known[key] for key in keys])
 
 
@@ -194,12 +182,11 @@ def _extra():
         raise MissingExtra("sweep()", failure.name, "study") from failure
 
 
-def _keys(function, points, fresh):
+def _keys(function, points):
     with _extra():
         from .provenance import digest
-    read = {}
-    base = digest(function, read=read, fresh=fresh)
-    return [digest(base, point, read=read, fresh=fresh) for point in points]
+    base = digest(function)
+    return [digest(base, point) for point in points]
 
 
 def _points(over):
@@ -216,50 +203,47 @@ def _points(over):
     return [dict(point) for point in points]
 
 
-def _compute(submit, function, points, keep):
-    """Call keep(key, outcome) for points {key: point} as they come, also those that came when interrupted."""
-    waiting = {submit(_attempt, function, point): key for key, point in points.items()}
-    try:
-        for future in as_completed(waiting):
-            keep(waiting[future], _outcome(future))
-            del waiting[future]
-    except BaseException:
-        for future, key in waiting.items():
-            if not future.cancel() and future.done() and not future.exception():
-                keep(key, future.result())
-        raise
+def _outcomes(executor, workers, function, points, recorded):
+    """Yields (key, outcome) for points {key: point} as they come."""
+    if not points:
+        return
+    with _submitter(executor, workers) as submit:
+        waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
+        try:
+            for future in as_completed(waiting):
+                yield waiting[future], _outcome(future)
+        finally:  # an interruption, too
+            for future in waiting:
+                future.cancel()
 
 
-def _attempt(function, point):
-    """{answer, error, seconds, machine} of one point, whatever becomes of it."""
+def _attempt(function, point, recorded):
+    """{answer, error, seconds, modules} of one point, whatever becomes of it."""
     start = time.perf_counter()
     try:
         answer, error = _answer(function(**point), point), None
     except Exception as failure:  # whatever it is, the others go on
         answer, error = None, _told(failure)
-    seconds = time.perf_counter() - start
-    return {"answer": answer, "error": error, "seconds": seconds, "machine": platform.node()}
+    outcome = {"answer": answer, "error": error, "seconds": time.perf_counter() - start}
+    if recorded:
+        from .provenance import loaded
+
+        outcome["modules"] = loaded()
+    return outcome
 
 
 def _answer(given, point):
     """What a function returned as JSON's types; BadArgument for what could not be kept."""
     given = given if isinstance(given, Mapping) else {"value": given}
-    answer = {name: _json(name, value) for name, value in given.items()}
-    for name in answer:
-        if not isinstance(name, str) or name in point or name in OWN:
-            raise BadArgument(
-                "answer", name, "must be a text that is neither an argument nor " + " nor ".join(OWN)
-            )
-    return answer
-
-
-def _json(name, value):
-    value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-    if isinstance(value, (list, tuple)):
-        return [_json(name, one) for one in value]
-    if value is None or isinstance(value, str) or (isinstance(value, Real) and abs(value) < float("inf")):
-        return value
-    raise BadArgument(f"answer {name}", value, "must be a finite number, a text, None, or a list of them")
+    taken = {*point, "seconds", "error"} & given.keys()
+    if taken:
+        raise BadArgument("answer", min(taken), "must be neither an argument nor 'seconds' nor 'error'")
+    try:  # arrays and numbers of numpy as lists and numbers
+        return json.loads(json.dumps(given, allow_nan=False, default=lambda value: value.tolist()))
+    except (AttributeError, TypeError, ValueError) as failure:
+        raise BadArgument(
+            "answer", given, "must be a finite number, a text, None, or a list of them, or a mapping to such"
+        ) from failure
 
 
 def _outcome(future):
@@ -273,7 +257,7 @@ def _outcome(future):
         )
         raise NotConverged(words) from failure
     except Exception as failure:  # the process died over the point, or the point does not travel
-        return {"answer": None, "error": _told(failure), "seconds": None, "machine": None}
+        return {"answer": None, "error": _told(failure), "seconds": None}
 
 
 def _told(failure):
@@ -296,18 +280,20 @@ def _rows(points, found):
         {
             **{name: one["point"].get(name) for name in arguments},
             **{name: (one["answer"] or {}).get(name) for name in names},
-            **{name: one[name] for name in OWN},
+            **{name: one[name] for name in ("seconds", "error")},
         }
         for one in found
     ]
 
 
 @contextmanager
-def _opened(path):
+def _opened(path, quiet):
     """({key: record}, append(record)) of the file of records, locked; without a path nothing is kept."""
     if path is None:
         yield {}, lambda record: None
         return
+    from .provenance import loaded
+
     require_place(path, "records")
     with writing(path, "records"):
         file = open(path, "a+b", buffering=0)
@@ -316,31 +302,39 @@ def _opened(path):
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as failure:
             raise BadArgument("records", str(path), "is in use by another sweep") from failure
-        found, end = _read(path, file)
 
         def append(record):
-            nonlocal end
-            line = json.dumps({**record, "versions": software()}, allow_nan=False).encode() + b"\n"
-            file.truncate(end)  # what an interruption left
-            if file.write(line) != len(line):
-                raise OSError(f"no room for a record in {path}")
-            os.fsync(file.fileno())
-            end += len(line)
+            record["modules"] = record.get("modules") or loaded()  # of a process that died, this one's
+            with writing(path, "records"):
+                file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+                os.fsync(file.fileno())
 
-        yield found, append
+        yield _read(path, file, quiet), append
 
 
-def _read(path, file):
-    """({key: record}, where they end) of a file of records; a last line that is torn is none."""
+def _read(path, file, quiet):
+    """{key: record} of a file of records, of those that would be computed alike now; a last line that is torn
+    is cut off.
+    """
+    from .provenance import made_of
+
     file.seek(0)
-    found, end = {}, 0
-    for number, line in enumerate(file.read().splitlines(keepends=True), 1):
-        if not line.endswith(b"\n") and (found or line.startswith(b'{"key"')):
-            break
-        try:
+    *lines, torn = file.read().split(b"\n")
+    now, known = {}, {}
+    try:
+        if torn and not lines:
+            raise ValueError("no line is whole")
+        for line in lines:
             record = json.loads(line)
-            found[record["key"]] = {name: record[name] for name in ("point", "answer", *OWN)}
-        except (ValueError, TypeError, KeyError) as failure:
-            raise BadArgument("records", str(path), f"has no record of a sweep in line {number}") from failure
-        end += len(line)
-    return found, end
+            modules = record.get("modules", {"": ""})  # edition 0.2 has none, and is computed anew
+            now |= {name: made_of(name) for name in modules if name not in now}
+            current = all(now[name] == value for name, value in modules.items())
+            known[record["key"]] = record if current else None
+    except (ValueError, TypeError, KeyError, AttributeError) as failure:
+        allowed = f"has no record of a sweep in line {len(known) + 1}"
+        raise BadArgument("records", str(path), allowed) from failure
+    file.truncate(file.tell() - len(torn))
+    current = {key: record for key, record in known.items() if record}
+    if len(current) < len(known) and not quiet:
+        tqdm.write(f"{path}: {len(known) - len(current)} points of other code are computed anew")
+    return current
