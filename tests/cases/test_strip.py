@@ -1,7 +1,6 @@
 """The strip against its closed form over the whole range of the command, and the command itself."""
 
 import math
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -105,12 +104,3 @@ def test_exit_status(status, words, capsys):
     assert len(lines) == (status > 0)
     # a bad argument is named; delta = 0.2 H is beyond small strain
     assert words.split()[0] in printed.err if status == 2 else status == 1 or "small strain" in printed.out
-
-
-def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):
-    """The same numbers without the module, but for the errors against it."""
-    full = solved(psi0_deg=-1.5)
-    errors = {name: full[name] for name in ("error_psi", "error_u", "error_psi_paper")}
-    monkeypatch.setitem(sys.modules, "microblock.model.closed_forms", None)
-    monkeypatch.setattr(strip, "errors", lambda state: errors)
-    assert solved(psi0_deg=-1.5) == full

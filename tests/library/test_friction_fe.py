@@ -32,23 +32,6 @@ def followed(body, friction, control, pairs):
     return [follower.to(*pair) for pair in pairs], follower.changes, facets
 
 
-@pytest.mark.parametrize("law", [BLOCKS, mb.Unilateral(friction=F), mb.Microclamped(friction=F)], ids=str)
-def test_a_strip_sticks_with_uniform_tractions_until_all_of_it_slips(law):
-    """The patch test of friction; beyond f P there is no state, and that is said where it is."""
-    mesh, P = meshes.column(depth=1.0, elements=4, width=0.5), 0.01
-    body = mb.Body(mesh, SOLID, order=4, fixed="middle", periodic=True)
-    problem = mb.Contact(body, mb.Plane(), law)
-    found = problem.history([(P, 0.0), (P, 0.9 * F * P), (P, F * P)])
-    for state in found.states:
-        assert np.ptp(state.pressure) < 1e-9 * P and np.ptp(state.shear_traction) < 1e-9 * P
-        assert state.weights @ state.shear_traction == pytest.approx(state.shear, abs=1e-12 * P)
-    assert [bool(state.zones["stick"]) for state in found.states] == [True, True, False]
-    follower = Follower(FrictionFacets(body, law, mb.Plane()).contact())
-    with pytest.raises(mb.NotConverged, match="all nodes slip") as failure:
-        [follower.to(*pair) for pair in ((P, 0.0), (P, 1.01 * F * P))]
-    assert failure.value.reached[1] == pytest.approx(F * P, rel=1e-6)
-
-
 def test_a_column_follows_the_closed_form():
     """With psi = 0 at both ends, u1 = q/mu (H - beta L tanh(H/2L)) and the couple q/2 gamma' ell^2/L
     tanh(H/2L) at the top; corner B opens where that and the moment of q exceed (ell/2) P, at `tip`; beyond, A
