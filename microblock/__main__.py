@@ -45,8 +45,6 @@ from .model.plain_data import plain_data  # noqa: E402
 from .model.sharp import unbounded  # noqa: E402
 from .model.summary import number  # noqa: E402
 
-LAWS = {"unilateral": Unilateral, "microclamped": Microclamped}
-
 
 def solve(
     height: str | None = None,
@@ -95,7 +93,9 @@ def solve(
         raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
-    law = Microblock(radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()
+    law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(
+        contact, Microblock(radians(psi0_deg))
+    )
     states: list[State] = []
     try:
         problem = Contact(HalfPlane(Cosserat(E, nu, ell, beta=beta)), obstacle, law, method)
@@ -147,11 +147,10 @@ def table(result):
 
 def row(load, state):
     """The numbers of a state that a table has."""
-    contact = state.zones["contact"]
     return {
         "load": load,
-        "contact_length": sum(right - left for left, right in contact),
-        "zones": len(contact),
+        "contact_length": state.contact_area,
+        "zones": len(state.zones["contact"]),
         "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
         "approach": state.approach,
         "error_estimate": state.error_estimate,

@@ -23,7 +23,7 @@ import typing
 from difflib import get_close_matches
 from pathlib import Path
 
-from .data.records import json_text, versions, write_json
+from .data.records import json_text, versions, write_text
 from .errors import (
     BadArgument,
     MicroblockError,
@@ -32,6 +32,7 @@ from .errors import (
     require_size,
     shortened,
     shown,
+    writing,
 )
 from .model.plain_data import plain_data
 
@@ -85,19 +86,13 @@ class Option:
         given = default not in ((None,), ()) and default[0] is not False
         text = self.text + f" (default {' '.join(map(str, default))})" * given
         if self.choices:
-            text = f"{', '.join(map(str, self.choices))}: {text}"
-        several = (
-            {"nargs": self.many} if self.many else {"nargs": "?", "const": "yes"} if self.kind is bool else {}
-        )
-        word = "yes|no" if self.kind is bool else self.name.rpartition("_")[2].upper()
-        parser.add_argument(
-            flag(self.name),
-            dest=self.name,
-            metavar=word,
-            help=text.replace("%", "%%"),
-            default=argparse.SUPPRESS,
-            **several,
-        )
+            text = f"{', '.join(self.choices)}: {text}"
+        more = {"help": text.replace("%", "%%"), "metavar": self.name.rpartition("_")[2].upper()}
+        if self.many:
+            more["nargs"] = self.many
+        elif self.kind is bool:
+            more |= {"nargs": "?", "const": "yes", "metavar": "yes|no"}
+        parser.add_argument(flag(self.name), dest=self.name, default=argparse.SUPPRESS, **more)
 
     def value(self, text):
         """Returns the value that a text, or a list of texts, stands for; raises BadArgument if it is none."""
@@ -147,15 +142,10 @@ def parser(program, module, known):
     for option in known:
         option.add_to(command)
     folder = getattr(module, "OUT", None)
-    command.add_argument(
-        "--json", metavar="FILE", help="write the result as one JSON object (-: standard output)"
-    )
-    text = (
-        f"folder for figures (default {folder})"
-        if folder
-        else "folder for figures; without it none are drawn"
-    )
-    command.add_argument("--out", metavar="DIR", default=folder, help=text)
+    usual = f"default {folder}" if folder else "without it none are drawn"
+    whole = "write the result as one JSON object (-: standard output)"
+    command.add_argument("--json", metavar="FILE", help=whole)
+    command.add_argument("--out", metavar="DIR", default=folder, help=f"folder for figures ({usual})")
     return command
 
 
@@ -188,27 +178,24 @@ def run(program, module, words, setup=0.0):
         if place not in (None, "-"):
             require_place(place, "json")
         folder = None if out is None else _folder(out)
+        more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
-        if "out" in inspect.signature(module.solve).parameters:
-            arguments["out"] = folder
-        result = module.solve(**arguments)
-        arguments.pop("out", None)
+        result = module.solve(**arguments, **more)
         seconds = {"setup": setup, "solve": time.perf_counter() - start}
-        entries = _entries(module, result)
-        resolved = {name: option.default for name, option in known.items()} | arguments
-        resolved = plain_data(resolved) | entries.pop("parameters", {})
-        entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | entries
+        found = module.to_dict(result) if hasattr(module, "to_dict") else plain_data(result)
+        found = found if isinstance(found, dict) else {"states": found}
+        usual = {name: option.default for name, option in known.items()}
+        resolved = plain_data(usual | arguments) | found.pop("parameters", {})
+        entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | found
         if place != "-":
-            head = "parameters", "versions", "seconds"
-            rest = {key: entries[key] for key in entries if key not in head}
-            print("\n".join(summary(module.table(result) if hasattr(module, "table") else rest)))
+            print("\n".join(summary(module.table(result) if hasattr(module, "table") else found)))
         files = _draw(module, result, folder, program.split()[-1]) if folder else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
             print(json_text(entries))
         elif place:
-            _write(place, entries)
+            write_text(place, json_text(entries) + "\n", "json")
             files.append(place)
         if files and place != "-":
             print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
@@ -222,14 +209,6 @@ def run(program, module, words, setup=0.0):
         where = f"{Path(place.filename).name}, line {place.lineno}"
         return _fail(1, program, f"stopped by {type(failure).__name__} in {where}: {failure}")
     return 0
-
-
-def _entries(module, result):
-    """The JSON object of a result, without what `run` adds."""
-    if hasattr(module, "to_dict"):
-        return module.to_dict(result)
-    data = plain_data(result)
-    return data if isinstance(data, dict) else {"states": data}
 
 
 def _warnings(data):
@@ -293,20 +272,11 @@ def _draw(module, result, folder, name):
     return files
 
 
-def _write(place, entries):
-    try:
-        write_json(place, entries)
-    except BadArgument as failure:
-        raise BadArgument("json", place, failure.allowed) from failure
-
-
 def _folder(out):
-    try:
-        if not out:
-            raise BadArgument("out", repr(out), "must name a folder")
+    if not out:
+        raise BadArgument("out", repr(out), "must name a folder")
+    with writing(out, "out"):
         Path(out).mkdir(parents=True, exist_ok=True)
-    except OSError as failure:
-        raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
     require_place(Path(out) / "figure", "out")
     return Path(out)
 

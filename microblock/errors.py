@@ -324,6 +324,24 @@ def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
         ) from failure
 
 
+@contextmanager
+def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path]:
+    """Context in which a file is written, whole or not at all: it gives another path beside it, which
+    takes the place at the end; of a device or pipe its own. Raises BadArgument as `writing` does.
+    """
+    whole = Path(path)
+    part = whole.with_name(f".{whole.name}.{os.getpid()}.npz")  # an ending that numpy leaves as it is
+    if whole.exists() and not whole.is_file():
+        part = whole
+    with writing(path, name):
+        try:
+            yield part
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+        part.replace(whole)
+
+
 def require_choice(known: Collection[str], **arguments: object) -> None:
     """Raises BadArgument for the first argument that is none of the known words."""
     words = f"must be one of {', '.join(known)}"

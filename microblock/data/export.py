@@ -32,18 +32,17 @@ def profile(state: State) -> dict[str, np.ndarray]:
     dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a second body its
     "counter_displacement", and in three dimensions the number of corners that are "closed".
     """
-    found = dict(zip(("x1", "x2", "x3"), state.points.T)) | {"weight": state.weights}
-    found |= {"pressure": state.pressure}
+    found = dict(zip(("x1", "x2", "x3"), state.points.T))
+    found |= {"weight": state.weights, "pressure": state.pressure}
     found |= {f"pressure_{name}": own for name, own in state.pressures.items()}
     if state.flat:
         found |= {"micromoment": state.micromoment, "psi": state.psi}
     else:
         found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
-    others = {"displacement": state.displacement, "closed": None if state.flat else state.closed}
-    others |= {"counter_displacement": state.opposite}
-    others |= {"shear_traction": state.shear_traction, "slip": state.slip}
-    known = {name: values for name, values in others.items() if values is not None}
-    return {name: np.asarray(values, float) for name, values in (found | known).items()}
+    found |= {"displacement": state.displacement, "closed": None if state.flat else state.closed}
+    found |= {"counter_displacement": state.opposite}
+    found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+    return {name: np.asarray(values, float) for name, values in found.items() if values is not None}
 
 
 def to_csv(
@@ -81,13 +80,7 @@ def to_csv(
     1.0
     """
     require_place(path, endings=("csv", "txt", "dat"))
-    if isinstance(what, State):
-        rows = _nodes(what)
-    elif isinstance(what, LoadPath):
-        rows = [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
-    else:
-        rows = _same_columns(what.states if isinstance(what, History) else what)
-    write_records(path, rows)
+    write_records(path, _rows(what))
 
 
 def _nodes(state):
@@ -99,24 +92,23 @@ def _nodes(state):
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 
-def _same_columns(what):
+def _rows(what):
     """Rows that make a table, or BadArgument."""
-    rows = what if isinstance(what, (list, tuple)) else ()
+    if isinstance(what, State):
+        return _nodes(what)
+    if isinstance(what, LoadPath):
+        return [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
+    rows = what.states if isinstance(what, History) else what if isinstance(what, (list, tuple)) else ()
     if all(isinstance(row, State) for row in rows):
         rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
     rows = [asdict(row) if isinstance(row, Event) else row for row in rows]
     if not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise BadArgument(
-            "what",
-            what,
-            "must be a state, a history, a load path, or a list of at least one state, event or dict, as "
-            "sweep() returns it",
-        )
+        words = "must be a state, a history, a load path, or a list of at least one state, event or dict"
+        raise BadArgument("what", what, words)
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
-            raise BadArgument(
-                f"row {number}", list(row), f"must have the columns of the first one, {list(rows[0])}"
-            )
+            words = f"must have the columns of the first one, {list(rows[0])}"
+            raise BadArgument(f"row {number}", list(row), words)
     return rows
 
 

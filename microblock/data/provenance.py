@@ -69,6 +69,8 @@ class _Pickler(cloudpickle.Pickler):
     """Definitions of scripts and notebooks by value, without places and identities; the rest by name."""
 
     def reducer_override(self, value):
+        if type(value) is object:
+            raise TypeError("an object() has nothing but its identity")
         if isinstance(value, _lru_cache_wrapper):  # it pickles by name even where a notebook defines it
             return str, (), value.__wrapped__
         if is_dataclass(value) and not isinstance(value, type):  # without what is cached

@@ -266,11 +266,10 @@ def _told(failure):
 
 def _shown(point):
     """A point as JSON's types; objects by their text."""
-    plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in point.items()}
-    return {
-        name: value if value is None or isinstance(value, (str, int, float)) else repr(value)
-        for name, value in plain.items()
-    }
+    known = json.dumps(
+        point, default=lambda value: value.item() if isinstance(value, np.generic) else repr(value)
+    )
+    return json.loads(known)
 
 
 def _rows(points, found):

@@ -5,6 +5,18 @@ import math
 import pytest
 
 import microblock as mb
+from cases import punch3d
+
+
+def test_block_and_half_space_agree():
+    near, far = (punch3d.solve(size=size, facets=4, cells=64) for size in (3.0, 6.0))
+    block, half_space = far.values()
+    # a small block is stiffer; its size counts like 1/size; facets of 1/4 and what follows leave 8 %
+    assert near["block"].approach < block.approach < half_space.approach
+    assert 2 * block.approach - near["block"].approach == pytest.approx(half_space.approach, rel=0.08)
+    # corners of blocks up to half of a block, 0.25, beside the face touch; nodes and cells cut the rim
+    assert 4 * block.contact_area == pytest.approx(2.5**2, rel=0.05)
+    assert half_space.contact_area == pytest.approx(2.5**2, rel=0.02)
 
 
 @pytest.mark.parametrize("face, approach", [("round", 0.5), ("square", math.sqrt(math.pi / 4) / 2.024)])
