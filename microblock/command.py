@@ -1,13 +1,11 @@
 """Functions as commands: options from the signature of a function, one JSON object, figures, and exit
 statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
 
-A command is a module with ``solve(**options)``; default values give the types of its options, or annotations
-(``rtol: float | None = None``), `Literal` names choices, and a section "Parameters" in its docstring explains
-them, a line each (``rtol : tolerance``). A module may have ``figure(result)``, a figure or {name: figure};
-``to_dict(result)`` where its JSON object is not the plain data of the result; and ``table(result)`` where
-less of it is printed. What lists of the name "warnings" hold goes to standard error. A `solve` that writes
-files itself takes the folder as its argument `out`; `OUT` of the module is the folder where none is named. An
-entry "parameters" of the object says what was resolved.
+A command is a module with ``solve(**options)``; default values or annotations give the types of its options,
+`Literal` the choices, the section "Parameters" of its docstring a line each. The module may have
+``figure(result)``, a figure or {name: figure}; ``to_dict(result)`` for its JSON object; ``table(result)`` for
+what is printed; `OUT`, the usual folder. A `solve` that writes files takes the folder as `out`. Lists named
+"warnings" go to standard error.
 """
 
 import argparse
@@ -47,7 +45,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def did_you_mean(word, known):
-    """Returns a question after an unknown word; it is empty if no known word is near."""
+    """Returns a question after an unknown word, empty if no known word is near."""
     near = get_close_matches(word, list(known), n=1)
     return f": did you mean {near[0]}?" if near else ""
 
@@ -58,14 +56,9 @@ def flag(name):
 
 
 class Option:
-    """A parameter of a function as an option of the command line.
-
-    Attributes
-    ----------
-    name, default, text : of the parameter; the text is its line in the docstring
-    kind : float, int, str or bool, of each value
-    many : False of one value, else how many there must be, "+" for any number
-    choices : tuple of the words that are allowed, empty where any is
+    """A parameter of a function as an option: `name`, `default`, `text` of its line in the docstring, the
+    `kind` of each value, `many` (False of one value, else how many, "+" for any number), `choices` of
+    words.
     """
 
     def __init__(self, parameter, hint, text):
@@ -95,7 +88,7 @@ class Option:
         parser.add_argument(flag(self.name), dest=self.name, default=argparse.SUPPRESS, **more)
 
     def value(self, text):
-        """Returns the value that a text, or a list of texts, stands for; raises BadArgument if it is none."""
+        """Returns the value of a text or a list of texts; raises BadArgument if it is none."""
         return tuple(map(self._one, text)) if self.many else self._one(text)
 
     def _one(self, text):
@@ -162,8 +155,8 @@ def _wrapped(text):
 
 
 def run(program, module, words, setup=0.0):
-    """Runs a command, called `program`, of a module with `solve`, with the words of its command line; returns
-    the exit status. `setup` are the seconds that the import of the module took.
+    """Runs a command, called `program`, of a module, with the words of its command line; returns the exit
+    status. `setup` are the seconds that the import of the module took.
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())
@@ -223,7 +216,7 @@ def _warnings(data):
 
 
 def summary(entries, within=""):
-    """Returns lines with the numbers and words of a result; of a list of records a table of them."""
+    """Returns lines with the numbers and words of a result, tables of lists of records."""
     lines = []
     for name, value in entries.items():
         name = within + name

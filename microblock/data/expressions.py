@@ -1,7 +1,5 @@
 """Formulas in x as functions of an array: read by Python's parser, computed term by term, never executed.
-
-What a formula may hold stands in the tables below; anything else that Python knows is refused. All numbers
-are floats, and length, depth and exponents are bounded: no formula takes long or much memory.
+Length, depth and exponents are bounded: no formula takes long or much memory.
 """
 
 from __future__ import annotations
@@ -55,14 +53,13 @@ class _Refused(Exception):
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
     """Returns the function of an array x that a formula says, such as ``"x**2/20"``.
 
-    It returns an array of floats in the shape of x, NaN or inf where the formula has no number. `name` is
-    what errors call the formula.
+    It returns an array of floats in the shape of x, NaN or inf where the formula has no number.
 
     Raises
     ------
     BadArgument
-        If the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above 100, more
-        than 500 characters or 100 terms within each other; the message says what stands at which place.
+        By `name`, if the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above
+        100, more than 500 characters or 100 terms within each other; the message names the place.
 
     Examples
     --------

@@ -1,8 +1,7 @@
-"""Parameter studies: a function at many points, on many processes or machines, kept point by point in a file.
+"""Parameter studies: a function at many points, on many processes or machines, with a file of records.
 
-The file has a line a point (JSON), forced to the disk as soon as it is known: what stops a study costs the
-points that were being computed and no other. A line is used again where its key agrees, the digest of
-function and point, and all modules that the process had loaded are what they were (`provenance`).
+The file has a line a point (JSON), forced to the disk as soon as it is known. A line is used again where the
+digest of function and point agrees, and all modules that its process had loaded are what they were.
 """
 
 import fcntl
@@ -45,10 +44,9 @@ def sweep(
     retry: bool = False,
     quiet: bool = False,
 ) -> list[dict]:
-    """Call ``function(**point)`` at each point, in parallel.
+    """Call ``function(**point)`` at each point, in parallel; a point that fails does not stop the others.
 
-    A point that fails does not stop the others. After KeyboardInterrupt, or whatever else stops the sweep, a
-    call with the same file of records goes on where it stopped.
+    After an interruption a call with the same file of records goes on where it stopped.
 
     Parameters
     ----------
@@ -56,37 +54,33 @@ def sweep(
         It returns a number, or a mapping of names to numbers, texts, None or lists of them.
     over : mapping or iterable of mappings
         Either {argument: values}, whose every combination is a point (the last argument varies fastest), or a
-        list of points {argument: value}. Values are numbers, texts, lists, obstacles, laws and other
-        dataclasses, functions.
+        list of points {argument: value}. Values are numbers, texts, lists, obstacles, laws, functions.
     executor : concurrent.futures.Executor, optional
-        A Dask cluster's comes from ``Client(...).get_executor()``. Without one, the sweep starts local
-        processes of one thread each, in which also functions of a notebook run; a script then needs ``if
-        __name__ == "__main__":`` around the call. Workers of an executor keep the modules that they have
-        loaded: start them anew after a file has changed.
+        A Dask cluster's comes from ``Client(...).get_executor()``; its workers keep the modules that they
+        have loaded. Without one, the sweep starts local processes of one thread each; a script then needs
+        ``if __name__ == "__main__":`` around the call.
     workers : int, optional
         The number of local processes, by default one a core.
     records : str or path, optional
-        The file of records. One sweep at a time writes to it. A point is computed again after a change of the
-        function, of a file of a module of the user's or of microblock that was loaded when it was computed,
-        or of the version of such a package; the sweep prints how many are.
+        The file of records, of one sweep at a time. A point is computed again after a change of the function,
+        of a loaded file of the user's or of microblock, or of the version of a loaded package.
     retry : bool
         Whether points that are recorded as failed are computed again.
     quiet : bool
-        Whether to leave out the progress bar and notes.
+        Whether to leave out the progress bar, and how many records are out of date.
 
     Returns
     -------
     list of dict
         A row a point, in their order: {argument: value, ..., answer: value, ..., "seconds": float, "error":
-        None or "type of error: message"}. All rows have the same columns, so that `to_csv` makes a table of
-        them.
+        None or "type of error: message"}. All rows have the same columns.
 
     Raises
     ------
     BadArgument
         If an argument cannot be told from others, or the file holds something else, or another sweep uses it.
     NotConverged
-        If the executor breaks down, or local processes do not start; what is done by then is kept.
+        If the executor breaks down, or local processes do not start; what is done by then is recorded.
     MissingExtra
         If local processes or records are asked for without the extra `study`.
 
@@ -124,11 +118,8 @@ def sweep(
 
 @contextmanager
 def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
-    """Context with a `pebble.ProcessPool` of local processes of one thread each, by default one a core, which
-    are started afresh, not forked.
-
-    The time that modules take to import does not count towards the timeout of a call, but for `carried`
-    functions. Raises MissingExtra if pebble is not installed.
+    """Context with a `pebble.ProcessPool` of local processes of one thread each, started afresh, by default
+    one a core. Raises MissingExtra if pebble is not installed.
     """
     with _extra():
         from pebble import ProcessPool
@@ -148,8 +139,7 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
 
 def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
     """Returns a call without arguments of a function with these, that travels to another process, also of a
-    function of a notebook or within another one; an error while it is read there is one of the call. Raises
-    MissingExtra if cloudpickle is not installed.
+    function of a notebook. Raises MissingExtra if cloudpickle is not installed.
     """
     with _extra():
         import cloudpickle

@@ -31,9 +31,7 @@ NAMES: dict[Any, Iterable[str]] = {
 
 
 class Absent:
-    """What is not in a file, such as a function or a mesh: it has what is known of it, and refuses everything
-    else by name.
-    """
+    """What is not in a file, such as a function: it has what is known of it, and refuses the rest by name."""
 
     def __init__(self, text: str, **known: Any) -> None:
         vars(self).update(known, text=text)
@@ -58,10 +56,7 @@ def save(result: Any, file: str | os.PathLike[str]) -> None:
 
 
 def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
-    """Returns what `save` of a State, LoadPath or History has written to a file.
-
-    Numbers and arrays come back digit by digit; what lies between the points of a state is not in a file, and
-    is refused by name.
+    """Returns what `save` of a State, LoadPath or History has written to a file, digit by digit.
 
     Parameters
     ----------
@@ -70,6 +65,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     Returns
     -------
     State, LoadPath or History
+        What lies between the points of a state is not in a file, and is refused by name.
 
     Raises
     ------
