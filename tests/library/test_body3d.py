@@ -124,9 +124,9 @@ def test_states_say_what_they_cannot_estimate(reach, step, ell, words):
 
 
 def test_a_penalty_leads_back_from_the_approach_to_the_load():
-    """In the first step the residual is measured against pressures of the penalty, far beyond those at rest."""
-    x = np.linspace(0, 1, 5)
-    body = mb.Body(meshes3d.block(x, x, x - 1), SOLID, 1, fixed="bottom")
+    """The first residual is measured against pressures of the penalty, far beyond those at rest."""
+    x = np.linspace(0, 1, 6)
+    body = mb.Body(meshes3d.block(x, x, np.linspace(-1, 0, 4)), SOLID, 1, fixed="bottom")
     problem = mb.Contact(body, lambda x1, x2: 0 * x1, mb.Microblock(), mb.Newton("penalty"))
     pressed = problem.solve(load=1.0)
     assert problem.solve(approach=pressed.approach).load == pytest.approx(1.0, rel=1e-8)  # of the residual
