@@ -10,7 +10,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from itertools import product
 from multiprocessing import get_context
@@ -154,16 +154,6 @@ def _called(pickled):
 
 
 @contextmanager
-def _submitter(executor, workers):
-    """submit(function, *arguments) -> Future, on an executor or on local processes."""
-    if executor is not None:
-        yield executor.submit
-    else:
-        with processes(workers) as pool:
-            yield lambda *call: pool.schedule(carried(*call))
-
-
-@contextmanager
 def _extra():
     """MissingExtra for what the extra `study` brings."""
     try:
@@ -197,7 +187,8 @@ def _outcomes(executor, workers, function, points, recorded):
     """Yields (key, outcome) for points {key: point} as they come."""
     if not points:
         return
-    with _submitter(executor, workers) as submit:
+    with processes(workers) if executor is None else nullcontext(executor) as pool:
+        submit = pool.submit if executor is not None else lambda *call: pool.schedule(carried(*call))
         waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
         try:
             for future in as_completed(waiting):
