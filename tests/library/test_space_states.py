@@ -238,25 +238,6 @@ def test_order_copies_and_starts_do_not_matter():
     assert np.rot90(pressure) == pytest.approx(pressure, abs=1e-8 * pressure.max())
 
 
-@pytest.mark.parametrize("law", [UNILATERAL, mb.Microclamped()], ids=str)
-def test_waves_that_run_obliquely_are_those_of_the_half_plane(law):
-    """At 27 degrees to the cells, which cut the edges into steps, of which the mean is seen; the half-plane
-    has cells of its own, by another program.
-    """
-    length = 1 / np.sqrt(5)
-
-    def height(x):
-        return 0.01 * length * (1 - np.cos(2 * np.pi * x / length))
-
-    body = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    oblique = mb.Contact(
-        mb.HalfSpace(body, 1.0), lambda x1, x2: height((2 * x1 + x2) * length), law, mb.Cells(nodes=512)
-    ).solve(load=0.9)
-    plane = mb.Contact(mb.HalfPlane(body, length), height, law, mb.Cells(nodes=2048)).solve(load=0.9 * length)
-    assert oblique.approach == pytest.approx(plane.approach, rel=1e-4)
-    assert oblique.pressure.max() == pytest.approx(plane.pressure.max(), rel=1e-3)
-
-
 def test_corners_beyond_a_period_meet_the_image_of_the_obstacle():
     """A height that goes on beyond its period, pressed until all of it touches, and the same that repeats."""
     height = mb.Ellipsoid(10.0, 8.0).height
