@@ -330,16 +330,17 @@ def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path
     takes the place at the end; of a device or pipe its own. Raises BadArgument as `writing` does.
     """
     whole = Path(path)
-    part = whole.with_name(f".{whole.name}.{os.getpid()}.npz")  # an ending that numpy leaves as it is
-    if whole.exists() and not whole.is_file():
-        part = whole
+    direct = whole.exists() and not whole.is_file()  # a device or pipe
+    # with an ending that numpy leaves as it is
+    part = whole if direct else whole.with_name(f".{whole.name}.{os.getpid()}.npz")
     with writing(path, name):
         try:
             yield part
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
-        part.replace(whole)
+            if not direct:
+                part.replace(whole)
+        finally:
+            if not direct:
+                part.unlink(missing_ok=True)
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:

@@ -4,6 +4,7 @@ not allowed).
 
 import json
 import math
+import os
 from fractions import Fraction
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import microblock as mb
 from cases.__main__ import main
 from microblock.data.records import json_text
+from microblock.errors import replacing
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 PLANE, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
@@ -39,6 +41,18 @@ def test_the_empty_surroundings_of_a_punch_are_no_error(capsys):
 def test_what_is_no_number_is_told_and_not_written(result):
     with pytest.raises(mb.NotConverged, match="NaN or infinite"):
         json_text(result)
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path):
+    """What stops the writing leaves the file as it was, and a pipe where it is."""
+    file, pipe = tmp_path / "file", tmp_path / "pipe"
+    file.write_text("before")
+    os.mkfifo(pipe)
+    for place in (file, pipe):
+        with pytest.raises(KeyboardInterrupt), replacing(place) as part:
+            assert part == pipe or part.write_text("half")
+            raise KeyboardInterrupt
+    assert file.read_text() == "before" and sorted(tmp_path.iterdir()) == [file, pipe]
 
 
 @pytest.mark.parametrize("value", [np.float64(1.0), np.float32(1.0), np.int64(1), 1])
