@@ -1,7 +1,7 @@
 """The plane Cosserat solid: moduli, admissibility, energy density and stresses, (10)-(18).
 
 The constitutive law is plain arithmetic on components, so that one formula serves NGSolve's
-symbolic expressions, numpy arrays and numbers; this module imports neither.
+symbolic expressions, numpy arrays and numbers.
 """
 
 from __future__ import annotations
@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import (
     BadArgument,
@@ -20,6 +23,7 @@ from ..errors import (
     require_positive,
 )
 from .summary import Row, Shown, Summary, number
+from .types import Array
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
@@ -328,3 +332,11 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     require_positive(R=R, P=P)
     a_Hz = math.sqrt(4 * P * R * (1 - solid.nu**2) / (math.pi * solid.E))
     return a_Hz, 2 * P / (math.pi * a_Hz)
+
+
+def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
+    """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
+    thickness and its half-width ``a = sqrt(4 P R/(pi E*))`` (length).
+    """
+    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
+    return 2 * load / (math.pi * half_width) * np.sqrt(rest)

@@ -32,7 +32,7 @@ from .types import (
     ZoneErrors,
     Zones,
 )
-from .zones import contact_zones, half_widths, over_the_end
+from .zones import contact_zones, over_the_end
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -520,7 +520,7 @@ class State(Shown, PlainData):
         """Half of the width of the contact, counted at the middles of blocks (length): the outermost corner
         that touches stands ell/2 inside. Under `Punch(0.5)` with ell = 0.085 the half-width is 0.5425.
         """
-        return half_widths(self.zones["contact"])[0]
+        return float(np.ptp(self.zones["contact"] or 0)) / 2
 
     @cached_property
     def contact_area(self) -> float:
