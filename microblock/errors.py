@@ -214,11 +214,6 @@ def _require(holds: Callable[[Any], object], words: str, arguments: dict[str, An
             raise BadArgument(name, value, words)
 
 
-def _is_number(value: Any) -> bool:
-    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    return real and bool(abs(cast(Any, value)) < float("inf"))
-
-
 def plain(value: Any) -> Any:
     """Returns a number of numpy as Python's, since products of narrow integers would overflow; all else as it
     is.
@@ -249,7 +244,15 @@ def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable
 
 def require_finite(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no finite real number, or too large for products."""
-    _require(_is_number, "must be a finite number", arguments)
+    _require(
+        lambda value: (
+            isinstance(value, (int, float, np.integer, np.floating))
+            and not isinstance(value, bool)
+            and abs(cast(Any, value)) < float("inf")
+        ),
+        "must be a finite number",
+        arguments,
+    )
     require_size(least=0.0, **cast("dict[str, Number]", arguments))
 
 

@@ -64,12 +64,8 @@ class FittedSolver(MeshFitter):
     def __init__(self, contact, options, known=None):
         self.picture = known
         super().__init__(contact, options)
-
-    @cached_property
-    def obstacle(self):
-        """The obstacle, with what its picture shows of it."""
-        whole = self.contact.obstacle
-        return whole if self.picture is None else picture.seen(whole, self.picture)
+        if known is not None:
+            self.obstacle = picture.seen(self.obstacle, known)
 
     @cached_property
     def problem(self):

@@ -115,24 +115,12 @@ class LoadPath(Shown, PlainData):
 
     _keys = "last", "rtol", "first", "events", "warnings"
 
+    first: Any = 0.0  # a float; a subclass may have properties
+    warnings: Any = ()
+    events: Any  # of a subclass
+
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
-
-    if TYPE_CHECKING:  # a subclass has them as properties
-
-        @property
-        def first(self) -> float:
-            """See `LoadPath`."""
-
-        @property
-        def events(self) -> Sequence[Event]:
-            """See `LoadPath`."""
-
-        @property
-        def warnings(self) -> Sequence[str]:
-            """See `LoadPath`."""
-    else:
-        first, warnings = 0.0, ()
 
     def at(self, load: float) -> State:
         """Returns the State at a load on the path.

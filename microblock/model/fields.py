@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -40,10 +40,7 @@ class PointFields:
 
     def shaped(self, shape: tuple[int, ...]) -> PointFields:
         """Returns the fields with the points in another shape."""
-        if shape == self.x1.shape:
-            return self
-        own = {each.name: getattr(self, each.name) for each in fields(self)}
-        return replace(self, **{name: np.reshape(own[name], (*own[name].shape[:-1], *shape)) for name in own})
+        return PointFields(**{name: own.reshape(*own.shape[:-1], *shape) for name, own in vars(self).items()})
 
     @property
     def shear(self) -> Array:

@@ -13,7 +13,7 @@ from .events import LoadPath
 from .obstacles import check_lowest
 from .problem import symmetric
 from .state import State
-from .types import Array, BodyLike, ContactLike, LawLike, ObstacleLike
+from .types import Array, BodyLike, ContactLike
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
 SOLVED = 1e-6
@@ -25,13 +25,15 @@ if TYPE_CHECKING:
 
 
 class Solver:
-    """Base of solvers: a solver is made of a `Contact` and the method that the user has named.
+    """Base of solvers: a solver is made of a `Contact` and the method that the user has named, its `options`.
 
     It defines `solve`; it may define `path` if it can follow events, `history` if friction, and `follow` if
     a neighbouring solution saves work.
 
     Attributes
     ----------
+    contact, body, solid, obstacle, law
+        Of the problem.
     has_level : bool
         Whether the approach means something: the additive constant of a half-plane is arbitrary.
     has_fitted_zones : bool
@@ -59,6 +61,8 @@ class Solver:
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options
+        self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
+        self.solid = self.body.solid
         self._require_counter_body()
         if self.most_corners is not None and len(self.law.corners) > self.most_corners:
             raise BadArgument(
@@ -83,32 +87,11 @@ class Solver:
 
     def __getstate__(self) -> dict[str, Any]:
         """Returns what the solver was made of: what it keeps besides is computed again after a copy."""
-        made: dict[str, Any] = vars(self)
         return {
             key: one
-            for key, one in made.items()
+            for key, one in vars(self).items()
             if not isinstance(getattr(type(self), key, None), cached_property)
         }
-
-    @property
-    def body(self) -> BodyLike:
-        """The body of the problem."""
-        return self.contact.body
-
-    @property
-    def solid(self) -> Cosserat:
-        """The solid of the body."""
-        return self.contact.body.solid
-
-    @property
-    def obstacle(self) -> ObstacleLike:
-        """The obstacle of the problem."""
-        return self.contact.obstacle
-
-    @property
-    def law(self) -> LawLike:
-        """The contact law of the problem."""
-        return self.contact.law
 
     @property
     def symmetric(self) -> bool:
