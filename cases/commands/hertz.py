@@ -17,7 +17,6 @@ import numpy as np
 import microblock as mb
 from cases import hertz as script
 from microblock.errors import BadArgument, at_most
-from microblock.model.law import micromoment
 from microblock.model.zones import least_beside
 
 from . import MATERIAL, OPEN, POSITIVE, refine, require_ranges
@@ -223,7 +222,7 @@ def observe(options, state, estimate):
     top, where = (None, []) if sharp else largest(state.pressure_at, x)
     moment = np.abs(state.micromoment).max() if corners == 1 else None
     if corners == 2 and not sharp:
-        moment = largest(lambda x: abs(_micromoment(state, x)), x)[0]
+        moment = largest(lambda x: abs(state.micromoment_at(x)), x)[0]
     return {
         "load": load,
         "pressure_centre": None if wedge and sharp and corners == 1 else float(state.pressure_at(0.0)) / p,
@@ -245,12 +244,6 @@ def observe(options, state, estimate):
             for name, values in profile.items()
         },
     }
-
-
-def _micromoment(state, x):
-    """M at any x, from the pressures of the corners."""
-    pressures = {corner: state.pressure_at(x, corner) for corner in state.pressures}
-    return micromoment(pressures, state.law.levers(x), state.solid.ell)
 
 
 def _covers_apex(state):

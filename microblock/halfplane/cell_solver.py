@@ -228,7 +228,7 @@ class CellSolver(Solver):
                 None,
                 "must be (left, right), where the obstacle may touch, if the approach is given",
             )
-        found = picture.picture(self.problem, load, picture.BOUND)
+        found = picture.picture(self.problem, load)
         return self.windowed(around(found, self.solid.ell))
 
     def windowed(self, window):

@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache, reduce
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
+from ..model.law import has_constant_levers
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import common, contains, joined, without
@@ -271,7 +272,7 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     start, slope, bend, target = (
         np.repeat(each, counts) for each in (x - panels.x(panel, v0), slope, bend, target)
     )
-    if problem.has_constant_levers:
+    if has_constant_levers(problem.law):
         lever = np.repeat(problem.lever(panels.corner[panel], x), counts)
     else:
         panel = np.repeat(panel, counts)

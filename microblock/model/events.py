@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from .state import State
 
 
-KINDS = "born", "vanished", "merged", "split", "first slip", "full slip", "reversal"
-
-
 @dataclass(frozen=True)
 class Event:
     """A zone is born or vanishes, two merge or one splits, at x; with friction also slip begins, is that of
@@ -77,7 +74,8 @@ class Event:
             if name != unknown or getattr(self, name) is not None:
                 require_finite(**{name: getattr(self, name)})
                 object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
-        require_choice(KINDS, kind=self.kind)
+        kinds = "born", "vanished", "merged", "split", "first slip", "full slip", "reversal"
+        require_choice(kinds, kind=self.kind)
         require_kind(str, "the name of a zone", zone=self.zone)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -40,7 +40,9 @@ class PointFields:
 
     def shaped(self, shape: tuple[int, ...]) -> PointFields:
         """Returns the fields with the points in another shape."""
-        return PointFields(**{name: own.reshape(*own.shape[:-1], *shape) for name, own in vars(self).items()})
+        return replace(
+            self, **{name: own.reshape(*own.shape[:-1], *shape) for name, own in vars(self).items()}
+        )
 
     @property
     def shear(self) -> Array:

@@ -17,7 +17,6 @@ numbers: no mesh, no NGSolve.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, cast
 
@@ -322,11 +321,6 @@ def rotation(psi0: Any, *x: Array) -> Array:
 def tangents(normals: Array) -> Array:
     """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
     return np.column_stack((normals[:, 1], -normals[:, 0]))
-
-
-def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], ell: float) -> Array | float:
-    """Returns M of (29) from multipliers and levers of all corners, arrays (n,)."""
-    return -ell / 2 * sum(levers[corner] * multiplier for corner, multiplier in multipliers.items())
 
 
 def has_constant_levers(law: object) -> bool:

@@ -20,10 +20,8 @@ from ..errors import (
 )
 from .types import Interval
 
-PANEL_ORDERS = 2, 100  # least and most that may be fixed
-ELEMENT_ORDER = 20  # most that may be fixed
-RULES = ("nodal", "gauss")
-SHAPES = ("quadrilaterals", "triangles")
+SHAPES, RULES = ("quadrilaterals", "triangles"), ("nodal", "gauss")
+_order = checked(require_whole, 1, 20)  # of elements
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class Panels(Checked):
     True
     """
 
-    order: int | None = field(default=None, metadata=checked(require_whole, *PANEL_ORDERS))
+    order: int | None = field(default=None, metadata=checked(require_whole, 2, 100))
     fallback: bool = field(default=True, metadata=checked(require_flag))
 
     solver = "halfplane.panel_solver.PanelSolver"
@@ -133,7 +131,7 @@ class Fitted(Checked):
     'fitted'
     """
 
-    order: int | None = field(default=None, metadata=checked(require_whole, 1, ELEMENT_ORDER))
+    order: int | None = field(default=None, metadata=_order)
     spacing: float | None = field(default=None, metadata=checked(require_positive))
     lines: tuple[float, ...] = ()
     even: bool = field(default=False, metadata=checked(require_flag))
@@ -211,7 +209,7 @@ class Uniform(Checked):
     """
 
     h: float = field(metadata=checked(require_positive))
-    order: int = field(default=1, metadata=checked(require_whole, 1, ELEMENT_ORDER))
+    order: int = field(default=1, metadata=_order)
     reach: float | None = field(default=None, metadata=checked(require_positive))
     newton: Newton | None = field(default=None, metadata=checked(require_kind, Newton, "a Newton(...)"))
     shape: str = field(default="quadrilaterals", metadata=checked(require_choice, SHAPES))

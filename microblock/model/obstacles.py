@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,11 +36,19 @@ from ..errors import (
 from .types import Array, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
-SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
+
+
+class Formula(Checked):
+    """Base of obstacles that are polynomials between the places that they name, even if nothing else is
+    said.
+    """
+
+    even: Any = True  # a bool, or a property
+    formulas = True
 
 
 @dataclass(frozen=True)
-class Plane(Checked):
+class Plane(Formula):
     """Horizontal plane at x2 = level.
 
     Parameters
@@ -61,16 +69,13 @@ class Plane(Checked):
 
     level: float = field(default=0.0, metadata=checked(require_finite))
 
-    even = True
-    formulas = True
-
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
         return np.full(np.shape(x), float(self.level))
 
 
 @dataclass(frozen=True)
-class Cylinder(Checked):
+class Cylinder(Formula):
     """Cylinder as the parabola x^2/(2 R), section 4.2.
 
     Parameters
@@ -91,16 +96,13 @@ class Cylinder(Checked):
 
     R: float = field(metadata=checked(require_positive))
 
-    even = True
-    formulas = True
-
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
         return np.asarray(x, float) ** 2 / (2 * self.R)
 
 
 @dataclass(frozen=True)
-class Wedge(Checked):
+class Wedge(Formula):
     """Blunt wedge of the height ``slope*abs(x1)``.
 
     Parameters
@@ -127,9 +129,6 @@ class Wedge(Checked):
     def jumps(self) -> tuple[float, ...]:
         """By how much the slope jumps at the tip."""
         return (2 * self.slope,)
-
-    even = True
-    formulas = True
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -201,7 +200,7 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
-class Punch(Checked):
+class Punch(Formula):
     """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``.
 
     Parameters
@@ -234,8 +233,6 @@ class Punch(Checked):
     def even(self) -> bool:
         """Whether the punch is not tilted."""
         return self.tilt == 0
-
-    formulas = True
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
@@ -451,7 +448,8 @@ def check(obstacle: ObstacleLike) -> None:
 
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument unless an obstacle without edges is lowest somewhere on the scales of ell."""
-    sides = {side: heights(obstacle, side * ell * SCALES) for side in (-1, 1)}
+    scales = np.geomspace(1e-3, 1e5, 65)  # of ell
+    sides = {side: heights(obstacle, side * ell * scales) for side in (-1, 1)}
     for side, above in sides.items():
         with np.errstate(invalid="ignore"):  # inf - inf
             falls = np.all(np.diff(above[-9:]) < 0)
@@ -459,7 +457,7 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
             raise BadArgument(
                 "obstacle",
                 obstacle,
-                f"must be lowest within {SCALES[-1]:g} ell of x1 = 0, but its height(x) falls towards "
+                f"must be lowest within {scales[-1]:g} ell of x1 = 0, but its height(x) falls towards "
                 f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place",
             )
 

@@ -2,7 +2,7 @@
 
 Under the load P a corner touches at the distance D from the lowest point only where the height is no more
 than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest (a: half-width of a classical contact).
-Heights within BOUND times that are sampled, first on all scales, then in the low stretches so densely that
+Heights within twice that are sampled, first on all scales, then in the low stretches so densely that
 features as wide as 5e-4 a show (`Proxy`).
 """
 
@@ -23,8 +23,6 @@ from .zones import runs
 
 if TYPE_CHECKING:
     from .problem import Problem
-
-BOUND = 2.0  # of what a classical half-plane would ask for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +97,7 @@ class Picture:
         return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * away))
 
 
-def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
+def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
     """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
     BadArgument if the obstacle or psi0 is noise or has too many features, stays so low far away that a
     half-plane touches it without bounds, or does not rise enough to carry the load.

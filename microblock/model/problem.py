@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadArgument
-from .law import ACTS_IN, has_constant_levers
+from .law import ACTS_IN
 from .material import joint_modulus
 from .obstacles import heights
 from .types import AngledLaw, Array, CornerZones, Interval, LawLike, ObstacleLike
@@ -129,10 +129,6 @@ class Problem:
         """(left, right) of x, beyond which no corner touches; of problems with a picture."""
         return self.stretches[0][0], self.stretches[-1][1]
 
-    def shift(self, corner: int) -> float:
-        """Returns how far right of a corner its contact point lies (length)."""
-        return self.shifts[corner]
-
     def sites(self, corner: int) -> Array:
         """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated."""
         assert self.picture is not None
@@ -178,11 +174,6 @@ class Problem:
         """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""
         values = list(self.law.levers(np.asarray(x)).values())
         return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
-
-    @property
-    def has_constant_levers(self) -> bool:
-        """Whether the levers are known to be the same at all x."""
-        return has_constant_levers(self.law)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns levers of (29) for corner numbers and abscissae of the same shape."""

@@ -144,9 +144,8 @@ class ErrorParts:
     @property
     def total(self) -> float | None:
         """The sum; None where a part is not known."""
-        parts: list[float | None] = [getattr(self, entry.name) for entry in fields(cast(Any, self))]
-        known = [part for part in parts if part is not None]
-        return sum(known) if len(known) == len(parts) else None
+        parts: list[Any] = [getattr(self, entry.name) for entry in fields(cast(Any, self))]
+        return None if None in parts else sum(parts)
 
 
 class Solution:
@@ -509,11 +508,8 @@ class State(Shown, PlainData):
     @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
-        period, found = self.solution.period, Named("zone", {})
-        for name, pairs in self.solution.zones_by_name.items():
-            own = [(float(left), float(right)) for left, right in pairs]
-            found[name] = own if period is None else over_the_end(own, period)
-        return found
+        zones, period = self.solution.zones_by_name, self.solution.period
+        return Named("zone", {name: over_the_end(pairs, period) for name, pairs in zones.items()})
 
     @cached_property
     def half_width(self) -> float:
@@ -559,26 +555,20 @@ class State(Shown, PlainData):
         if largest > math.radians(10):  # where the small-angle form misses 1.5 %
             angle = math.degrees(largest)
             found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
-        slope = self._slope()
+        edges = np.ravel(self.zones["contact"] if self.solution.has_edges else [])
+        width = float(np.ptp(edges)) if len(edges) else math.inf
+        sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * self.solid.ell)
+        beside = returned(self.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
+        known = np.isfinite(beside).all(axis=0)
+        slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
         if slope > 0.2:
             found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
         if self.error_estimate is not None and self.error_estimate > 0.1:
             figure = at_least(self.error_estimate)
             found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
-        contact = self.zones["contact"]
-        if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
+        if width < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
         return found
-
-    def _slope(self) -> float:
-        """Returns the largest slope of the obstacle at an edge of the contact."""
-        edges = np.array([edge for interval in self.zones["contact"] for edge in interval], float)
-        if not len(edges) or not self.solution.has_edges:
-            return 0.0
-        step = 1e-6 * max(np.ptp(edges), 1e-6 * self.solid.ell)
-        around = np.array([returned(self.solution.problem.obstacle, edges + sign * step) for sign in (-1, 1)])
-        known = np.isfinite(around).all(axis=0)
-        return float(np.abs(np.diff(around[:, known], axis=0) / (2 * step)).max(initial=0.0))
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -749,17 +739,11 @@ class State(Shown, PlainData):
         if self.shape is None:
             raise BadArgument("direction", direction, "belongs to cells in three dimensions")
         n = self.shape[0]
-        rows = [n // 2] if n % 2 else [n // 2 - 1, n // 2]
-        fields = {"pressure": self.pressure} | {
-            f"{name}{i + 1}": values[:, i]
-            for name, values in (("m", self.micromoment), ("psi", self.psi))
-            for i in (0, 1)
-        }
-        found = {"x1": cast(Array, self.x1)}
-        for name, values in fields.items():
-            cells = values.reshape(self.shape)
-            found[name] = np.diagonal(cells) if direction == "diagonal" else cells[:, rows].mean(axis=1)
-        return found
+        names = "pressure", "m1", "m2", "psi1", "psi2"
+        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (5, *self.shape))
+        middle = fields[:, :, [(n - 1) // 2, n // 2]].mean(axis=2)
+        cuts = np.diagonal(fields, axis1=1, axis2=2) if direction == "diagonal" else middle
+        return {"x1": cast(Array, self.x1), **dict(zip(names, cuts))}
 
     def _number(self, corner: str) -> int:
         require_choice(self.pressures, corner=corner)
@@ -783,9 +767,13 @@ class State(Shown, PlainData):
         >>> state.fields([-0.1, 0.1], -0.2).psi.shape
         (2,)
         """
-        if not hasattr(self.solution, "fields"):
-            raise BadArgument("method", self.method, NO_FIELDS)
-        return cast("Callable[..., Any]", self.solution.fields)
+        return cast("Callable[..., Any]", self._offered("fields", "method", self.method, NO_FIELDS))
+
+    def _offered(self, name: str, *refusal: str) -> Any:
+        """Returns what the solutions of some methods alone have; raises BadArgument of others."""
+        if not hasattr(self.solution, name):
+            raise BadArgument(*refusal)
+        return getattr(self.solution, name)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
         """Returns what the supports of a body on a boundary exert on it.
@@ -814,9 +802,8 @@ class State(Shown, PlainData):
         >>> round(float(problem.solve(load=1.0).reaction(".*").force[1]), 6)
         1.0
         """
-        if not hasattr(self.solution, "reaction_on"):
-            raise BadArgument("boundary", boundary, "belongs to a body on a mesh")
-        return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
+        of = self._offered("reaction_on", "boundary", boundary, "belongs to a body on a mesh")
+        return cast("tuple[Array, float]", of(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface (gaps, normal displacement, obstacle) on an interval (left, right) of x1 in the
@@ -986,8 +973,7 @@ class State(Shown, PlainData):
         BadArgument
             If the state is one on cells, or the field unknown.
         """
-        if not hasattr(self.solution, "fields_below"):
-            raise BadArgument("method", self.method, NO_FIELDS)
+        self._offered("fields_below", "method", self.method, NO_FIELDS)
         from ..view.below import draw_below
 
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
@@ -1010,8 +996,7 @@ class State(Shown, PlainData):
             If the body has no mesh, or the field is unknown.
         """
         self._require_flat("picture of all of the body")
-        if not hasattr(self.solution, "reaction_on"):
-            raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
+        self._offered("reaction_on", "method", self.method, "has no mesh to show; use plot_below")
         from ..view.below import draw_body
 
         return self._saved(draw_body(self, field, ax), file, ax)

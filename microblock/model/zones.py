@@ -14,8 +14,6 @@ from .types import Array, CornerZones, Flags, Function, Interval, Zones
 if TYPE_CHECKING:
     pass
 
-NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
-
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:
     """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates, from arrays (n,): the
@@ -56,11 +54,12 @@ def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interv
     return sorted(pair for pair in pairs if pair[0] < pair[1])
 
 
-def over_the_end(intervals: Sequence[Interval], period: float) -> list[Interval]:
-    """Returns intervals within one period, those at its two ends as one that goes on beyond it."""
-    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - 1e-9):
-        return list(intervals)
-    (_, right), *others, (left, _) = intervals
+def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[Interval]:
+    """Returns intervals as floats, those at the two ends of a period as one that goes on beyond it."""
+    own = [(float(left), float(right)) for left, right in intervals]
+    if period is None or len(own) < 2 or own[-1][1] - own[0][0] < period * (1 - 1e-9):
+        return own
+    (_, right), *others, (left, _) = own
     return [*others, (left, right + period)]
 
 
@@ -122,7 +121,7 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     """
     values = function(x)
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
-    i, noise = int(np.argmin(values)), NEGLIGIBLE * np.abs(values).max()
+    i, noise = int(np.argmin(values)), 500 * np.finfo(float).eps * np.abs(values).max()
     left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
     low = x[values <= values[i] + noise]
     if len(low) > 2 or low[0] < left or low[-1] > right:
