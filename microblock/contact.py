@@ -392,7 +392,7 @@ class Contact(Shown):
         if solid is not None:
             require_kind(Cosserat, "a Cosserat", solid=solid)
         if body is None:
-            body = self.body if solid is None or solid == self.solid else self.solver.resized(solid)
+            body = self.body if solid is None or solid == self.solid else self.body.of(solid)
         return replace(
             self,
             body=body,

@@ -302,18 +302,21 @@ def require_place(
     """
     if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
         raise BadArgument(name, path, "must name a file")
-    where = Path(path)
-    if where.is_dir():
-        raise BadArgument(name, str(path), "must name a file, and is a folder")
-    if not os.access(where.parent, os.W_OK):
-        raise BadArgument(
-            name, str(path), f"must lie in a folder that can be written to, and {where.parent} is none"
-        )
+    where, known = Path(path), sorted(endings or ())
     ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
-    if endings is not None and ending.isalpha() and ending not in endings:
-        raise BadArgument(
-            name, str(path), f"must end in .{', .'.join(sorted(endings))} or in none of its own"
-        )
+    for wrong, words in (
+        (where.is_dir(), "must name a file, and is a folder"),
+        (
+            not os.access(where.parent, os.W_OK),
+            f"must lie in a folder that can be written to, and {where.parent} is none",
+        ),
+        (
+            known and ending.isalpha() and ending not in known,
+            f"must end in .{', .'.join(known)} or in none of its own",
+        ),
+    ):
+        if wrong:
+            raise BadArgument(name, str(path), words)
 
 
 @contextmanager

@@ -88,14 +88,15 @@ class Cosserat(Shown):
         require_finite(
             E=E, nu=nu, ell=ell, curvature=curvature, alpha_prime=alpha_prime, beta_prime=beta_prime
         )
-        if not -1 < nu < 0.5:  # before E, which may be a multiple of 1 - nu^2
-            raise Inadmissible("nu", nu, "must satisfy -1 < nu < 1/2")
-        if not E > 0:
-            raise Inadmissible("E", E, "must be positive")
-        if not curvature > 0:
-            raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
-        if not alpha_prime + beta_prime + curvature > 0:
-            raise Inadmissible("alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)")
+        whole = alpha_prime + beta_prime + curvature
+        for admissible, name, value, words in (
+            (-1 < nu < 0.5, "nu", nu, "must satisfy -1 < nu < 1/2"),  # before E, which may depend on nu
+            (E > 0, "E", E, "must be positive"),
+            (curvature > 0, "curvature", curvature, "gamma' must be positive, (13)"),
+            (whole > 0, "alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)"),
+        ):
+            if not admissible:
+                raise Inadmissible(name, value, words)
         require_positive(E=E, ell=ell, curvature=curvature)  # sizes that can be computed with
         mu = E / (2 * (1 + nu))
         moduli = dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature)
@@ -282,11 +283,9 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
     ((name, value),) = given.items()
     if value < 0:
         raise Inadmissible(name, value, "the coupling must not be negative")
-    if name == "beta":
-        if not value < 2:
-            raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
-        return value / (2 - value)
-    return value if name == "eta" else value / mu
+    if name == "beta" and not value < 2:
+        raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
+    return value / (2 - value) if name == "beta" else value / (mu if name == "mu_c" else 1)
 
 
 def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:

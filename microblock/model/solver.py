@@ -13,14 +13,13 @@ from .events import LoadPath
 from .obstacles import check_lowest
 from .problem import symmetric
 from .state import State
-from .types import Array, BodyLike, ContactLike
+from .types import Array, ContactLike
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
 SOLVED = 1e-6
 
 if TYPE_CHECKING:
     from .history import History
-    from .material import Cosserat
     from .state import Solution
 
 
@@ -181,7 +180,3 @@ class Solver:
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
         """Returns the Solution at a load, soon, from a neighbouring one: what sliders call."""
         return self.solve(load, None, rtol, initial)
-
-    def resized(self, solid: Cosserat) -> BodyLike:
-        """Returns the body of another solid; what does not depend on the moduli is kept."""
-        return self.body.of(solid)
