@@ -38,19 +38,7 @@ SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
 class ZonePath(LoadPath):
-    """The load path on fitted panels.
-
-    Parameters
-    ----------
-    problem : Contact
-        A problem that `PanelSolver` solves.
-    last : float
-        Load at the end of the path (force per thickness).
-    rtol : float, optional
-        Relative error of the states as of `Contact.solve`.
-    progress : bool
-        Whether a bar counts the steps to the events.
-    """
+    """The load path on fitted panels; arguments are as of `Contact.path`."""
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None, progress: bool = False) -> None:
         self._solver, self._progress = cast(PanelSolver, problem.solver), progress
@@ -126,8 +114,8 @@ class ZonePath(LoadPath):
     def _sides(
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
     ) -> tuple[PanelSolution, PanelSolution, float] | None:
-        """Returns the zones before and after the only change between two states, at its load, and the error
-        of that; None if there are several. Two that mirror each other happen at once.
+        """Returns the states before and after the only change between two, at its load, and the error of
+        that; None if there are several. Two that mirror each other happen at once.
         """
         kind, places = changes[0][1], [x for _, _, x in changes]
         twins = len(changes) == 2 and changes[1][1] == kind and abs(sum(places)) < NEAR * _width(high)
@@ -183,7 +171,7 @@ class ZonePath(LoadPath):
         low, high : states between whose loads it lies
         states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
-        ends : {load: (number, place)} at events, next to which a zone may be too small to be fitted
+        ends : {load: (number, place)} at events, next to which a zone may be too small
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
@@ -248,7 +236,7 @@ def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
 
 
 def _births(first: PanelSolution) -> list[Event]:
-    """Returns events up to a load: at first touch for the nearest corners, else between it and 0."""
+    """Returns events up to a load: at first touch for the nearest corners, else between 0 and it."""
     problem, lows, found = first.problem, [], []
     for corner, intervals in _opened(first).items():
         for left, right in intervals:
@@ -278,9 +266,7 @@ def _zones(state: PanelSolution) -> Zones:
 
 
 def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
-    """Returns the zones of all corners by number. Under a valley the pressure is never positive: with the
-    load the gap only gets too narrow to matter.
-    """
+    """Returns the zones of all corners by number, open at valleys, where the pressure is never positive."""
     found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
         for corner in [each for each, jump in jumps.items() if jump < 0 and each in found]:
@@ -334,8 +320,9 @@ def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interva
 
 
 def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
-    """Returns (least gap of a corner near a span that does not touch, or least pressure in one that does,
-    over what it grows like from the edges beside it; place); raises NotConverged if these are elsewhere.
+    """Returns the least gap of a corner near a span that does not touch, or the least pressure in one that
+    does, over what it grows like from the edges beside it, and its place; raises NotConverged if zones leave
+    it.
     """
     (left, right), zones = span, [-np.inf, *np.ravel(state.zones[corner]), np.inf]
     number = int(np.searchsorted(zones, (left + right) / 2))

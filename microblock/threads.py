@@ -1,14 +1,9 @@
-"""BLAS threads: one while the library works on small problems, those that were there for large dense
-matrices.
-
-More threads gain nothing on many small matrices, and wait for each other where cores are not idle: a product
-of a millisecond takes up to a hundred. So from the outermost entry on, each `bounded`, BLAS (numpy's, scipy's
-and NGSolve's own) and OpenMP have one thread; what was there before is given back when it is left. Within,
-`released` gives it to matrices that gain by it, and `workers` says how many threads Fourier transforms take.
-NGSolve's own tasks stay as they are.
-
-BLAS has one number of threads for the whole process, so that entries of all Python threads are counted
-together; OpenMP, and a BLAS built on it, has one for each of them.
+"""BLAS threads: one while the library works on small problems, those that were there for large matrices.
+ More threads gain nothing on many small matrices, and wait for each other where cores are busy. So from the
+outermost entry on, each `bounded`, BLAS (also NGSolve's own) and OpenMP have one thread; what was there
+before is given back afterwards, and inside to what is `released`. BLAS has one number of threads for the
+whole process, so that entries of all Python threads are counted together; OpenMP, and a BLAS built on it, has
+one for each.
 """
 
 from __future__ import annotations

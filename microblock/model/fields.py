@@ -52,8 +52,8 @@ class PointFields:
 
 
 def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
-    """Returns x1 and x2 of points, arrays (n,), and the shape in which they were given; raises BadArgument if
-    they are no numbers, or do not go together.
+    """Returns x1 and x2 of points, arrays (n,), and the shape in which they were given; raises BadArgument
+    unless they are numbers that broadcast.
     """
     try:
         both = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))

@@ -27,12 +27,11 @@ GROWTH = 4.0  # of panels away from an edge
 
 @dataclass(frozen=True)
 class Problem:
-    """The problem on the line: solid, law and obstacle, in one place.
+    """The problem on the line: solid, law and obstacle.
 
-    With `mirror` obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
-    >= 0 if the law has one corner only. Without a `picture` the obstacle is smooth between the places that it
-    names. `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is
-    rigid.
+    With `mirror` all is symmetric about x = 0, and the first corner alone is computed, on x >= 0 if the law
+    has one corner only. Without a `picture` the obstacle is smooth between the places that it names.
+    `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is rigid.
     """
 
     solid: Cosserat
@@ -64,7 +63,7 @@ class Problem:
 
     @cached_property
     def _places(self) -> Array:
-        """Contact points at which a corner meets a slope discontinuity or an edge, ascending, each once."""
+        """Contact points at which a corner meets a slope discontinuity or an edge, ascending."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
         own += getattr(self.picture, "tips", ())
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
@@ -96,15 +95,13 @@ class Problem:
 
     @cached_property
     def tips(self) -> set[float]:
-        """Contact points at which a corner is under a tip: its curvature has no bound, its slope does not
-        jump.
-        """
+        """Contact points at which a corner is under a tip, see `Picture`."""
         places = () if self.picture is None else self.picture.tips
         return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
-        """[(edges, lengths), ...] in x of the contact point, of all that its gaps and levers are made of."""
+        """[(edges, lengths), ...] in x of the contact point, of its gaps and levers."""
         if self.picture is None:
             return []
         angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
@@ -117,16 +114,14 @@ class Problem:
 
     @cached_property
     def stretches(self) -> list[Interval]:
-        """Intervals of the contact point in which a corner could touch, ascending; of problems with a
-        picture.
-        """
+        """Intervals of the contact point in which a corner could touch, ascending."""
         assert self.picture is not None
         low = self.picture.stretches
         return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
 
     @property
     def reach(self) -> Interval:
-        """(left, right) of x, beyond which no corner touches; of problems with a picture."""
+        """(left, right) of x, beyond which no corner touches."""
         return self.stretches[0][0], self.stretches[-1][1]
 
     def sites(self, corner: int) -> Array:
@@ -137,7 +132,7 @@ class Problem:
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval: no longer than pieces on which heights and psi0 are
-        polynomials, and than `grading` times the distance from shorter ones; inf where these are smooth.
+        polynomials, and than `grading` times the distance from shorter ones.
         """
         lengths: list[float] = [np.inf]
         for edges, own in self._pieces:
@@ -151,7 +146,7 @@ class Problem:
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
-        """Returns the same of one corner, computed or known by symmetry."""
+        """Returns (left, right) of one corner, computed or known by symmetry."""
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
         return tuple(self._one_place(place + self.shifts[corner]) for place in places)
 
@@ -162,8 +157,8 @@ class Problem:
         return {0: zones[0], 1: tuple((-right, -left) for left, right in reversed(zones[0]))}
 
     def computed(self, zones: CornerZones) -> CornerZones:
-        """Returns of the zones of all corners those that are computed; on a half-line with mirror images of
-        those on the right.
+        """Returns of the zones of all corners those that are computed, on a half-line with their mirror
+        images.
         """
         if not half_line(self):
             return {corner: zones[corner] for corner in self.corners}

@@ -26,28 +26,27 @@ if TYPE_CHECKING:
 class Solver:
     """Base of solvers: a solver is made of a `Contact` and the method that the user has named, its `options`.
 
-    It defines `solve`; it may define `path` if it can follow events, `history` if friction, and `follow` if
-    a neighbouring solution saves work.
+    It defines `solve`; it may define `path` for events, `history` for friction, and `follow` where a
+    neighbouring solution saves work.
 
     Attributes
     ----------
     contact, body, solid, obstacle, law
         Of the problem.
     has_level : bool
-        Whether the approach means something: the additive constant of a half-plane is arbitrary.
+        Whether the approach means something: the constant of a half-plane is arbitrary.
     has_fitted_zones : bool
-        Whether the edges of its zones are unknowns, so that events are found from them (`path.ZonePath`).
+        Whether the edges of zones are unknowns, so that events are found from them (`path.ZonePath`).
     usual_rtol : float or None
         Relative error that is asked for where the user names none.
     most_corners : int or None
         Corners that a law may have; None for any number.
     counter_bodies : tuple of classes
-        Of the second bodies that it knows as obstacles (`Deformable`); others are refused.
+        Of the second bodies that it knows (`Deformable`).
     in_space : "cells", "nodes" or None
         What its states have in three dimensions; None in the plane.
     verifies : bool
-        Whether the residual of its states is that of equations which it solves to rounding
-        (`require_solved`); else the error estimate speaks of it.
+        Whether `require_solved` looks at the residual of its states; else the error estimate speaks of it.
     """
 
     has_level = True
@@ -85,7 +84,7 @@ class Solver:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns what the solver was made of: what it keeps besides is computed again after a copy."""
+        """Returns what the solver was made of: the rest is computed again after a copy."""
         return {
             key: one
             for key, one in vars(self).items()
@@ -111,9 +110,9 @@ class Solver:
     ) -> Solution:
         """Returns the Solution at a load (force per thickness) or an approach (length), the other being None.
 
-        `rtol` is that of `Contact.solve`, None the usual one; `initial` a solution of a similar problem,
-        passed over where it is of another kind. Raises BadArgument if the method does not take an argument,
-        NotConverged if the accuracy is out of reach or no zones are found.
+        `rtol` is that of `Contact.solve`, None the usual one; `initial` a solution of a similar problem.
+        Raises BadArgument if the method does not take an argument, NotConverged if the accuracy is out of
+        reach.
         """
         raise NotImplementedError
 
@@ -122,9 +121,8 @@ class Solver:
         return State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
-        """Raises NotConverged unless a state has the load or the approach that was asked for, its pressures
-        carry its load, and its equations hold: a residual below the error estimate is part of it, and that of
-        a penalty, which leaves gaps on purpose, does not count.
+        """Raises NotConverged unless a state has the load or approach that was asked for, its pressures carry
+        its load, and its residual is rounding or below the error estimate; that of a penalty does not count.
         """
         solution = getattr(state, "solution", state)
         counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
@@ -154,7 +152,7 @@ class Solver:
         return float(np.sum(state.weights * state.pressure * state.normals[:, -1]))
 
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
-        """Returns the LoadPath up to a load; raises BadArgument where the method cannot follow events."""
+        """Returns the LoadPath up to a load; raises BadArgument where the method follows no events."""
         raise BadArgument(
             "method",
             type(self.options).__name__,
@@ -163,13 +161,11 @@ class Solver:
         )
 
     def follows(self, pairs: Array) -> bool:
-        """Returns whether the method is the one to follow a history, array (n, 2), where none is named."""
+        """Returns whether the method follows a history, array (n, 2), where none is named."""
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
-        """Returns the History through pairs (P, Q), array (n, 2), of a law with friction; raises BadArgument
-        where the method cannot follow it.
-        """
+        """Returns the History through pairs (P, Q), array (n, 2); raises BadArgument where the method cannot."""
         raise BadArgument(
             "method",
             type(self.options).__name__,
