@@ -33,15 +33,15 @@ class Event:
     Attributes
     ----------
     load, load_error : float
-        Force per thickness P at which it happens, and its error; of a `History` that of P and of Q together,
-        and None where it is not known.
+        Force per thickness P at which it happens, and its error; of a `History` that of P and Q together,
+        None where it is not known.
     kind : str
         "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" or "reversal".
     zone : str
         "A", "B", "full" or "contact"; of a history "slip" or "stick".
     x : float
-        Abscissa x1 (length). At load 0 it is where the initial gap is least; where the gap is equally small
-        elsewhere, as under a flat punch, it is the middle of the first zone that is seen.
+        Abscissa x1 (length). At load 0 it is where the initial gap is least, or the middle of the first zone
+        where the gap is equally small elsewhere.
     shear : float or None
         Shear force per thickness Q of a history.
     pair : int or None
@@ -91,11 +91,10 @@ class LoadPath(Shown, PlainData):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative error of the states that `at` returns, as of `Contact.solve`. The events do not depend on it:
-        each has its own `load_error`.
+        Relative error of the states that `at` returns, as of `Contact.solve`; events have their `load_error`.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
-        an event at half of that load, with as large an error; what else happens below is not looked for.
+        an event at half of that load, with as large an error.
     events : list of Event
         Zones that are born, merge, split or vanish, ascending in load.
     warnings : list of str
@@ -121,23 +120,8 @@ class LoadPath(Shown, PlainData):
         self.problem, self.last, self.rtol = problem, last, rtol
 
     def at(self, load: float) -> State:
-        """Returns the State at a load on the path.
-
-        Parameters
-        ----------
-        load : float
-            Force per thickness, above 0 and up to the last one of the path.
-
-        Returns
-        -------
-        State
-
-        Raises
-        ------
-        BadArgument
-            If the load does not lie on the path.
-        NotConverged
-            As of `Contact.solve`.
+        """Returns the State at a load on the path (force per thickness), above 0 and up to the last one;
+        raises BadArgument of others, and NotConverged as `Contact.solve`.
         """
         require_on_path(load, self.last)
         return self.problem.solve(load=load, rtol=self.rtol)

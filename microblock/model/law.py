@@ -46,35 +46,20 @@ class Law:
 
     corners: tuple[str, ...] = ("C",)
     clamps_rotation = False
-
-    @property
-    def even(self) -> bool:
-        """Whether the law is known to be symmetric about x1 = 0."""
-        return False
+    even: Any = False  # a bool, or a property
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns the levers of (29) at the abscissae x, array (n,): {corner: array (n,)} in the order of
-        `corners` (dimensionless).
-        """
+        """Returns the levers of (29) at x, array (n,): {corner: array (n,)} in the order of `corners`."""
         raise NotImplementedError
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the initial gap of each corner along the outward normal.
+        """Returns the initial gap of each corner along the outward normal: {corner: array (n,)} (lengths),
+        inf where there is no obstacle over it.
 
-        Parameters
-        ----------
-        points, normals : arrays (n, 2)
-            Contact points (lengths) and unit normals.
-        ell : float
-            Side of a block (length).
-        obstacle : obstacle or callable
-
-        Returns
-        -------
-        dict of arrays (n,)
-            Lengths, by the name of the corner; inf where there is no obstacle over the corner.
+        `points`, `normals` are arrays (n, 2), contact points (lengths) and unit normals; `ell` is the side of
+        a block (length).
         """
         raise NotImplementedError
 
@@ -88,16 +73,14 @@ class Law:
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns where the corners lie from the centre of their block, over its side: array (corners, n, 2),
-        in space (corners, n, 3).
+        in space (corners, n, 3), at points (lengths) and unit normals, arrays (n, 2), in space (n, 3).
 
-        Points (lengths) and unit normals are arrays (n, 2), in space (n, 3) with the normal e3. Here arms
-        follow from the levers; corners that have one lie half a side above the centre.
+        Here arms follow from the levers; corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():
             return np.zeros((len(levers), *points.shape))
-        arms: Array = (normals - levers * tangents(normals)) / 2
-        return arms
+        return (normals - levers * tangents(normals)) / 2
 
 
 class _Coulomb(Law, Checked):
@@ -184,8 +167,7 @@ class Microblock(_Coulomb):
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
-        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``; as of
-        `Law.arms`.
+        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
         """
         if points.shape[1] == 3:
             t1, t2 = surface_tilt(self.psi0, *points.T[:2])
@@ -201,8 +183,8 @@ class Microblock(_Coulomb):
         return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
-        """Returns psi0 at the abscissae x, array (n,) (radians); raises BadArgument if it is a pair, or a
-        function that fails or is not below 1 in absolute value.
+        """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1 in
+        absolute value.
         """
         if isinstance(self.psi0, tuple):
             raise BadArgument(
@@ -211,7 +193,7 @@ class Microblock(_Coulomb):
         return rotation(self.psi0, x)
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
+        """Returns n.(S + N) of corner A and n.(S - N) of corner B at x."""
         points = np.column_stack((np.ravel(x), np.zeros(np.size(x))))
         arms = self.arms(points, np.tile((0.0, 1.0), (len(points), 1)))
         return dict(zip(self.corners, -2 * arms[..., 0].reshape(2, *np.shape(x))))
@@ -219,9 +201,7 @@ class Microblock(_Coulomb):
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``,
-        (20); as of `Law.initial_gaps`.
-        """
+        """Returns the gaps over the corners at ``x -+ (ell/2) S``, (20)."""
         side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
         return {
             "A": obstacles.gap(obstacle, points - side, normals),
@@ -260,7 +240,7 @@ class Unilateral(_Coulomb):
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over the contact point itself; as of `Law.initial_gaps`."""
+        """Returns the gap over the contact point."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
@@ -297,7 +277,7 @@ def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
 
 def rotation(psi0: Any, *x: Array) -> Array:
     """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians); raises
-    BadArgument if the function fails, or a rotation is not below 1 in absolute value.
+    BadArgument if it fails, or is not below 1 in absolute value.
     """
     shape = np.shape(x[0])
     angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
@@ -324,7 +304,7 @@ def tangents(normals: Array) -> Array:
 
 
 def has_constant_levers(law: object) -> bool:
-    """Returns whether levers are known to be the same at all x; of a user's law they are not."""
+    """Returns whether levers are known to be the same at all x."""
     return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
 
 
@@ -345,7 +325,7 @@ def check(law: object) -> None:
 
 
 def _check_corners(law: Any) -> None:
-    """Raises BadArgument unless the gaps and levers of a user's law are those of its corners, in order."""
+    """Raises BadArgument unless gaps and levers of a user's law are those of its corners, in order."""
     point, normal = np.zeros((1, 2)), np.array([[0.0, 1.0]])
     for name, found in (
         ("levers", law.levers(np.zeros(1))),

@@ -1,12 +1,11 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf`` where there is
-no obstacle. It approaches along -e2. Any callable height serves as well. An obstacle may have these
-attributes:
+none; it approaches along -e2. Any callable height serves as well. An obstacle may have these attributes:
 
 kinks      tuple, ascending: abscissae at which the slope or a higher derivative is discontinuous
 jumps      tuple, as long: by how much the slope jumps there
-ends       pair: left and right edge of the obstacle, beyond which there is none
+ends       pair: left and right edge of the obstacle
 formulas   True: between all of these the height is a polynomial, and needs no samples
 even       True: the obstacle is symmetric about x1 = 0
 """
@@ -39,9 +38,7 @@ STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
 
 class Formula(Checked):
-    """Base of obstacles that are polynomials between the places that they name, even if nothing else is
-    said.
-    """
+    """Base of obstacles that are polynomials between the places that they name."""
 
     even: Any = True  # a bool, or a property
     formulas = True
@@ -172,14 +169,12 @@ class Obstacle:
     def __post_init__(self) -> None:
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
-        kinks = () if self.kinks is None else tuple(require_numbers(kinks=self.kinks).tolist())
-        jumps = (0.0,) * len(kinks)
-        if self.jumps is not None:
-            jumps = tuple(require_numbers(jumps=self.jumps).tolist())
+        kinks = require_numbers(kinks=() if self.kinks is None else self.kinks)
+        jumps = np.zeros(len(kinks)) if self.jumps is None else require_numbers(jumps=self.jumps)
         if len(jumps) != len(kinks):
             raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
-        object.__setattr__(self, "kinks", kinks)
-        object.__setattr__(self, "jumps", jumps)
+        for name, values in (("kinks", kinks), ("jumps", jumps)):
+            object.__setattr__(self, name, tuple(values.tolist()))
 
     @staticmethod
     def from_samples(x: ArrayLike, z: ArrayLike) -> Samples:
@@ -421,8 +416,7 @@ class Rough(SelfAffine):
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
     """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none; raises
-    BadArgument if it is no obstacle, or its height no function that returns a number, or inf, for each of
-    many x.
+    BadArgument if it is no obstacle, or does not return a number, or inf, for each of many x.
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
@@ -494,7 +488,7 @@ def evaluated(
     hint: Callable[[], str] = str,
 ) -> Array:
     """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
-    of what was given and with a hint where there is one, where the function fails.
+    of what was given, where it fails.
     """
     if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
         return np.zeros(np.shape(x[0]))
@@ -518,11 +512,10 @@ def real(values: ArrayLike) -> Array:
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     """Returns the initial gap between points of a body's surface (lengths) and the obstacle along the unit
-    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, the distance along e2 seen along n; for n = e2 that
-    is the gap of section 4.2.
+    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, for n = e2 that of section 4.2.
 
-    It is ``inf`` where there is no obstacle above the point, or the surface is steeper than 60 degrees, where
-    it is no measure of nearness.
+    It is ``inf`` where there is no obstacle above, or the surface is steeper than 60 degrees, where it is no
+    measure of nearness.
     """
     above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST

@@ -196,11 +196,6 @@ def half_line(problem: Problem) -> bool:
     return problem.mirror and len(problem.law.corners) == 1
 
 
-def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
-    """Returns whether obstacle and blocks are known to be symmetric about x1 = 0."""
-    return bool(law.even and getattr(obstacle, "even", False))
-
-
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
     x, same = ell * np.geomspace(1e-3, 1e4, 43), 1e-9

@@ -11,7 +11,6 @@ from ..errors import BadArgument, NotConverged
 from .deformable import body_of
 from .events import LoadPath
 from .obstacles import check_lowest
-from .problem import symmetric
 from .state import State
 from .types import Array, ContactLike
 
@@ -94,7 +93,7 @@ class Solver:
     @property
     def symmetric(self) -> bool:
         """Whether obstacle and blocks are known to be symmetric about x1 = 0."""
-        return symmetric(self.law, self.obstacle)
+        return bool(self.law.even and getattr(self.obstacle, "even", False))
 
     def require_lowest(self) -> None:
         """Raises BadArgument for an obstacle that falls without bounds over an unbounded body."""
@@ -125,13 +124,14 @@ class Solver:
         its load, and its residual is rounding or below the error estimate; that of a penalty does not count.
         """
         solution = getattr(state, "solution", state)
+        carried = np.sum(state.weights * state.pressure * state.normals[:, -1])
         counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
         off = {
             "load": 0.0 if load is None else abs(state.load - load) / load,
             "approach": 0.0
             if approach is None
             else abs(state.approach - approach) / np.abs(solution.displacement).max(),
-            "sum of the pressures": abs(self.carried(state) - state.load) / state.load,
+            "sum of the pressures": abs(carried - state.load) / state.load,
             "residual": state.residual if counts else 0.0,
         }
         worst = max(off, key=lambda name: off[name])
@@ -147,10 +147,6 @@ class Solver:
         """Whether gaps of closed corners are those of a penalty."""
         return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
 
-    def carried(self, state: Any) -> float:
-        """Returns the resultant of a state's pressures: a force, in the plane per thickness."""
-        return float(np.sum(state.weights * state.pressure * state.normals[:, -1]))
-
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
         """Returns the LoadPath up to a load; raises BadArgument where the method follows no events."""
         raise BadArgument(
@@ -165,7 +161,7 @@ class Solver:
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
-        """Returns the History through pairs (P, Q), array (n, 2); raises BadArgument where the method cannot."""
+        """Returns the History through pairs (P, Q), array (n, 2); raises BadArgument if it cannot."""
         raise BadArgument(
             "method",
             type(self.options).__name__,

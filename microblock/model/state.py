@@ -527,8 +527,7 @@ class State(Shown, PlainData):
     @cached_property
     def opposite(self) -> Array | None:
         """Displacement of the surface of a second body at the points, array (n,), or None."""
-        deforms = body_of(self.obstacle) is not None
-        return self.solution.counter_displacement(self.x) if deforms else None
+        return None if body_of(self.obstacle) is None else self.solution.counter_displacement(self.x)
 
     @cached_property
     def warnings(self) -> list[str]:

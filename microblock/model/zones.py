@@ -85,8 +85,8 @@ def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
 
 
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
-    """Returns what happened to a list of intervals between two neighbouring states: [(kind, x), ...], kinds
-    as of `Event`.
+    """Returns what happened to a list of intervals between neighbouring states: [(kind, x), ...], as of
+    `Event`.
     """
 
     def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
@@ -141,7 +141,7 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
     """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: 1, but near the edges
-    (left, right) of the obstacle, shifted by `shifts`, the distance over half of its width.
+    of the obstacle, shifted by `shifts`, the distance over half of its width.
     """
     distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
     return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
@@ -149,7 +149,7 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
 
 def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
     """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
-    alike, one would be inverted, or that is too far.
+    alike, or that is too far.
     """
     if not abs(share) <= 2 or any(
         len(earlier.get(corner, ())) != len(zones) for corner, zones in own.items()
