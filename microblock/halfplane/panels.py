@@ -179,7 +179,7 @@ def _between(left, right, roots, first):
 
 def short_enough(problem, anchor, length, root):
     """A panel, or parts of one that is longer than the obstacle's features."""
-    if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
+    if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
     return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)

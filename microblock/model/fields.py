@@ -41,7 +41,7 @@ class PointFields:
     def shaped(self, shape: tuple[int, ...]) -> PointFields:
         """Returns the fields with the points in another shape."""
         return replace(
-            self, **{name: own.reshape(*own.shape[:-1], *shape) for name, own in vars(self).items()}
+            self, **{name: own.reshape((*own.shape[:-1], *shape)) for name, own in vars(self).items()}
         )
 
     @property

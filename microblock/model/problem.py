@@ -79,18 +79,17 @@ class Problem:
     @cached_property
     def kinks(self) -> dict[float, dict[int, float]]:
         """{contact point: {corner: jump of its initial gap's slope}}."""
-        found: dict[float, dict[int, float]] = {}
-        for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
-            for corner, shift in enumerate(self.shifts):
-                at = found.setdefault(self._one_place(place + shift), {})
-                at[corner] = at.get(corner, 0.0) + float(jump)
+        named = zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ()))
+        met = [(x + shift, i, jump) for x, jump in named for i, shift in enumerate(self.shifts)]
         angle = None if self.picture is None else self.picture.angle
         if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
             size = self.solid.ell / 2 * (cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
-            for place, jump in zip(angle.singular, angle.jumps):
-                at = found.setdefault(self._one_place(place), {})
-                for corner, sign in ((0, 1), (1, -1)):
-                    at[corner] = at.get(corner, 0.0) + sign * size * float(jump)
+            turned = zip(angle.singular, angle.jumps)
+            met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
+        found: dict[float, dict[int, float]] = {}
+        for place, corner, jump in met:
+            at = found.setdefault(self._one_place(place), {})
+            at[corner] = at.get(corner, 0.0) + float(jump)
         return found
 
     @cached_property
@@ -106,11 +105,6 @@ class Problem:
             return []
         angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
         return [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts] + angle
-
-    @cached_property
-    def least_scale(self) -> float:
-        """The shortest piece on which heights and psi0 are polynomials: no `scale` is less (length)."""
-        return min((float(own.min(initial=np.inf)) for _, own in self._pieces), default=np.inf)
 
     @cached_property
     def stretches(self) -> list[Interval]:
@@ -134,11 +128,9 @@ class Problem:
         """Returns how long panels may be on an interval: no longer than pieces on which heights and psi0 are
         polynomials, and than `grading` times the distance from shorter ones.
         """
-        lengths: list[float] = [np.inf]
-        for edges, own in self._pieces:
-            away = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)
-            lengths.append((own + grading * away).min())
-        return float(min(lengths))
+        near = [(own, edges[:-1] - right, left - edges[1:]) for edges, own in self._pieces]
+        lengths = (own + grading * np.maximum(np.maximum(*away), 0.0) for own, *away in near)
+        return min((float(own.min(initial=np.inf)) for own in lengths), default=np.inf)
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
