@@ -260,7 +260,7 @@ class Contact(Shown):
         rtol : float, optional
             Relative error of the states `at` a load, as of `solve`; events have their own `load_error`.
         progress : bool
-            Whether a bar counts what the events take; of panels as they are asked for, else at once.
+            Whether a bar counts the steps to the events.
 
         Returns
         -------

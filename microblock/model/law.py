@@ -113,13 +113,12 @@ class Microblock(_Coulomb):
     ----------
     psi0 : float, callable or pair
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1. On a `HalfSpace` a
-        number is the rotation about -e2, as in the plane of x1 and x3; a pair ``(psi0_1, psi0_2)`` holds
-        those about x1 and x2, each a number or a function of (x1, x2).
+        number is the rotation about -e2; a pair ``(psi0_1, psi0_2)`` holds those about x1 and x2, each a
+        number or a function of (x1, x2).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts: in both, or in the levers alone (docs/differences.md, "Initial rotation of Fig. 9").
     friction : float
-        Coefficient f of Coulomb: the tangential force on a block's face is at most f times its normal force.
-        States then depend on their history, see `Contact.history`.
+        Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
 
     Raises
     ------

@@ -42,8 +42,8 @@ class Cosserat(Shown):
         Length scale of the material, and side of a microblock (length).
     beta, eta, mu_c : float
         The coupling, of which exactly one is given: ``beta = 2 eta/(1 + eta)`` from 0 to 2 (excluded),
-        ``eta = mu_c/mu`` or the modulus ``mu_c`` (stress). With 0 the solid is classically elastic with an
-        independent microrotation; ``beta -> 2`` is the couple-stress limit.
+        ``eta = mu_c/mu`` or the modulus ``mu_c`` (stress). With 0 the microrotation is independent;
+        ``beta -> 2`` is the couple-stress limit.
     curvature : float
         ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi`` (dimensionless). The printed (18) has 1, but the
         paper's own closed form needs 2 (docs/differences.md, "Curvature coefficient").
@@ -107,10 +107,10 @@ class Cosserat(Shown):
     @classmethod
     def of_blocks(cls, side: float, stiffness: float, *, couples: bool = False) -> Cosserat:
         """Returns the solid whose long waves are those of rigid square blocks with elastic interfaces, in
-        rows and columns.
+        rows and columns (docs/theory/lattice.md).
 
-        Under a cylinder with 8 blocks on its half-width, forces of this solid and `Microblock` differ from
-        those of the blocks by 3 %, couples by 71 %; source: docs/theory/lattice.md.
+        Under a cylinder with 8 blocks on its half-width, forces differ from those of the blocks by 3 %,
+        couples by 71 %.
 
         Parameters
         ----------
@@ -119,8 +119,8 @@ class Cosserat(Shown):
         stiffness : float
             Stiffness of the interfaces against opening and against slip (stress per length).
         couples : bool
-            Whether gamma' is the one that gives blocks in full contact their couples, 5/12 + sqrt(3)/6, in
-            place of 1/6, that of waves of rotation along a row: couples then differ by 10 %.
+            Whether gamma' is that of blocks in full contact, 5/12 + sqrt(3)/6, in place of 1/6, that of waves
+            of rotation along a row: couples then differ by 10 %.
 
         Raises
         ------

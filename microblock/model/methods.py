@@ -28,14 +28,12 @@ _order = checked(require_whole, 1, 20)  # of elements
 class Panels(Checked):
     """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
 
-    They follow histories of friction between two equal bodies under the law `Unilateral`, also where no
-    method is named.
+    They follow histories of friction between two equal bodies under the law `Unilateral`.
 
     Parameters
     ----------
     order : int, optional
-        Order of the panels, from 2 to 100; without it rtol chooses. A fixed order has no estimate of the
-        discretisation.
+        Order of the panels, from 2 to 100, without an error estimate; without it rtol chooses.
     fallback : bool
         Whether uniform cells answer where panels do not; the state's `method` and `warnings` say so then.
 
@@ -66,13 +64,11 @@ class Cells(Checked):
     Parameters
     ----------
     nodes : int, optional
-        Number of cells, at least 32 and at most 2**26 (some 20 GB); without it rtol chooses.
+        Number of cells, 32 to 2**26 (some 20 GB); without it rtol chooses.
     window : (left, right), optional
-        Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
-        period.
+        Where the obstacle may touch (length), not on a period; without it wherever it is low enough.
     residual : float
-        Relative residual to which the contact problem is solved; pressures are good to some ten times that,
-        which the error estimate counts.
+        Relative residual to which the contact problem is solved; pressures are good to ten times that.
 
     Raises
     ------
@@ -108,15 +104,13 @@ class Fitted(Checked):
     Parameters
     ----------
     order : int, optional
-        Order of the elements, from 1 to 20; without it rtol chooses. A fixed order has no error estimate.
+        Order of the elements, from 1 to 20, without an error estimate; without it rtol chooses.
     spacing : float, optional
-        Length of the elements on the surface, with `order`; without it that of the usual refinement.
+        Length of the elements on the surface, with `order`.
     lines : tuple of float
-        Points x1 of the surface below which elements shrink as well, so that fields there are as good as the
-        pressure.
+        Points x1 of the surface below which elements shrink as well, for fields there.
     even : bool
-        Whether all elements have one order. The approach of a block feels the far field, which the pressure
-        does not, and the estimate is that of the pressure.
+        Whether all elements have one order: the approach of a block feels the far field.
 
     Raises
     ------
@@ -186,10 +180,9 @@ class Uniform(Checked):
         Order of all fields.
     reach : float, optional
         Half-width and depth of the region of equal squares (length); without it twice the half-width of a
-        classical contact, and a block more.
+        classical contact and a block.
     newton : Newton, optional
-        Solves the monolithic system; without it the body is condensed to its contact nodes, which is the same
-        discrete problem and faster.
+        Solves the monolithic system; without it the body is condensed to its contact nodes, which is faster.
     shape : "quadrilaterals" or "triangles"
         Triangles are the same squares, each cut into two.
     rule : "nodal" or "gauss"

@@ -134,20 +134,18 @@ class Wedge(Formula):
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Any height, with the places at which it is less than smooth: there the computation puts its nodes.
+    """Any height, with the places at which it is less than smooth.
 
-    A bare callable height serves as well: `Contact` searches for its singular points, and finds what is not
-    too faint.
+    A bare callable height serves as well: `Contact` searches for its singular points.
 
     Parameters
     ----------
     height : callable
         Returns the height (length) at an array of x1 (length); inf where there is no obstacle.
     kinks : tuple of float, optional
-        Abscissae at which a derivative is discontinuous or has no bound, as those of ``|x|^1.5`` and
-        ``|x|^3`` at 0.
+        Abscissae at which a derivative is discontinuous or has no bound, as that of ``|x|^1.5`` at 0.
     jumps : tuple of float, optional
-        By how much the slope itself jumps at each of them; without it the slope is continuous.
+        By how much the slope jumps at each of them; without it the slope is continuous.
 
     Raises
     ------
@@ -404,9 +402,7 @@ class Rough(SelfAffine):
         return cast("NDArray[np.complex128]", self.slope / np.sqrt(mean_square) * shape)
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths); the time grows like the number of
-        waves.
-        """
+        """Returns the height at the abscissae x, array (n,) (lengths)."""
         phase = np.exp(2j * np.pi * np.asarray(x, float) / self.period)  # of Horner's rule
         total = np.zeros_like(phase)
         for amplitude in self.amplitudes[::-1]:

@@ -601,8 +601,8 @@ class State(Shown, PlainData):
         Returns
         -------
         array (n,), or a float for one number; in three dimensions array (n, 2)
-            M, in three dimensions M1 and M2 (stress x length). Of panels and fitted elements it is that of
-            the pressures at x; of other methods linear between their points, as `pressure_at`.
+            M, in three dimensions M1 and M2 (stress x length); of panels and fitted elements that of the
+            pressures at x, else linear between points.
 
         Raises
         ------
@@ -663,8 +663,8 @@ class State(Shown, PlainData):
         Returns
         -------
         array (n,), or a float for one number
-            Lengths; 0 for a rigid obstacle. On half-planes without a period only differences have a meaning;
-            inf beyond the contact boundary of a body on a mesh.
+            Lengths, on half-planes up to a constant; 0 for a rigid obstacle, inf beyond the contact boundary
+            of a body on a mesh.
 
         Examples
         --------
@@ -812,11 +812,10 @@ class State(Shown, PlainData):
         Returns
         -------
         dict
-            Attributes by their names: arrays and intervals are lists, and a number that is NaN or infinite is
-            None. "profile" has arrays once more as columns: "x", "weight", "pressure", "pressure_A",
-            "pressure_B" (None of laws without corners), "micromoment", "psi", with friction "shear" and
-            "slip"; of cells in three dimensions it has the state `along` the axis x1 ("axis") and along the
-            "diagonal".
+            Attributes by their names: arrays and intervals are lists, NaN and infinity None. "profile" has
+            columns "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws without corners),
+            "micromoment", "psi", with friction "shear" and "slip"; of cells in three dimensions the state
+            `along` the "axis" x1 and along the "diagonal".
 
         Examples
         --------
