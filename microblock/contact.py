@@ -91,7 +91,7 @@ class Contact(Shown):
         require_same_kind(self.body, self.obstacle)
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
         (check or obstacles.check)(self.obstacle)
-        laws.check(self.law)
+        laws.check(self.law, in_space=check is not None)
         solid, law = self.body.solid, self.law
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
             raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")

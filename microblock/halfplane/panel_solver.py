@@ -7,6 +7,7 @@ from functools import cached_property
 from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
+from ..model.law import require_pure_force
 from ..model.methods import Panels
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -30,6 +31,7 @@ class PanelSolver(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_same_period(self.body, self.obstacle)
+        require_pure_force(self.law)
         self.require_lowest()
 
     def solve(self, load, approach, rtol, initial=None, progress=False):

@@ -25,7 +25,7 @@ import numpy as np
 from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
 from .summary import is_told
-from .types import Array, Function, ObstacleLike, Tilt
+from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
@@ -307,11 +307,12 @@ def has_constant_levers(law: object) -> bool:
     return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
 
 
-def check(law: object) -> None:
-    """Raises BadArgument unless this is a law."""
+def check(law: object, in_space: bool = False) -> None:
+    """Raises BadArgument unless this is a law, over a surface one that is known there."""
     if isinstance(law, type):
-        raise BadArgument("law", law, f"must be an instance, mb.{law.__name__}()")
+        raise BadArgument("law", law, f"must be an instance, {law.__name__}()")
     missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
+    missing += [name for name in ("levers", "initial_gaps") if getattr(type(law), name, 0) is vars(Law)[name]]
     if missing:
         raise BadArgument(
             "law",
@@ -319,23 +320,35 @@ def check(law: object) -> None:
             "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
             f"microblock.model.law.Law as its base: it has no {missing[0]}",
         )
-    if not isinstance(law, Microblock | Unilateral | Microclamped):
-        _check_corners(law)
+    if type(law) in (Microblock, Unilateral, Microclamped):
+        return
+    if in_space:
+        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
+    _check_corners(law)
 
 
 def _check_corners(law: Any) -> None:
-    """Raises BadArgument unless gaps and levers of a user's law are those of its corners, in order."""
+    """Raises BadArgument unless a user's law has gaps, levers and shifts of its corners, in order."""
     point, normal = np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    names = tuple(law.corners)
+    plain = all(isinstance(name, str) for name in names) and len(set(names)) == len(names)
+    if not names or not plain or {"full", "contact"} & set(names):
+        words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
+        raise BadArgument("law", law, words)
     for name, found in (
         ("levers", law.levers(np.zeros(1))),
         ("initial_gaps", law.initial_gaps(point, normal, 1.0, obstacles.Plane(level=1.0))),
     ):
-        if list(found) != list(law.corners) or any(np.shape(each) != (1,) for each in found.values()):
-            raise BadArgument(
-                "law",
-                law,
-                f"{name} must return an array for each of its corners, in the order {', '.join(law.corners)}",
-            )
+        shapes = isinstance(found, dict) and {key: np.shape(value) for key, value in found.items()}
+        if shapes != dict.fromkeys(names, (1,)) or tuple(found) != names:
+            words = f"{name} must return an array for each of its corners, in the order {', '.join(names)}"
+            raise BadArgument("law", law, words + (f": at one point shapes are {shapes}" if shapes else ""))
+        values = np.ravel(list(found.values()))
+        if not np.isrealobj(values) or not np.all(np.isfinite(values)):
+            raise BadArgument("law", law, f"{name} must be finite real numbers under a plane: {values}")
+    shifts = law.shifts(1.0)
+    if np.shape(shifts) != (len(names),) or not np.all(np.isfinite(np.asarray(shifts, float))):
+        raise BadArgument("law", law, f"shifts must return a finite number for each corner: {shifts!r}")
     levers = np.ravel(list(law.levers(np.zeros(1)).values()))
     if np.any(np.diff(levers) > 0):
         raise BadArgument(
@@ -343,3 +356,10 @@ def _check_corners(law: Any) -> None:
             law,
             f"must name its corners from left to right, the largest lever first: {levers.tolist()}",
         )
+
+
+def require_pure_force(law: LawLike) -> None:
+    """Raises BadArgument where the only corner of a block has a lever: half-planes then know no moment."""
+    if len(law.corners) == 1 and np.any(list(law.levers(np.zeros(1)).values())):
+        words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
+        raise BadArgument("law", law, words)

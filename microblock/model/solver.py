@@ -61,12 +61,14 @@ class Solver:
         self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
         self.solid = self.body.solid
         self._require_counter_body()
-        if self.most_corners is not None and len(self.law.corners) > self.most_corners:
+        count, most = len(self.law.corners), self.most_corners
+        if most is not None and count > (1 if self.law.clamps_rotation else most):
+            constrained = " and constrains psi" if self.law.clamps_rotation else ""
             raise BadArgument(
                 "law",
                 self.law,
-                f"has {len(self.law.corners)} corners: {type(options).__name__}() takes up "
-                f"to {self.most_corners}, Condensed() and GivenCompliance() any number",
+                f"has {count} corners{constrained}: {type(options).__name__}() takes up to {most}, or one "
+                "where psi is constrained; Condensed() and GivenCompliance() take any number",
             )
 
     def _require_counter_body(self) -> None:
