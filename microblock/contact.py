@@ -55,7 +55,7 @@ class Contact(Shown):
         ``height(x)`` may also have `kinks` (ascending abscissae at which its slope or a higher derivative is
         discontinuous), `jumps` (of the slope there), `ends` (left and right edge) and `even` (whether it is
         symmetric about x1 = 0).
-    law : Microblock, Unilateral or Microclamped
+    law : Microblock, Unilateral, Microclamped, or a `Law` of your own
         With friction the loads are followed by `history`, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
         Without it the usual one of the body is taken: `Panels` on a half-plane, `Cells` on one with a period,

@@ -310,7 +310,8 @@ def has_constant_levers(law: object) -> bool:
 def check(law: object, in_space: bool = False) -> None:
     """Raises BadArgument unless this is a law, over a surface one that is known there."""
     if isinstance(law, type):
-        raise BadArgument("law", law, f"must be an instance, {law.__name__}()")
+        home = "mb." * law.__module__.startswith("microblock")
+        raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
     missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
     missing += [name for name in ("levers", "initial_gaps") if getattr(type(law), name, 0) is vars(Law)[name]]
     if missing:
