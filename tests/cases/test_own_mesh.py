@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cases import own_mesh
-from microblock.model.closed_forms import ThinLayer
+from cases.closed_forms import ThinLayer
 
 LAYER = ThinLayer(normal=3.0, rotational=0.4, ell=0.6)
 

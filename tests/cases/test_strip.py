@@ -8,8 +8,8 @@ import pytest
 
 from cases import strip as script
 from cases.__main__ import main
+from cases.closed_forms import Strip
 from cases.commands import strip
-from microblock.model.closed_forms import Strip
 
 
 def sample():
@@ -98,3 +98,12 @@ def test_exit_status(status, words, capsys):
     assert len(lines) == (status > 0)
     # a bad argument is named; delta = 0.2 H is beyond small strain
     assert words.split()[0] in printed.err if status == 2 else status == 1 or "small strain" in printed.out
+
+
+def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):
+    """The same numbers without the module, but for the errors against it."""
+    full = solved(psi0_deg=-1.5)
+    errors = {name: full[name] for name in ("error_psi", "error_u", "error_psi_paper")}
+    monkeypatch.setitem(sys.modules, "cases.closed_forms", None)
+    monkeypatch.setattr(strip, "errors", lambda state: errors)
+    assert solved(psi0_deg=-1.5) == full

@@ -43,7 +43,8 @@ def test_micromoment_is_that_of_29():
     for psi0, ell, forces, micromoment in ((0.02, 0.5, (-3.0, -5.0), -0.46), (0.1, 1.0, (-1.0, -1.0), 0.1)):
         multipliers = {name: np.array([force]) for name, force in zip("AB", forces)}
         levers = Microblock(psi0).levers(np.zeros(1))
-        assert law.micromoment(multipliers, levers, ell) == pytest.approx([micromoment])
+        moments = [lever * multipliers[name] for name, lever in levers.items()]
+        assert -ell / 2 * sum(moments) == pytest.approx([micromoment])
     assert Microblock(-0.1, psi0_in="levers").levers(np.zeros(1)) == {"A": [0.9], "B": [-1.1]}
     assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
 

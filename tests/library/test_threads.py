@@ -64,8 +64,9 @@ def test_inside_there_is_one_thread_and_outside_what_was_there(entry):
 
 
 def test_threads_come_back_after_an_interruption_and_after_a_refusal():
-    problem = mb.Contact(GROUND, mb.Obstacle(Watching().height), LAW)
-    object.__setattr__(problem, "obstacle", Watching(fails=True))
+    watching = Watching()
+    problem = mb.Contact(GROUND, watching, LAW)
+    watching.fails = True
     with pytest.raises(KeyboardInterrupt):
         problem.solve(load=1.0)
     with pytest.raises(mb.BadArgument):
