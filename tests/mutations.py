@@ -57,7 +57,6 @@ EQUIVALENT = {
     "+ risen < 0 -> ": "a gap, a real number, is not 0 beside an overlap",
     "compare: K0 >= 0 -> (K0 > 0)": "a coefficient, a real number, is not 0; where it is, the step is 0",
     "K0 < 0 -> (K0 <= 0)": "the same coefficient",
-    "material.py:140: factor: 1.99 -> 3.98": "an end of a bracket of a root that lies within both",
     "cells.py:154: factor: 1 -> 2": "a preconditioner twice as large: the steps stay the same",
 }
 
