@@ -1,6 +1,7 @@
 """The strip against its closed form over the whole range of the command, and the command itself."""
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np

@@ -8,7 +8,6 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 from microblock import Body, Cosserat, Cylinder, Microblock, Microclamped, Plane, Punch, Unilateral
 from microblock.fem import meshes, meshes3d
 from microblock.fem.facets import ContactFacets
-from microblock.model import law
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 

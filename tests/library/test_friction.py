@@ -372,3 +372,15 @@ def test_gaps_of_two_bodies_close_where_both_surfaces_are_known(law, coupled):
     gaps = state.surface().gaps[state.solution.pressures > 0]
     assert np.abs(gaps).max() < 2e-3 * state.half_width**2 / 2
     assert state.counter_displacement(0.0) > state.counter_displacement(0.4)
+
+
+def test_full_slip_that_goes_on_is_one_event():
+    """It ends where shear turns around, and only what begins then is another."""
+    body, law = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)), mb.Unilateral(friction=0.3)
+    problem = mb.Contact(body, mb.Cylinder(10.0), law, mb.Cells())
+    pairs = [(1, 0), (1, 0.3), (1.2, 0.36), (1.2, 0.1), (1.2, -0.36)]
+    events = problem.history(pairs, rtol=0.1).events
+    assert [(one.kind, one.shear) for one in events if one.kind == "full slip"] == [
+        ("full slip", 0.3),
+        ("full slip", -0.36),
+    ]

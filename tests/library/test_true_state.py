@@ -149,3 +149,10 @@ def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
     ):
         with pytest.raises(mb.BadArgument):
             asked()
+
+
+def test_a_material_near_the_largest_coupling_is_written_so_that_it_can_be_read():
+    """beta = 2 is excluded, and 1.99999999 in six digits is 2."""
+    near = mb.Cosserat(E=1, nu=0.3, ell=1, beta=2 - 1e-8)
+    assert "eta=" in repr(near) and "beta=" not in repr(near)
+    assert "beta=1.9," in repr(mb.Cosserat(E=1, nu=0.3, ell=1, beta=1.9))
