@@ -179,7 +179,6 @@ class Contact(Shown):
         True
         """
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
-        self._require_frictionless()
         self._check(load, approach, rtol, initial, progress)
         start: Any = getattr(initial, "solution", initial)
         with counting("solve", progress):
@@ -217,15 +216,6 @@ class Contact(Shown):
             states.append(self.solve(load, rtol=rtol, initial=states[-1], progress=progress))
         return states[1:]
 
-    def _require_frictionless(self) -> None:
-        friction = getattr(self.law, "friction", 0.0)
-        if friction:
-            raise BadArgument(
-                "friction",
-                friction,
-                "makes states depend on what came before: follow the loads by history([(P, Q), ...])",
-            )
-
     def _check(
         self,
         load: float | None,
@@ -234,6 +224,13 @@ class Contact(Shown):
         initial: State | None,
         progress: bool,
     ) -> None:
+        friction = getattr(self.law, "friction", 0.0)
+        if friction:
+            raise BadArgument(
+                "friction",
+                friction,
+                "makes states depend on what came before: follow the loads by history([(P, Q), ...])",
+            )
         require_flag(progress=progress)
         if (load is None) == (approach is None):
             raise BadArgument("load", load, "give either load or approach")
@@ -279,7 +276,6 @@ class Contact(Shown):
         0.25
         """
         load, rtol = plain(load), plain(rtol)
-        self._require_frictionless()
         self._check(load, None, rtol, None, progress)
         if self.solver.has_fitted_zones:
             from .path import ZonePath  # here: a single state does without

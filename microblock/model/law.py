@@ -192,10 +192,9 @@ class Microblock(_Coulomb):
         return rotation(self.psi0, x)
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns n.(S + N) of corner A and n.(S - N) of corner B at x."""
-        points = np.column_stack((np.ravel(x), np.zeros(np.size(x))))
-        arms = self.arms(points, np.tile((0.0, 1.0), (len(points), 1)))
-        return dict(zip(self.corners, -2 * arms[..., 0].reshape(2, *np.shape(x))))
+        """Returns n.(S + N) of corner A and n.(S - N) of corner B at x, with n.N = 1 and n.S = psi0, (41)."""
+        psi0 = self.angle(x)
+        return {"A": 1 + psi0, "B": psi0 - 1}
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike

@@ -278,18 +278,17 @@ class Samples:
                     values,
                     "is a function: hand it to Contact itself, where it serves as obstacle as it is",
                 )
-        x, z = (np.array(require_numbers(**{name: getattr(self, name)})) for name in ("x", "z"))
+            object.__setattr__(self, name, np.array(require_numbers(**{name: values})))
+        x, z = self.x, self.z
         if x.size < 2 or not np.all(np.diff(x) > 0):
             words = "must be a strictly ascending sequence of at least two numbers"
             if x.size >= 2:
                 first = int(np.argmin(np.diff(x) > 0)) + 1
                 words += f"; entry {first} is {x[first]:g} after {x[first - 1]:g}"
                 words += ": sort it, average duplicates"
-            raise BadArgument("x", self.x, words)
+            raise BadArgument("x", x, words)
         if z.shape != x.shape:
-            raise BadArgument("z", self.z, f"must hold {x.size} finite numbers, one for each x")
-        object.__setattr__(self, "x", x)
-        object.__setattr__(self, "z", z)
+            raise BadArgument("z", z, f"must hold {x.size} finite numbers, one for each x")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
