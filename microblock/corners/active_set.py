@@ -151,12 +151,12 @@ def path(H, g0, loads, *, c=None):
         raise BadArgument("loads", loads, "must be finite and not negative")
     problem = next(_problems(H, g0, c, free=True))
     lift = lifted(problem.H)
-    none, pieces = np.zeros((0, len(problem.g0))), []
-    follower = Follower(FrictionalContact(problem.H + lift, none, none[:, :0], problem.g0, 0.0))
+    nothing, pieces = np.zeros((1, len(problem.g0))), []
+    follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
     try:
-        for share in follower.pieces(loads[-1]):
+        for share in follower.pieces(loads[-1], 0.0):
             load = float(share * loads[-1])
-            pieces.append((load, follower.approach - lift * load, follower.closed.copy()))
+            pieces.append((load, follower.approach - lift * load, follower.sets.closed.copy()))
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
