@@ -17,7 +17,7 @@ from microblock.halfplane import (
 )
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
-from microblock.halfplane.friction_edges import FrictionEdges
+from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_memory import Memory
 from microblock.model import closed_forms, picture, proxy, quadrature, zones
 from microblock.model.problem import Problem
@@ -276,8 +276,8 @@ def of_edges():
     p, q = root[0], 0.3 * (root[0] - 0.6 * root[1])
     closed, stick = p > 0, root[1] > 0
     q = np.where(stick, q, 0.3 * p)
-    own = FrictionEdges(cells_of(edges), closed[None], stick, p[None], q, 0.3, ())
-    for name, intervals in own.zones(["C"]).items():
+    own, _ = zones_on_cells(cells_of(edges), closed[None], stick, p[None], 0.3 * p, q, (), ["C"])
+    for name, intervals in own.items():
         for number, interval in enumerate(intervals):
             for side, edge in zip(("left", "right"), interval):
                 yield f"edges {name} {number} {side}", edge, "estimated", 1e-3
