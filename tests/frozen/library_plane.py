@@ -1,7 +1,5 @@
 """Frozen formulas of the plane in the names of the library: see `tests.frozen.library`."""
 
-from collections import Counter
-
 import numpy as np
 
 import microblock as mb
@@ -145,7 +143,7 @@ def of_gradients():
         matrix = as_matrix(own)
         lift = active_set.lifted(matrix)
         every = np.ones(gaps.size, bool)
-        faces = active_set.faces(matrix + lift, gaps.ravel(), every, 1.0, lift, Counter())
+        faces = active_set.faces(matrix + lift, gaps.ravel(), every, 1.0, lift)
         found[f"exchange {name}"] = digest(faces[0])
     return found
 
