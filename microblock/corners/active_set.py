@@ -5,17 +5,15 @@ Corner forces f >= 0 and the approach d leave the gaps
     g = g0 - c d + H f >= 0,     f.g = 0,     c.f = P,                                              (a)
 
 H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load. In c_i f_i and
-g_i/c_i the weights are 1; so everything below works.
+g_i/c_i the weights are 1.
 
-The forces of a face of closed corners follow from one Cholesky factorisation. At a given load H needs to be
-definite on vectors with c.f = 0 alone: a rigid level is added, which forces of a given sum do not feel. Wrong
-corners are exchanged all at once; when some faces bring no fewer, the first one alone, until there are
-fewer (Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite
-H (Murty, Opsearch 11 (1974) 123); at a given load the path is followed where PIVOTS faces do not do.
+The forces of a face of closed corners follow from one Cholesky factorisation; at a given load a rigid level
+is added to H. Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone
+(Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite H; at a
+given load the path is followed after PIVOTS faces.
 
-Duplicated rows make H semidefinite. Then H + D is solved, D a diagonal just above rounding, and the forces
-found shift the gaps to g0 - D f' for the next solve (proximal point method, Rockafellar, SIAM J. Control
-Optim. 14 (1976) 877).
+Where H is semidefinite, H + D is solved, D a diagonal just above rounding, with gaps g0 - D f' of the forces
+before (proximal point method, Rockafellar, SIAM J. Control Optim. 14 (1976) 877).
 """
 
 from dataclasses import dataclass, replace
@@ -49,7 +47,7 @@ class ContactState:
     kkt : float
         Largest relative residual of load, complementarity and feasibility.
     followed : bool
-        Whether the load path was followed to here, as pivots made no progress.
+        Whether the load path was followed to here.
     """
 
     forces: np.ndarray
@@ -130,8 +128,8 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 
 @bounded
 def path(H, g0, loads, *, c=None):
-    """States at the `loads`, from `solve` on the sets of a `follower.Follower`, and all events from first
-    touch to the last load. Parameters and errors are those of `solve`; `reached` is the last load.
+    """States at the `loads`, and all events from first touch to the last load, found by a
+    `follower.Follower`. Parameters and errors are those of `solve`; `reached` is the last load.
     """
     loads = np.sort(require_numbers(loads=loads))
     if not len(loads) or loads[0] < 0:
@@ -192,8 +190,7 @@ def _problems(H, g0, c, free):
 
 
 def lifted(H):
-    """The rigid level that is added to H, with which it is definite where it is so on forces whose sum is
-    0."""
+    """The rigid level to add to an H that is definite on forces whose sum is 0."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
@@ -276,8 +273,8 @@ def _kkt(H, g0, forces, closed, d, load):
 
 
 def faces(H, g0, closed, load, lift, patience=5, budget=None):
-    """Forces and closed corners of (a), and the number of sets that were tried, by exchange of all corners
-    that are wrong, and after `patience` sets with no fewer of them of the first one alone.
+    """Forces and closed corners of (a), and the number of sets tried, by exchange of all wrong corners, and
+    of the first one alone after `patience` sets with no fewer.
 
     Parameters
     ----------

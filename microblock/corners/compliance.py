@@ -53,9 +53,9 @@ class Compliance:
     def corner_system(self, law, obstacle):
         """The law's corners on this body: flexibility, initial gaps, shares in the load.
 
-        Corner forces f >= 0 push along -n and with the levers of (29); the gaps of all corners, one corner of
-        the law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed
-        (`constrained`) the nearest corner has the one multiplier, and the initial gaps of the others are inf.
+        The gaps of all corners, one corner of the law after the other, are
+        ``g0 - share*approach + flexibility @ f`` with forces f >= 0 along -n. Where psi = 0 is prescribed the
+        initial gaps of all but the nearest corner are inf.
         """
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
         constrained = self.constrained

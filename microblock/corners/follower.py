@@ -9,16 +9,15 @@ with the rows (n2, -n1) of B_n and (n1, n2) of B_t, of the normal (n1, n2) at th
 B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and B_t u - s changes in the
 direction of t. Uncoupled, C^T t is left out of the gaps.
 
-In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip,
-motions the loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their
-partners (principal pivots); where a node slips t = tau + f sigma n stands in place of t. While no set changes
-all is affine in the loads: rates are a column of the tableau, and the first sign that changes ends a piece.
-All that stands at a limit and would go beyond it is exchanged at once, and if that brings no fewer of them
-the first one alone (Murty, Opsearch 11 (1974) 123). Work = energy + dissipation holds to rounding.
+In M = [[A, -B], [B^T, 0]] corner forces are paired with gaps, tangential forces with the slip, motions with
+loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their partners
+(principal pivots); where a node slips, t = tau + f sigma n. While no set changes all is affine in the loads:
+rates are a column of the tableau, and the first sign that changes ends a piece. What stands at a limit and
+would go beyond it is exchanged at once, and if that brings no fewer the first one alone (Murty, Opsearch 11
+(1974) 123). Work = energy + dissipation holds to rounding.
 
-The product of all pivots is the determinant of the exchanged part of M. Where it is not positive, states turn
-back while loads grow; where a single exchange with a negative pivot also gives rates that hold, there are two
-ways on. Both are refused.
+Where the product of all pivots is not positive, states turn back while loads grow; where a single exchange
+with a negative pivot also gives rates that hold, there are two ways on. Both are refused.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ class FrictionalContact:
         return len(self.tangential)
 
     def moved(self, n: Array, t: Array) -> Array:
-        """What forces add to the gaps, and how far they drag the surface: array (corners n + n,)."""
+        """What forces add to the gaps, and the drag of the surface: array (corners n + n,)."""
         gaps = self.normal @ n + (self.cross.T @ t if self.coupled else 0.0)
         return np.concatenate((gaps, self.cross @ n + self.tangential @ t))
 
@@ -112,22 +111,21 @@ class Moment:
     normal, gaps : arrays (corners n,)
         Corner forces and gaps.
     tangential, slip : arrays (n,)
-        Forces at the nodes, and way of the obstacle over the surface since first contact (length).
+        Forces at the nodes, and slip of the obstacle since first contact (length).
     closed : boolean array (corners n,)
     stick, at_limit : boolean arrays (n,)
-        Nodes that stick, and nodes whose shear force is as large as friction allows.
+        Nodes that stick, and nodes with the largest shear force that friction allows.
     slips : array (n,)
         Sign of t where a node slips, else 0.
     raised : array (corners n,)
-        What forces have added to the gaps (lengths).
+        What forces add to the gaps (lengths).
     iterations : int
         Changes so far.
     approach, offset : float
         d and D (length).
     energy, work, dissipation : float
     residual : float
-        The largest violated condition over the largest force, or over the largest displacement, computed
-        anew.
+        The largest violated condition over the largest force or displacement.
     """
 
     load: float
@@ -152,8 +150,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Change:
-    """A corner that closes or opens, or a node that begins to slip or to stick, or leaves, at a share of a
-    leg."""
+    """A corner closes or opens, or a node slips, sticks or leaves, at a share of a leg."""
 
     leg: int
     share: float
@@ -162,10 +159,9 @@ class Change:
 
 
 class Tableau:
-    """y = M x after exchanges of some x_i with their y_i: row i is what follows of the pair i.
+    """y = M x after exchanges of some x_i with their y_i.
 
-    Pivots wait as products of columns and rows until there are PENDING of them: a pass over a large matrix
-    costs more than the pivot.
+    Pivots wait as products of columns and rows until there are PENDING of them.
 
     Parameters
     ----------
@@ -192,7 +188,7 @@ class Tableau:
         return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
 
     def pivot(self, i: int) -> bool:
-        """Exchanges a pair, unless the pivot is 0 to rounding: whether it did."""
+        """Exchanges a pair, unless the pivot is 0 to rounding; returns whether it did."""
         column, row = self.columns(i), self._made[i] + self._right @ self._left[i]
         pivot = column[i]
         if abs(pivot) <= PATHS:
@@ -226,16 +222,14 @@ class Tableau:
 
 
 class Sets:
-    """Closed corners and nodes that stick or slip, with what follows of their forces and of given loads.
+    """Closed corners and nodes that stick or slip, with their tableau.
 
     Parameters
     ----------
     contact : FrictionalContact
-    pairs : closed corners, nodes that stick and motions whose load is given, in this order, by their numbers
-    slips : array (n,)
-        Sign of t where a node slips, else 0.
-    sliding : float
-        The sign of all of them while the shear load is the largest, else 0.
+    pairs : numbers of closed corners, nodes that stick and motions whose load is given, in this order
+    slips : array (n,), sign of t where a node slips, else 0
+    sliding : float, the sign of all of them at the largest shear load, else 0
 
     Raises
     ------
@@ -268,11 +262,11 @@ class Sets:
 
     @property
     def last(self) -> bool:
-        """Whether one node alone sticks, and holds an obstacle whose shear force is given."""
+        """Whether one node alone sticks under a given shear force."""
         return self._flat and bool(self.tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
 
     def _meant(self, number: int, passing: Array) -> tuple[list[int], int, float]:
-        """Pairs whose exchange is meant by a number of `Follower._look`, the node, and how it slips then."""
+        """Pairs to exchange for a number as of `exchange`, the node, and how it slips then."""
         m, n = len(self.closed), len(self.slips)
         node = (number - m) % n
         shear, slips, corners = m + node, float(self.slips[node]), self.of[:, node]
@@ -288,14 +282,14 @@ class Sets:
         return [number] if direction else [number, shear], node, direction
 
     def exchange(self, number: int, passing: Array) -> bool:
-        """Closes or opens a corner, or lets a node slip or stick, unless that is singular: whether it did.
+        """Closes or opens a corner, or lets a node slip or stick, unless that is singular; returns whether.
 
         Parameters
         ----------
         number : int
-            Of a corner; corners + node, where it sticks for slip forwards; corners + n + node for slip back.
+            Of a corner; corners + node, for slip forwards or stick; corners + n + node for slip back.
         passing : array (n,)
-            Rates at which the obstacle moves over the surface; a node that touches slips with it.
+            Velocity of the obstacle over the surface, with which a node that touches slips.
         """
         pairs, node, direction = self._meant(number, passing)
         shear, turn = len(self.closed) + node, direction - self.slips[node]
@@ -336,7 +330,7 @@ class Sets:
 
 
 class Follower:
-    """The contact from nothing on; `to` follows loads, or motions, straight to the next ones.
+    """The contact along loads or motions, from first touch on.
 
     Parameters
     ----------
@@ -378,7 +372,7 @@ class Follower:
         self.sets = Sets(contact, pairs, np.zeros(n))
 
     def to(self, *target: float) -> Moment:
-        """Follows loads (P, Q), or motions (d, D), straight to the next ones; returns the contact there.
+        """Follows loads (P, Q), or motions (d, D), straight to the next ones; returns the Moment there.
 
         Raises
         ------
@@ -390,13 +384,7 @@ class Follower:
         return self.moment()
 
     def pieces(self, *target: float) -> Iterator[float]:
-        """Follows as `to`, and yields the share of the way at which each affine piece begins.
-
-        Raises
-        ------
-        NotConverged
-            As `to`.
-        """
+        """Follows as `to`, and yields the share of the way at which each affine piece begins."""
         scale = self._size if self.by_motions else 1.0
         end = np.array(target) / scale
         try:
@@ -438,7 +426,7 @@ class Follower:
         raise NotConverged("corners open and nodes slip to and fro without end")
 
     def _begin(self, start: Array, end: Array) -> None:
-        """Where all has slid, or begins to, the state of each node in contact is set anew."""
+        """Makes the sets anew where sliding of all nodes begins or ends."""
         f, sliding = self.contact.friction, 0.0
         largest = PATHS * f * max(start[0], end[0])
         if start[0] > 0 and start[1] * end[1] > 0:
@@ -468,9 +456,9 @@ class Follower:
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
-        """Rates of x and y; of all that must not be negative, numbered so: values, rates at which they fall,
-        0 if that is rounding, and whether they stand at the limit. These are forces of closed corners or gaps
-        of open ones; bounds forwards or rates of slip of nodes; bounds backwards of nodes that stick.
+        """Rates of x and y; of all that must not be negative values, rates of falling (0 if rounding), and
+        whether they are at the limit: forces of closed corners or gaps of open ones; bounds forwards or
+        rates of slip of nodes; bounds backwards.
         """
         dx, dy = self._rates(way)
         m, nodes, closed, stick, slips = (
@@ -495,9 +483,7 @@ class Follower:
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
     def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
-        """Rates after exchanges of all that stands at a limit and would go beyond it, the first event, and
-        the way to it.
-        """
+        """Rates that hold, after exchanges, the first event, and the way to it."""
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)
@@ -538,7 +524,7 @@ class Follower:
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
     def _advance(self, dx: Array, dy: Array, step: float) -> None:
-        """Goes on by a part of the leg; averages make work and dissipation exact."""
+        """Goes on by a part of the leg; means over it make work and dissipation exact."""
         nodes, u, m, size = self._nodes, self._u, self._m, self._size
         x, y = self.x + step / 2 * dx, self.y[u] + step / 2 * dy[u]
         self.work += step * size * float(y @ dx[u])

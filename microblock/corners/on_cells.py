@@ -97,12 +97,10 @@ class Flexibility:
         return self.on_face(np.ones(gaps.shape, bool))(gaps)
 
     def on_face(self, there: Array) -> Callable[[Array], Array]:
-        """Returns the preconditioner of the corners that are there, boolean (corners, ...), alone; of fewer
-        than four corners that of all.
+        """Returns the preconditioner of some corners, boolean (corners, ...); of fewer than four that of all.
 
-        Of E = (1, -s) with the rows of the corners that are there, C^-1 acts between B = D E^T (E D E^T)^+
-        and its transpose, which is the inverse with all of them, and for short waves, where C is like D. With
-        a second body E = (1, a b, -a, -b) for s = (a, b).
+        C^-1 acts between B = D E^T (E D E^T)^+ and its transpose, E = (1, -s) of the corners that are there,
+        or with a second body (1, a b, -a, -b) for s = (a, b).
         """
         inverse = self.back()
         if len(self.offsets) == 1:
@@ -119,12 +117,12 @@ class Flexibility:
         return precondition
 
     def _backs_of(self, there: Array) -> Array:
-        """Returns B of the corners that are there, array (3 or 4, corners, ...), the cells side by side."""
+        """Returns B of the corners that are there, array (3 or 4, corners, ...)."""
         return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
 
     @cached_property
     def _backs(self) -> Array:
-        """B of each set of corners, by the sum of their powers of two: array (3 or 4, corners, 16)."""
+        """B of each set of corners: array (3 or 4, corners, 16)."""
         sets = np.arange(16)[:, None] >> np.arange(4) & 1
         return np.stack([self._back(there) for there in sets], axis=2)
 
@@ -135,15 +133,14 @@ class Flexibility:
 
     @property
     def settling_displaces(self) -> bool:
-        """Whether what `settled` changes is felt, by a second body."""
+        """Whether what `settled` changes displaces a second body."""
         return self.counter is not None and len(self.offsets) == len(NONE)
 
     def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
         """Returns forces with the same resultants and the least work on the initial gaps.
 
-        Where g0-- - g0-+ - g0+- + g0++ of a block, which no displacement changes, is positive, "--" or "++"
-        is open; where it is 0 the forces of least norm are taken. On a second body the forces 1, -1, -1, 1 do
-        something: with the slope in place of g0 they take a step down it.
+        Where g0-- - g0-+ - g0+- + g0++ of a block is positive, "--" or "++" is open; where it is 0 the forces
+        of least norm are taken. On a second body the forces 1, -1, -1, 1 take a step down the slope.
         """
         if len(forces) != len(NONE):
             return forces
@@ -158,13 +155,11 @@ class Flexibility:
 
 
 def of_least_norm(forces: Array) -> Array:
-    """Returns the share of NONE that leaves forces of the least norm, arrays (4, ...) and (...)."""
+    """Returns the share of NONE that leaves forces of the least norm."""
     return -np.tensordot(NONE, forces, 1) / len(NONE)
 
 
 def twisted(forces: Array, share: Array, where: Array) -> Array:
-    """Returns forces, array (4, ...), with a share of NONE besides at some blocks, arrays (...): as much of
-    it as leaves none negative.
-    """
+    """Returns forces, array (4, ...), and a share of NONE at some blocks, cut where one became negative."""
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
     return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)
