@@ -166,7 +166,10 @@ class FrictionCells(OfMoment):
             if len(own) != len(others) or len(common(own, others)) != len(own):
                 return None
             doubts = np.reshape([self.doubts[end] for pair in own for end in pair], (-1, 2))
-            return [(float(a), float(b)) for a, b in np.abs(np.subtract(own, others)) + doubts]
+            return [
+                (float(a), float(b))
+                for a, b in np.abs(np.reshape(own, (-1, 2)) - np.reshape(others, (-1, 2))) + doubts
+            ]
 
         return {name: errors(own, self.before[name]) for name, own in self.zones_by_name.items()}
 
