@@ -16,8 +16,6 @@ from ..model.zones import contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
 
-CROSSED = 1.7  # times (h/a)^s of the load at which edges of the two corners cross: 0.6 to 1.6 were seen
-
 
 class AtNodes(Solution):
     """Base of solutions with `points`, `normals`, `displacement` and `psi` at nodes in the order of x1."""
@@ -69,8 +67,7 @@ class AtNodes(Solution):
         )
         points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
         counter = None if self.problem.counter is None else self.counter_displacement
-        where = self.problem, self.approach, points, normals
-        return corner_gaps(*where, displacement, psi, counter)[corner]
+        return corner_gaps(self.problem, self.approach, points, normals, displacement, psi, counter)[corner]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -163,9 +160,7 @@ class NodalSolution(AtNodes):
     def energy(self):
         """Elastic energy per thickness: half the work of the corner forces."""
         pressed = self.forces > 0
-        depth = np.where(
-            pressed, self.approach * self.compliance.normals[:, 1] - np.where(pressed, self.gaps, 0), 0
-        )
+        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * depth) / 2)
 
 
@@ -258,7 +253,7 @@ class NodalPath(LoadPath):
         """Zones that are born, merge, split or vanish, ascending in load.
 
         `load_error` is the way back to the nodal event before, and a share h/a of the load for the distance h
-        of nodes in a contact of the half-width a, or, where edges of two corners cross, CROSSED (h/a)^s with
+        of nodes in a contact of the half-width a, or, where edges of two corners cross, 1.7 (h/a)^s with
         the solver's `crossing` s. x is good to h.
         """
         solver, law = self._solver, self.problem.law
@@ -273,7 +268,8 @@ class NodalPath(LoadPath):
             unseen = _unseen(x, apart, after["contact"])
             for zone, intervals in after.items():
                 crossing = len(law.corners) > 1 and zone in ("full", "contact")
-                share = min(1.0, CROSSED * unseen**solver.crossing) if crossing else unseen
+                # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
+                share = min(1.0, 1.7 * unseen**solver.crossing) if crossing else unseen
                 found += [
                     Event(load, load - previous + load * share, kind, zone, place)
                     for kind, place in zone_changes(before[zone], intervals)

@@ -20,7 +20,7 @@ ROUNDING = 1e-12  # of the load: thinner layers are none
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slip has changed: bounds, change of g, and the loads P at which slip was there."""
+    """A layer that slip has changed: bounds, change of g, and loads P at which slip reached them."""
 
     lower: float
     upper: float
@@ -55,9 +55,7 @@ class Memory:
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:
-        """Returns the memory at the next pair; BadArgument if the normal force grows, and the shear force by
-        more than friction allows.
-        """
+        """Returns the memory at the next pair; BadArgument for more new shear than new friction allows."""
         load = self.load if abs(load - self.load) <= ROUNDING * load else load
         grown, change = load - self.load, shear - self.shear
         if grown > 0 and abs(change) > friction * grown * (1 + ROUNDING):
