@@ -10,7 +10,7 @@ g_i/c_i the weights are 1.
 The forces of a face of closed corners follow from one Cholesky factorisation; at a given load a rigid level
 is added to H. Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone
 (Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite H; at a
-given load the path is followed after PIVOTS faces.
+given load the path is followed after many faces.
 
 Where H is semidefinite, H + D is solved, D a diagonal just above rounding, with gaps g0 - D f' of the forces
 before (proximal point method, Rockafellar, SIAM J. Control Optim. 14 (1976) 877).
@@ -31,7 +31,6 @@ ACCEPTED = 1e-11  # relative residual at which a state counts as solved; no refi
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
 REGULARISATION = 0.0, 1e-12, 1e-10
-PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
 
 
 @dataclass(frozen=True)
@@ -294,7 +293,8 @@ def faces(H, g0, closed, load, lift, patience=5, budget=None):
     LinAlgError
         If H is not definite beyond rounding.
     """
-    budget = budget or (5000 + 10 * len(g0) if load is None else PIVOTS)
+    # at a load its path is faster by then
+    budget = budget or (5000 + 10 * len(g0) if load is None else 500)
     closed, fewest, left, diagonal = closed.copy(), len(g0) + 1, patience, H.diagonal()
     for count in range(1, budget + 1):
         if not closed.any():

@@ -41,7 +41,6 @@ Numbers = NDArray[np.integer[Any]]
 KINDS = "leave", "slip", "stick", "open", "close", "slip"  # the last one backwards
 
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
-PATIENCE = 3  # exchanges of all violated without fewer of them, before single ones
 BUDGET = 500  # times the number of pairs: exchanges at one load, and events on one leg
 PENDING = 48  # pivots that are not yet in the tableau
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
@@ -59,13 +58,10 @@ class FrictionalContact:
         C: tangential displacements from corner forces.
     tangential : array (n, n)
         T: tangential displacements from tangential forces; symmetric.
-    gaps : array (corners n,)
-        Initial gaps (lengths), inf where a corner cannot touch.
+    gaps : array (corners n,), initial gaps (lengths), inf where a corner cannot touch
     friction : float
-    coupled : bool
-        Whether tangential forces act on gaps.
-    normals : array (n, 2), optional
-        Of the nodes; (0, 1) without it.
+    coupled : bool, whether tangential forces act on gaps
+    normals : array (n, 2), optional, of the nodes; (0, 1) without it
     """
 
     normal: Array
@@ -119,8 +115,7 @@ class Moment:
         Sign of t where a node slips, else 0.
     raised : array (corners n,)
         What forces add to the gaps (lengths).
-    iterations : int
-        Changes so far.
+    iterations : int, changes so far
     approach, offset : float
         d and D (length).
     energy, work, dissipation : float
@@ -170,7 +165,7 @@ class Tableau:
     Attributes
     ----------
     exchanged : boolean array (N,)
-    sign : float, of the product of all pivots
+    sign : float, that of the product of all pivots
     """
 
     def __init__(self, matrix: Array) -> None:
@@ -335,8 +330,7 @@ class Follower:
     Parameters
     ----------
     contact : FrictionalContact
-    by_motions : bool
-        Whether (d, D) is given in place of (P, Q).
+    by_motions : bool, whether (d, D) is given in place of (P, Q)
 
     Attributes
     ----------
@@ -498,7 +492,7 @@ class Follower:
                 return dx, dy, int(falling[first]), float(steps[first])
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
-            if idle >= PATIENCE:  # the first one alone (Murty), and after many of them one by chance
+            if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
                 violated = violated[:1]
             if idle >= 50 + 3 * limit.sum():
                 pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
@@ -511,6 +505,8 @@ class Follower:
         """NotConverged where states turn back while loads grow, or where there are two ways on."""
         if self.sets.tableau.sign <= 0:
             raise NotConverged(f"the answer may not be unique, as states turn back; {UNIQUE}")
+        if not self.contact.friction:
+            return
         own, node = self.sets, (limit - self._m) % len(self.sets.slips)
         slipping = (limit >= self._m) & (own.slips[node] != 0)
         pivots = own.tableau.entries(*2 * [np.where(slipping, limit, 0)])

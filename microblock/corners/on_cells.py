@@ -1,12 +1,11 @@
 """Corner forces to corner gaps on equal cells of a half-plane or of a half-space, matrix-free.
 
-With u the normal displacement into the body, phi its rotations times ell/2, s the places of a block's corners
-over ell/2, t the tilt of the blocks, and p and m the sums of the forces on a cell and of their levers,
+With the normal displacement u, rotations phi times ell/2, corners at s and tilts t over ell/2 of the blocks,
 
     p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
 
 is the flexibility H of (a) in `microblock.corners.active_set`; from (p, m) to (u, phi) it is a convolution.
-Four corners of a block act in three degrees of freedom: without a second body H has a null space.
+Four corners of a block have three degrees of freedom: without a second body H has a null space.
 """
 
 from __future__ import annotations
@@ -30,20 +29,13 @@ class Flexibility:
 
     Attributes
     ----------
-    offsets : array (corners, d)
-        s, signs; 0 of one corner. d is 1 on a half-plane and 2 on a half-space.
-    tilt : array (d, ...)
-        t at the cells; (0, ...) for one corner.
-    response : function of arrays (1 + d, ...), or (1, ...)
-        From (p, m) to (u, phi), or from p to u alone for one corner.
-    back : function without arguments
-        Returns the function that goes approximately back.
-    aside : function of arrays (1, ...), or None
-        Of one corner: from p to phi, or to the m that holds psi = 0.
-    clamped : bool
-        Whether psi = 0 on the whole surface.
-    counter : object or None
-        What a second body adds to the gaps, by ``@``; `back` knows of it.
+    offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
+    tilt : array (d, ...), t at the cells; (0, ...) for one corner
+    response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
+    back : function that returns the approximate inverse of `response`
+    aside : function, of one corner from p to phi, or to the m of psi = 0; None of others
+    clamped : bool, whether psi = 0 on the whole surface
+    counter : object or None, what a second body adds to the gaps, by ``@``; `back` knows of it
     short : array (1 + d,), or (2 + d,) with a counter
         Of four corners, displacement, twist of the second body, and rotations under short waves.
     """

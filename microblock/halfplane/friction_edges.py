@@ -1,8 +1,7 @@
 """Edges of contact, of each corner's zones and of stick below the length of a cell.
 
-Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q| in
-a stick zone that shrinks, and like r^(3/2) in one that grows. Means over cells of such powers are fitted to
-the cells next to the edge (docs/theory/friction.md).
+Towards an edge pressures, and f p - |q| in a stick zone that shrinks, fall like the root of the distance; in
+a stick zone that grows f p - |q| falls like its third power. Means of such powers over cells are fitted.
 """
 
 from __future__ import annotations
@@ -16,25 +15,24 @@ from ..model.zones import common, contact_zones, runs, without
 
 SKIPPED = 2  # cells at the edge that are not fitted to
 WINDOWS = ((6, 2, 5e-2), (16, 3, 2e-2))  # cells, powers, and residual at most, relative to each value
-STEEP = 0.85, 1.15  # d log y/d log r, below which the first power is 1/2, and above which it is 3/2
 
 
 def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | None:
-    """Returns (how far beyond the near end of the first cell values vanish, the doubt about it), or None.
+    """Returns (how far beyond the first cell values vanish, the doubt about it), or None.
 
     Parameters
     ----------
     cells : array (n, 2), near and far ends (lengths)
     values : array (n,), means over the cells
-    grows : bool, whether values may also fall like the root's third power
+    grows : bool, whether values may fall like r^(3/2)
     """
     few = slice(SKIPPED, SKIPPED + WINDOWS[0][0])
     if len(values[few]) < WINDOWS[0][0] or not np.all(values[few] > 0):
         return None
     slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(values[few]), 1)[0]
-    if STEEP[0] < slope and not (grows and slope > STEEP[1]):
+    if slope > 0.85 and not (grows and slope > 1.15):  # neither 1/2 nor 3/2
         return None
-    power, found = 0.5 if slope < STEEP[0] else 1.5, []
+    power, found = 0.5 if slope < 1 else 1.5, []
     for count, terms, residual in WINDOWS:
         own, y = cells[SKIPPED : SKIPPED + count], values[SKIPPED : SKIPPED + count]
         if len(own) == count and np.all(y > 0):
@@ -84,7 +82,7 @@ def zones_on_cells(
     ----------
     cells : array (n, 2), left and right edges (lengths)
     closed, pressures : arrays (corners, n)
-    stick, bound, shear : arrays (n,), cells that stick and are not at the limit, f p, and q
+    stick, bound, shear : arrays (n,), cells that stick below the limit, f p, and q
     fixed : sequence of float, edges and slope discontinuities of the obstacle
     corners : names of the corners
     """

@@ -1,6 +1,4 @@
-"""What happens along a history of frictional contact: first and full slip, reversals, and on cells births and
-deaths of stick zones.
-"""
+"""Events of a history of frictional contact: first and full slip, reversals, stick zones born or vanished."""
 
 from __future__ import annotations
 
@@ -15,12 +13,10 @@ from ..model.history import SLIDING
 from ..model.types import Array, Flags
 from ..model.zones import runs
 
-SAME = 1e-9  # shares of a leg that are one
-
 
 def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bool]]:
-    """Yields the pairs (P, Q) at the ends of each leg, whether the shear turns back at its beginning, and
-    whether all of the contact begins to slip at its end.
+    """Yields the pairs (P, Q) at both ends of each leg, whether shear is reversed at the first and full slip
+    begins at the second.
     """
     direction = 0.0
     for before, after in pairwise(np.vstack(((0.0, 0.0), pairs))):
@@ -47,7 +43,7 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
         if turns and slip.any():
             note(0.0, "reversal", "slip", slip)
         own = [one for one in nodes if one.leg == leg]
-        for share, group in groupby(own, key=lambda one: round(one.share / SAME) * SAME):
+        for share, group in groupby(own, key=lambda one: round(one.share, 9)):
             for one in group:
                 corner, cell = divmod(one.index, len(x))
                 each[:, corner, cell] = one.kind == "stick", one.kind == "slip"

@@ -23,8 +23,6 @@ from .kernels import kernels
 from .panel_solution import PanelSolution
 from .panels import log_response, response
 
-NESTED = 1e-3  # of the contact, by which a smaller load's may stand out: edges have errors
-
 
 def require_superposition(contact: Any, order: int | None) -> None:
     """BadArgument unless the bodies are equal, the law is unilateral, and rtol chooses the order."""
@@ -94,9 +92,9 @@ class FrictionPanels:
         """NotConverged unless the contact of a load holds those of smaller ones."""
         for low, high in pairwise(sorted(self._known)):
             outer = self.contact_at(high)
-            size = outer[-1][1] - outer[0][0]
+            slack = 1e-3 * (outer[-1][1] - outer[0][0])  # edges have errors
             for left, right in self.contact_at(low):
-                if not any(a - NESTED * size <= left and right <= b + NESTED * size for a, b in outer):
+                if not any(a - slack <= left and right <= b + slack for a, b in outer):
                     raise NotConverged(
                         f"the contact at load {low:g} is not within that at load {high:g}, so that shear is "
                         "no sum of pressures: take method=Cells()"
@@ -116,9 +114,7 @@ class FrictionPanels:
         return np.array([one.approach, work - one.energy, work - 2 * one.energy])
 
     def _rubbed(self, one):
-        """Integral of P d' - d(P) + H' over a layer, H that of p times the height: what friction has done
-        there for g = 1.
-        """
+        """Work of friction in a layer for g = 1: integral of P d' - d(P) + H', H that of p times height."""
         low, high = self.scalars(one.lower), self.scalars(one.upper)
         approach, area, height = high - low
         P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
@@ -163,7 +159,7 @@ class PanelFriction(Solution):
     ----------
     plain : FrictionPanels
     memory : Memory
-    first : tuple of Memory, at which the normal force was larger than ever before
+    first : tuple of Memory, each with the largest normal force so far
     dissipation : float
     """
 

@@ -1,7 +1,7 @@
 """Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
 
-Cells of each level are half as long as those before, and eight times smaller at the edges; what changes
-between two levels is the error estimate. In time nothing is discretised (docs/theory/friction.md).
+Cells of each level are half as long, at edges an eighth; the change between two levels is the error estimate.
+In time nothing is discretised (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -32,8 +32,6 @@ from .shear_cells import frictional_contact, surface, with_counter
 
 if TYPE_CHECKING:
     from ..model.solver import Solver
-
-FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
 
 
 @dataclass(frozen=True)
@@ -220,7 +218,7 @@ class FrictionSolver:
     def history(self, rtol: float | None, progress: bool) -> History:
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol, best = 1e-2 if rtol is None else rtol, np.inf
-        numbers = range(len(FINENESS))
+        numbers = range(5)
         try:
             for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
                 best = min(best, max(changes[-1]) if changes else np.inf)
@@ -232,7 +230,7 @@ class FrictionSolver:
                     ]
                     found = _with_errors(finer.events, coarser.events)
                     return History(self.solver.contact, states, found)
-                if best > rtol * 8.0 ** (numbers[-1] - number) and changes:
+                if best > rtol * 2.0 ** (3 * (numbers[-1] - number)) and changes:
                     break  # the levels that are left would not do, at the fastest ratio of changes
         except NotConverged as failure:
             if not np.isfinite(best):
@@ -243,7 +241,8 @@ class FrictionSolver:
     def level(self, number: int, before: _Level | None) -> _Level:
         """Returns the history on one level; its cells are small at the edges of the level before."""
         assert self.problem.picture is not None
-        a, fineness = self.problem.picture.half_width, FINENESS[number]
+        # length of a cell over the half-width, at that distance of an edge
+        a, fineness = self.problem.picture.half_width, 0.16 / 2**number
         width = sum(right - left for left, right in self.problem.stretches)
         first = max(a / 10, width / 200)
         # smaller cells at edges than a quarter of the square of the fineness gain nothing

@@ -44,7 +44,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     Raises
     ------
     BadArgument
-        For a coupling beyond what kernels take.
+        If nothing holds the rotation.
     """
     solid, law = problem.solid, problem.law
     kernels(solid.nu, solid.beta, solid.curvature)  # which refuse a solid whose rotation nothing holds
