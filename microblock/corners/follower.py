@@ -351,7 +351,7 @@ class Follower:
         self._size, (self.x, self.y) = contact.size, np.zeros((2, m + n + 2))
         self.y[:m] = contact.gaps / self._size
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
-        self._terms = np.abs(contact.normal).max(axis=1) / self._size
+        self._terms = 100 * np.abs(contact.normal).max(axis=1) / self._size
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
         self._seen, pairs = np.repeat((3.0, 0.0), (m, n)), []
         if not by_motions:
@@ -454,14 +454,8 @@ class Follower:
         whether they are at the limit: forces of closed corners or gaps of open ones; bounds forwards or
         rates of slip of nodes; bounds backwards.
         """
-        dx, dy = self._rates(way)
-        m, nodes, closed, stick, slips = (
-            self._m,
-            self._nodes,
-            self.sets.closed,
-            self.sets.stick,
-            self.sets.slips,
-        )
+        (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
+        closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
         last, slipping = self.sets.last, (slips != 0) & (not self.sets.sliding)
         bound, dbound = self._bound(), self.contact.friction * dx[self.sets.of].sum(axis=0)
         up, down = (stick & (not last or np.any(slips == sign)) for sign in (-1, 1))
@@ -471,9 +465,9 @@ class Follower:
         rubs = np.where(slipping, slips * dy[nodes], dt - dbound)
         fall = np.concatenate((np.where(closed, -dx[:m], -dy[:m]), rubs, -dt - dbound))
         force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
-        gaps, slides = (~closed, self._terms), (slipping, np.ones(len(slips)))
-        small = np.concatenate([np.where(way, 100 * size, 1.0) for way, size in (gaps, slides, slides)])
-        most = np.concatenate((np.where(closed, tiny, PATHS * self._span), np.full(2 * len(slips), tiny)))
+        ones = np.ones(len(slips))
+        small = np.concatenate((np.where(closed, 1.0, self._terms), np.where(slipping, 100.0, ones), ones))
+        most = np.concatenate((np.where(closed, tiny, PATHS * self._span), tiny * ones, tiny * ones))
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
     def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:

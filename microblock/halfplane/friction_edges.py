@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..model.types import Array, Flags, Interval, Zones
+from ..model.types import Array, Flags, Zones
 from ..model.zones import common, contact_zones, runs, without
 
 SKIPPED = 2  # cells at the edge that are not fitted to
@@ -89,7 +89,7 @@ def zones_on_cells(
     doubts: dict[float, float] = {}
     touching = np.asarray(closed.any(axis=0))
 
-    def edge(run: Interval, side: int, outside: Flags, values: Array, grows: bool = False) -> float:
+    def edge(run: tuple[int, int], side: int, outside: Flags, values: Array, grows: bool = False) -> float:
         order = np.arange(run[0], run[1] + 1)[::-side]
         end, width = float(cells[order[0], (side + 1) // 2]), float(np.ptp(cells[order[0]]))
         beside = order[0] + side * np.arange(1, 4)
@@ -102,7 +102,7 @@ def zones_on_cells(
         doubts[end + side * shift] = doubt
         return end + side * shift
 
-    def edge_of_stick(run: Interval, side: int) -> float:
+    def edge_of_stick(run: tuple[int, int], side: int) -> float:
         beside = run[side > 0] + side
         if 0 <= beside < len(touching) and touching[beside]:
             left = bound - np.sign(shear[beside]) * shear

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
     stick = slip = each[0, 0]
     for leg, (before, after, turns, slides) in enumerate(legs(pairs, friction)):
 
-        def note(share: float, kind: str, zone: str, where: Flags) -> None:
+        def note(share: float, kind: str, zone: str, where: Any) -> None:
             P, Q = before + share * (after - before)
             found.append(Event(P, None, kind, zone, x[where].mean(), Q, leg))
 

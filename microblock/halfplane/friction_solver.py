@@ -221,9 +221,10 @@ class FrictionSolver:
         numbers = range(5)
         try:
             for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
-                best = min(best, max(changes[-1]) if changes else np.inf)
+                errors: Any = changes[-1] if changes else [np.inf]
+                best = min(best, max(errors))
                 if best <= rtol:
-                    parts = zip(finer.solutions, coarser.solutions, map(Errors, changes[-1]))
+                    parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
                     states = [
                         State(replace(one, estimate=error, before=other.zones_by_name))
                         for one, other, error in parts
@@ -295,7 +296,7 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     return found
 
 
-def _change(coarser: _Level, finer: _Level) -> list[float]:
+def _change(coarser: _Level, finer: _Level) -> Any:
     """Errors of the finer level's states: what has changed, or is lost in jumps."""
     pairs: Any = zip(finer.solutions, coarser.solutions)
     return [
