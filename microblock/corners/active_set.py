@@ -4,8 +4,7 @@ Corner forces f >= 0 and the approach d leave the gaps
 
     g = g0 - c d + H f >= 0,     f.g = 0,     c.f = P,                                              (a)
 
-H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load. In c_i f_i and
-g_i/c_i the weights are 1.
+H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load.
 
 The forces of a face of closed corners follow from one Cholesky factorisation; at a given load a rigid level
 is added to H. Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone
@@ -43,10 +42,8 @@ class ContactState:
     closed : boolean array (m,), the solver's set; a closed corner may carry no force
     approach, load : float, d and c.f
     iterations : int, sets that were tried
-    kkt : float
-        Largest relative residual of load, complementarity and feasibility.
-    followed : bool
-        Whether the load path was followed to here.
+    kkt : float, largest relative residual of load, complementarity and feasibility
+    followed : bool, whether the load path was followed to here
     """
 
     forces: np.ndarray
@@ -107,8 +104,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     BadArgument
         Also for an H that is not positive semidefinite: no unique state then.
     NotConverged
-        If pivots are used up at a given approach (at a load the path is followed then: `followed`), or if
-        rigid corners cannot take the approach.
+        If pivots are used up at a given approach, or rigid corners cannot take it.
     """
     require_level(load, approach)
     for problem in _problems(H, g0, c, free=load is not None):
@@ -277,14 +273,10 @@ def faces(H, g0, closed, load, lift, patience=5, budget=None):
 
     Parameters
     ----------
-    H : array (m, m)
-        Positive definite; its part `lift` is a rigid level.
-    g0 : array (m,)
-        Finite; less the approach if that is given.
-    closed : boolean array (m,)
-        To begin with.
-    load : float or None
-        None where the approach is given.
+    H : array (m, m), positive definite; its part `lift` is a rigid level
+    g0 : array (m,), finite; less the approach if that is given
+    closed : boolean array (m,), to begin with
+    load : float, or None where the approach is given
 
     Raises
     ------

@@ -20,8 +20,7 @@ class Compliance:
     matrix : array (2 n, 2 n), symmetric
         (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
     ell : length of a microblock
-    apart : boolean array (n - 1,), optional
-        Whether the surface is interrupted between a node and the next, as by a groove.
+    apart : boolean array (n - 1,), optional, whether the surface is interrupted after a node
 
     Examples
     --------
@@ -45,9 +44,7 @@ class Compliance:
 
     @cached_property
     def constrained(self):
-        """Nodes at which psi = 0 is prescribed (a row of zeros, as on an axis of symmetry): boolean array
-        (n,).
-        """
+        """Nodes at which psi = 0 is prescribed (rows of zeros): boolean array (n,)."""
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
     def corner_system(self, law, obstacle):

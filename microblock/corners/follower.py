@@ -5,16 +5,14 @@ obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P
 
     g = g0 + H n + C^T t - B_n u,     s = C n + T t,     (P, Q) = B_n^T n + B_t^T t,                    (c)
 
-with the rows (n2, -n1) of B_n and (n1, n2) of B_t, of the normal (n1, n2) at the node. A node sticks while
-B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and B_t u - s changes in the
-direction of t. Uncoupled, C^T t is left out of the gaps.
+with the rows (n2, -n1) of B_n and (n1, n2) of B_t at the normal (n1, n2). A node sticks while B_t u - s does
+not change; it slips in the direction of t while |t| = f times the sum of n. Uncoupled, C^T t is left out.
 
 In M = [[A, -B], [B^T, 0]] corner forces are paired with gaps, tangential forces with the slip, motions with
-loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their partners
-(principal pivots); where a node slips, t = tau + f sigma n. While no set changes all is affine in the loads:
-rates are a column of the tableau, and the first sign that changes ends a piece. What stands at a limit and
-would go beyond it is exchanged at once, and if that brings no fewer the first one alone (Murty, Opsearch 11
-(1974) 123). Work = energy + dissipation holds to rounding.
+loads; closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots), and
+where a node slips t = tau + f sigma n. Between changes of sets all is affine in the loads, with rates from a
+column of the tableau. What would go beyond its limit is exchanged at once, and if that brings no fewer the
+first one alone (Murty, Opsearch 11 (1974) 123). Work = energy + dissipation holds to rounding.
 
 Where the product of all pivots is not positive, states turn back while loads grow; where a single exchange
 with a negative pivot also gives rates that hold, there are two ways on. Both are refused.
@@ -52,12 +50,9 @@ class FrictionalContact:
 
     Attributes
     ----------
-    normal : array (corners n, corners n)
-        H: gaps from corner forces, corner by corner (length per force); symmetric.
-    cross : array (n, corners n)
-        C: tangential displacements from corner forces.
-    tangential : array (n, n)
-        T: tangential displacements from tangential forces; symmetric.
+    normal : array (corners n, corners n), H: gaps from corner forces, corner by corner (length per force)
+    cross : array (n, corners n), C: tangential displacements from corner forces
+    tangential : array (n, n), T: the same from tangential forces; symmetric as H
     gaps : array (corners n,), initial gaps (lengths), inf where a corner cannot touch
     friction : float
     coupled : bool, whether tangential forces act on gaps
@@ -102,25 +97,18 @@ class Moment:
 
     Attributes
     ----------
-    load, shear : float
-        P and Q (force).
-    normal, gaps : arrays (corners n,)
-        Corner forces and gaps.
-    tangential, slip : arrays (n,)
-        Forces at the nodes, and slip of the obstacle since first contact (length).
+    load, shear : float, P and Q (force)
+    normal, gaps : arrays (corners n,), forces and gaps
+    tangential, slip : arrays (n,), forces, and slip since first contact (length)
+    raised : array (corners n,), what forces add to the gaps (lengths)
     closed : boolean array (corners n,)
-    stick, at_limit : boolean arrays (n,)
-        Nodes that stick, and nodes with the largest shear force that friction allows.
-    slips : array (n,)
-        Sign of t where a node slips, else 0.
-    raised : array (corners n,)
-        What forces add to the gaps (lengths).
+    stick : boolean array (n,)
+    slips : array (n,), sign of t where a node slips, else 0
+    at_limit : boolean array (n,), nodes with the largest shear force
     iterations : int, changes so far
-    approach, offset : float
-        d and D (length).
+    approach, offset : float, d and D (length)
     energy, work, dissipation : float
-    residual : float
-        The largest violated condition over the largest force or displacement.
+    residual : float, largest violated condition over the largest force or displacement
     """
 
     load: float
@@ -450,9 +438,8 @@ class Follower:
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
-        """Rates of x and y; of all that must not be negative values, rates of falling (0 if rounding), and
-        whether they are at the limit: forces of closed corners or gaps of open ones; bounds forwards or
-        rates of slip of nodes; bounds backwards.
+        """Rates of x and y; values, rates of falling and whether they are at 0, of forces of closed corners
+        or gaps of open ones, of bounds forwards or rates of slip of nodes, and of bounds backwards.
         """
         (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips

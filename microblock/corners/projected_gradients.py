@@ -1,7 +1,6 @@
-"""Contact states on products with the flexibility alone: gradient projection and preconditioned conjugate
-gradients.
+"""Contact states on products with the flexibility: gradient projection and conjugate gradients.
 
-Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the minimum of
+Conditions (a) of `active_set` with c = 1 are those of the minimum of
 
     q(f) = f.H f/2 + g0.f     on     Omega = {f >= 0, sum f = P},
     (c)
@@ -14,11 +13,8 @@ or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
    preconditioner: coarsely while faces change, finely on a face that stays;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
-Where H has forces that do nothing, `settled` of the flexibility brings them to where q is least.
-
-It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box. For H
-positive definite on zero-sum vectors q converges linearly to its only minimum (Luo and Tseng, Ann. Oper. Res.
-46 (1993) 157).
+It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box, and
+converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
 from collections import Counter
@@ -49,9 +45,9 @@ class GridForces:
     forces, gaps : arrays (corners, n), gaps inf where a corner cannot touch
     approach, load : float
     kkt : float
-        Largest penetration, or gap of a corner with force, over the range of H f, at least LEAST times what
-        the load on a single corner would make it.
-    products : int, with H, and as many preconditioners on faces
+        Largest penetration, or gap of a corner with force, over the range of H f, or over LEAST times that of
+        the load on a single corner.
+    products : int, with H
     """
 
     forces: np.ndarray
