@@ -177,8 +177,11 @@ class PanelFriction(Solution):
 
     @cached_property
     def _parts(self):
-        bounds, shares = self.memory.bounds, (*self.memory.shares, 0.0)
-        steps = zip(bounds[1:], shares[:-1], shares[1:])
+        return self._parts_of(self.memory)
+
+    def _parts_of(self, memory):
+        """[(factor, state), ...] of the sum at a Memory."""
+        steps = zip(memory.bounds[1:], memory.shares, (*memory.shares[1:], 0.0))
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
     @property
@@ -276,22 +279,14 @@ class PanelFriction(Solution):
             for name, zones in self.zones_by_name.items()
         }
 
-    def _gap_under(self, load):
-        if not load:
-            initial = self.problem.initial_gap(np.zeros(len(self.x), int), self.x)
-            return initial - self.plain.scalars(0)[0]
-        one = self.plain.at(load)
-        inside = contains(one.zones_by_name["contact"], self.x)
-        found = np.zeros_like(self.x)
-        found[~inside] = one.gap(0, self.x[~inside])
-        return found
-
     def _displaced(self, memory):
-        layers = zip(memory.bounds[:-1], memory.bounds[1:], memory.shares)
-        gaps = {load: self._gap_under(load) for load in memory.bounds} if any(memory.shares) else {}
-        return sum(
-            (share * (gaps[low] - gaps[high]) for low, high, share in layers if share), np.zeros_like(self.x)
-        )
+        found = np.zeros_like(self.x)
+        start = self.problem.initial_gap(np.zeros(len(self.x), int), self.x) - self.plain.scalars(0)[0]
+        for factor, one in self._parts_of(memory):
+            outside = ~contains(one.zones_by_name["contact"], self.x)
+            found += factor * start
+            found[outside] -= factor * one.gap(0, self.x[outside])
+        return found
 
     @cached_property
     def slip(self):
