@@ -123,7 +123,7 @@ class FrictionCells(OfMoment):
         return self._fitted[0]
 
     @cached_property
-    def _jumping(self) -> NDArray[np.integer[Any]]:
+    def jumping(self) -> NDArray[np.integer[Any]]:
         """Numbers of cells in contact from which to the next q/f changes by more than half of the
         pressure.
         """
@@ -132,13 +132,9 @@ class FrictionCells(OfMoment):
         return np.flatnonzero(jumping)
 
     @property
-    def jumps(self) -> list[float]:
-        return [float(each) for each in self.edges[1:][self._jumping, 0]]
-
-    @property
     def lost_in_jumps(self) -> float:
         """Relative L2 error of q/f where it jumps."""
-        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
+        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self.jumping
         half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
         lost = half**2 @ (self.norm[at] + self.norm[at + 1])
         return float(np.sqrt(lost / (self.norm @ p**2)))
@@ -286,7 +282,7 @@ class FrictionSolver:
 def _features(before: _Level, smallest: float) -> list[Feature]:
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
-    edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
+    edges |= {float(edge): before.band for one in before.solutions for edge in one.edges[one.jumping, 1]}
     for edge, doubt in sorted(edges.items()):
         band = min(max(4 * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:
