@@ -161,9 +161,9 @@ class Tableau:
         self.exchanged = np.zeros(len(matrix), bool)
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
-    def columns(self, numbers: Any) -> Array:
-        """Columns with these numbers, or the column of one number."""
-        found: Array = self._made[:, numbers] + self._left @ self._right[numbers].T
+    def times(self, numbers: Any, weights: Array) -> Array:
+        """The sum of columns with these numbers and weights."""
+        found: Array = self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
         return found
 
     def entries(self, rows: Any, columns: Any) -> Any:
@@ -172,7 +172,8 @@ class Tableau:
 
     def pivot(self, i: int) -> bool:
         """Exchanges a pair, unless the pivot is 0 to rounding; returns whether it did."""
-        column, row = self.columns(i), self._made[i] + self._right @ self._left[i]
+        column = self._made[:, i] + self._left @ self._right[i]
+        row = self._made[i] + self._right @ self._left[i]
         pivot = column[i]
         if abs(pivot) <= PATHS:
             return False
@@ -335,7 +336,12 @@ class Follower:
         n, m = contact.nodes, len(contact.gaps)
         self.contact, self.by_motions, self.legs = contact, by_motions, 0
         self.changes: list[Change] = []
-        self._m, self._motions, self._nodes, self._u = m, contact.motions, slice(m, m + n), slice(m + n, None)
+        self._m, self._motions, self._nodes, self._u = (
+            m,
+            contact.motions,
+            slice(m, m + n),
+            np.array([m + n, m + n + 1]),
+        )
         self._size, (self.x, self.y) = contact.size, np.zeros((2, m + n + 2))
         self.y[:m] = contact.gaps / self._size
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
@@ -429,7 +435,7 @@ class Follower:
         """Rates of x and y."""
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
         rest[self._u] = np.where(active[self._u] | self.by_motions, way, 0.0)
-        rates = self.sets.tableau.columns(self._u) @ rest[self._u]
+        rates = self.sets.tableau.times(self._u, rest[self._u])
         dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
         dx[nodes] += self.contact.friction * self.sets.slips * dx[self.sets.of].sum(axis=0)
         if self.sets.sliding:  # the obstacle moves just so that no node slips back
@@ -529,7 +535,7 @@ class Follower:
     def _correct(self) -> None:
         """Takes off what rounding has left."""
         off, active = self._off(), self.sets.tableau.exchanged
-        fix = self.sets.tableau.columns(active) @ off[active]
+        fix = self.sets.tableau.times(active, off[active])
         self.x, self.y = self.x - np.where(active, fix, 0.0), self.y + np.where(active, 0.0, off - fix)
         self._snap()
 
