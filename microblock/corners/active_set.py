@@ -4,21 +4,17 @@ Corner forces f >= 0 and the approach d leave the gaps
 
     g = g0 - c d + H f >= 0,     f.g = 0,     c.f = P,                                              (a)
 
-H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load. In c_i f_i and
-g_i/c_i the weights are 1; so everything below works.
+H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load.
 
-The forces of a face of closed corners follow from one Cholesky factorisation. At a given load H needs to be
-definite on vectors with c.f = 0 alone: a rigid level is added, which forces of a given sum do not feel. Wrong
-corners are exchanged all at once; when PATIENCE faces bring no fewer, the first one alone, until there are
-fewer (Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite
-H (Murty, Opsearch 11 (1974) 123); at a given load the path is followed where PIVOTS faces do not do.
+The forces of a face of closed corners follow from one Cholesky factorisation; at a given load a rigid level
+is added to H. Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone
+(Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite H; at a
+given load the path is followed after many faces.
 
-Duplicated rows make H semidefinite. Then H + D is solved, D a diagonal just above rounding, and the forces
-found shift the gaps to g0 - D f' for the next solve (proximal point method, Rockafellar, SIAM J. Control
-Optim. 14 (1976) 877).
+Where H is semidefinite, H + D is solved, D a diagonal just above rounding, with gaps g0 - D f' of the forces
+before (proximal point method, Rockafellar, SIAM J. Control Optim. 14 (1976) 877).
 """
 
-from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -30,18 +26,10 @@ from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
 from .rounding import SUMS, TERMS
 
-ROUNDED = 1e-15  # relative residual that no refinement improves
-ACCEPTED = 1e-11  # relative residual at which a state counts as solved
+ACCEPTED = 1e-11  # relative residual at which a state counts as solved; no refinement improves 1e-4 of it
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
 REGULARISATION = 0.0, 1e-12, 1e-10
-# change of the load from one refinement to the next, relative: where rigid corners cannot take an
-# approach the forces grow by as much again each time, and no gap beside H f would show it
-SETTLED = 1e-2
-REFINEMENTS = 30  # solves of the proximal point method; 2 or 3 do unless H is nearly singular
-PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in the literature
-PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
-SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
 
 
 @dataclass(frozen=True)
@@ -53,12 +41,9 @@ class ContactState:
     forces, gaps : arrays (m,); gaps from H and the forces, inf where a corner cannot touch
     closed : boolean array (m,), the solver's set; a closed corner may carry no force
     approach, load : float, d and c.f
-    iterations, single_pivots : int, sets that were tried, those by the safeguard
-    regularisation : float, largest entry of D
-    kkt : float
-        Largest relative residual of load, complementarity and feasibility.
-    followed : bool
-        Whether the load path was followed to here, as pivots made no progress.
+    iterations : int, sets that were tried
+    kkt : float, largest relative residual of load, complementarity and feasibility
+    followed : bool, whether the load path was followed to here
     """
 
     forces: np.ndarray
@@ -67,8 +52,6 @@ class ContactState:
     approach: float
     load: float
     iterations: int
-    single_pivots: int
-    regularisation: float
     kkt: float
     followed: bool = False
 
@@ -121,60 +104,54 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     BadArgument
         Also for an H that is not positive semidefinite: no unique state then.
     NotConverged
-        If pivots are used up at a given approach (at a load the path is followed then: `followed`), or if
-        rigid corners cannot take the approach.
+        If pivots are used up at a given approach, or rigid corners cannot take it.
     """
     require_level(load, approach)
-    singular = None
     for problem in _problems(H, g0, c, free=load is not None):
         try:
             return _state(problem, _start(start, problem), load, approach)
-        except np.linalg.LinAlgError as failure:
-            singular = NotConverged(
+        except np.linalg.LinAlgError:  # more of D, then
+            failure = NotConverged(
                 "closed corners have a flexibility that is singular to rounding: are two of them one?"
-            )  # more of D, then
-            singular.__cause__ = failure
-        except NotConverged as failure:
-            if load is not None and failure.iterations:
+            )
+        except NotConverged as stopped:
+            if load is not None and stopped.iterations:
                 return replace(path(H, g0, [load], c=c).states[0], followed=True)
-            singular = failure
-    raise singular
+            failure = stopped
+    raise failure
 
 
 @bounded
 def path(H, g0, loads, *, c=None):
-    """States at the `loads`, from `solve` on the sets of a `follower.Follower`, and all events from first
-    touch to the last load. Parameters and errors are those of `solve`; `reached` is the last load.
+    """States at the `loads`, and all events from first touch to the last load, found by a
+    `follower.Follower`. Parameters and errors are those of `solve`; `reached` is the last load.
     """
     loads = np.sort(require_numbers(loads=loads))
     if not len(loads) or loads[0] < 0:
         raise BadArgument("loads", loads, "must be finite and not negative")
     problem = next(_problems(H, g0, c, free=True))
     lift = lifted(problem.H)
-    none, pieces = np.zeros((0, len(problem.g0))), []
-    follower = Follower(FrictionalContact(problem.H + lift, none, none[:, :0], problem.g0, 0.0))
+    nothing, closed, states, events = np.zeros((1, len(problem.g0))), np.zeros(len(problem.c), bool), [], []
+    follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
+    load = 0.0
     try:
-        for share in follower.pieces(loads[-1]):
+        for share in follower.pieces(loads[-1], 0.0):
             load = float(share * loads[-1])
-            pieces.append((load, follower.approach - lift * load, follower.closed.copy()))
-    except (NotConverged, np.linalg.LinAlgError) as failure:
-        reached = pieces[-1][0] if pieces else 0.0
+            passed = loads[len(states) : np.searchsorted(loads, load)]
+            states += [solve(H, g0, load=asked, c=c, start=closed) for asked in passed]
+            changed = problem.touch[follower.sets.closed != closed[problem.touch]]
+            closed[changed] ^= True
+            events += [
+                CornerEvent(load, follower.approach - lift * load, int(i), "closes" if closed[i] else "opens")
+                for i in changed
+            ]
+    except NotConverged as failure:
         raise NotConverged(
-            f"path stopped at load {reached} on the way to {loads[-1]:g}: {failure}; ask for smaller "
+            f"path stopped at load {load} on the way to {loads[-1]:g}: {failure}; ask for smaller "
             "loads, or for single states",
-            reached=reached,
+            reached=load,
         ) from failure
-    states, events, before = [], [], np.zeros(len(problem.c), bool)
-    ends = [load for load, _, _ in pieces[1:]] + [np.inf]
-    for (load, approach, there), end in zip(pieces, ends, strict=True):
-        closed = np.zeros(len(before), bool)
-        closed[problem.touch] = there
-        events += [
-            CornerEvent(load, approach, int(i), "closes" if closed[i] else "opens")
-            for i in np.flatnonzero(closed != before)
-        ]
-        states += [solve(H, g0, load=asked, c=c, start=closed) for asked in loads if load <= asked < end]
-        before = closed
+    states += [solve(H, g0, load=asked, c=c, start=closed) for asked in loads[len(states) :]]
     return Path(states, events)
 
 
@@ -191,11 +168,10 @@ def _problems(H, g0, c, free):
     touch = np.flatnonzero(np.isfinite(g0))
     H, g0 = (H / c[:, None] / c)[np.ix_(touch, touch)], (g0 / c)[touch]
     rows = np.abs(H).max(axis=1)
-    if np.abs(H - H.T).max() > SYMMETRY * rows.max():
+    if np.abs(H - H.T).max() > 1e-8 * rows.max():  # it was put together wrongly
         raise BadArgument("H", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
-    lifts = (0.0, lifted(H)) if free else (0.0,)
     found, lifts = False, (0.0, lifted(H)) if free else (0.0,)
     for level, lift in product(REGULARISATION, lifts):
         regular = H + lift + np.diag(level * rows)
@@ -209,8 +185,7 @@ def _problems(H, g0, c, free):
 
 
 def lifted(H):
-    """The rigid level that is added to H, with which it is definite where it is so on forces whose sum is
-    0."""
+    """The rigid level to add to an H that is definite on forces whose sum is 0."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
@@ -243,48 +218,40 @@ def require_level(load, approach):
 
 def _state(problem, closed, load=None, approach=None):
     """Proximal point method on (a), the state with the smallest residual."""
-    H, g0, D = problem.H, problem.g0, problem.D
-    steps, best, forces = Counter(), None, np.zeros(len(g0))
+    H, g0, D, count = problem.H, problem.g0, problem.D, 0
+    best, forces = (np.inf,), np.zeros(len(g0))
     if load == 0 or (load is None and approach <= g0.min()):
-        d = g0.min() if load == 0 else approach
-        return _report(problem, forces, np.zeros(len(g0), bool), d, 0.0, steps)
-    ahead = g0 - (approach or 0.0)
-    for _ in range(REFINEMENTS):
-        before = forces
-        forces, closed = faces(problem.regular, ahead - D * forces, closed, load, problem.lift, steps)
+        return _report(problem, 0.0, forces, forces > 0, g0.min() if load == 0 else approach, 0)
+    for _ in range(30):  # 2 or 3 do unless H is nearly singular
+        size = forces.sum()
+        ahead = g0 - (approach or 0.0) - D * forces
+        forces, closed, sets = faces(problem.regular, ahead, closed, load, problem.lift)
         d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
-        residual = _kkt(H, g0, forces, closed, d, load)
-        if load is None and abs(forces.sum() - before.sum()) > SETTLED * forces.sum():
+        residual, count = _kkt(H, g0, forces, closed, d, load), count + sets
+        # where rigid corners cannot take an approach the forces grow by as much again each time, and no gap
+        # beside H f would show it
+        if load is None and abs(forces.sum() - size) > 1e-2 * forces.sum():
             residual = max(residual, np.nextafter(ACCEPTED, 1))
-        gain = best is None or residual < best[0] / 2
-        if best is None or residual < best[0]:
+        least = best[0]
+        if residual < least:
             best = residual, forces, closed, d
-        if residual <= ROUNDED or (best[0] <= ACCEPTED and not gain):
-            break
-    if best[0] > ACCEPTED:
-        raise NotConverged(
-            f"relative residual {best[0]:.1e} after {REFINEMENTS} refinements at "
-            f"{f'approach {approach:g}' if load is None else f'load {load:g}'}: "
-            "are rigid corners pressed into the obstacle? Give the load instead of the approach"
-        )
-    return _report(problem, *best[1:], best[0], steps)
-
-
-def _report(problem, forces, closed, d, kkt, steps):
-    m, touch, c = len(problem.c), problem.touch, problem.c[problem.touch]
-    whole = {"forces": np.zeros(m), "gaps": np.full(m, np.inf), "closed": np.zeros(m, bool)}
-    whole["forces"][touch] = forces / c
-    whole["gaps"][touch] = c * (problem.g0 - d + problem.H @ forces)
-    whole["closed"][touch] = closed
-    return ContactState(
-        **whole,
-        approach=float(d),
-        load=float(forces.sum()),
-        kkt=float(kkt),
-        iterations=steps["sets"],
-        single_pivots=steps["single"],
-        regularisation=float(problem.D.max()),
+        if residual <= 1e-4 * ACCEPTED or (best[0] <= ACCEPTED and not residual < least / 2):
+            return _report(problem, *best, count)
+    if best[0] <= ACCEPTED:
+        return _report(problem, *best, count)
+    raise NotConverged(
+        f"relative residual {best[0]:.1e} after many refinements at "
+        f"{f'approach {approach:g}' if load is None else f'load {load:g}'}: "
+        "are rigid corners pressed into the obstacle? Give the load instead of the approach"
     )
+
+
+def _report(problem, kkt, forces, closed, d, sets):
+    m, touch, c = len(problem.c), problem.touch, problem.c[problem.touch]
+    found = np.zeros(m), np.full(m, np.inf), np.zeros(m, bool)
+    for whole, own in zip(found, (forces / c, c * (problem.g0 - d + problem.H @ forces), closed)):
+        whole[touch] = own
+    return ContactState(*found, float(d), float(forces.sum()), sets, float(kkt))
 
 
 def _kkt(H, g0, forces, closed, d, load):
@@ -293,30 +260,23 @@ def _kkt(H, g0, forces, closed, d, load):
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
     length = terms[closed | (wrong > 0)].max(initial=0.0)
-    # rigid corners that take all of it leave nothing but rounding: ROUNDED of H load is ACCEPTED
-    if load is not None:
-        length = max(length, ROUNDED / ACCEPTED * np.abs(H).max() * load)
-    parts = [wrong.max() / length if length else 0.0]
-    if load is not None:
-        parts.append(abs(forces.sum() - load) / load)
-    return max(parts)
+    if load is None:
+        return wrong.max() / length if length else 0.0
+    # rigid corners that take all of it leave nothing but rounding of H load
+    length = max(length, 1e-4 * np.abs(H).max() * load)
+    return max(wrong.max() / length if length else 0.0, abs(forces.sum() - load) / load)
 
 
-def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
-    """Forces and closed corners of (a) by exchange of all corners that are wrong; without the safeguard if
-    `patience` is infinite.
+def faces(H, g0, closed, load, lift, patience=5, budget=None):
+    """Forces and closed corners of (a), and the number of sets tried, by exchange of all wrong corners, and
+    of the first one alone after `patience` sets with no fewer.
 
     Parameters
     ----------
-    H : array (m, m)
-        Positive definite; its part `lift` is a rigid level.
-    g0 : array (m,)
-        Finite; less the approach if that is given.
-    closed : boolean array (m,)
-        To begin with.
-    load : float or None
-        None where the approach is given.
-    steps : Counter of sets and of single pivots
+    H : array (m, m), positive definite; its part `lift` is a rigid level
+    g0 : array (m,), finite; less the approach if that is given
+    closed : boolean array (m,), to begin with
+    load : float, or None where the approach is given
 
     Raises
     ------
@@ -325,9 +285,10 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
     LinAlgError
         If H is not definite beyond rounding.
     """
-    budget = budget or (5000 + 10 * len(g0) if load is None else PIVOTS)
+    # at a load its path is faster by then
+    budget = budget or (5000 + 10 * len(g0) if load is None else 500)
     closed, fewest, left, diagonal = closed.copy(), len(g0) + 1, patience, H.diagonal()
-    for _ in range(budget):
+    for count in range(1, budget + 1):
         if not closed.any():
             closed[np.argmin(g0)] = True
         on = np.flatnonzero(closed)
@@ -345,15 +306,12 @@ def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
         gaps = g0 - base + moved - d
         least = -TERMS * np.ptp(forces), -TERMS * (np.ptp(moved) + np.abs(g0[on]).max())
         wrong = np.where(closed, forces < least[0], gaps < least[1])
-        steps["sets"] += 1
-        count = np.count_nonzero(wrong)
-        if not count:
-            return np.maximum(forces, 0.0), closed
-        left = patience if count < fewest else left - 1
-        fewest = min(fewest, count)
+        if not wrong.any():
+            return np.maximum(forces, 0.0), closed, count
+        left = patience if np.count_nonzero(wrong) < fewest else left - 1
+        fewest = min(fewest, np.count_nonzero(wrong))
         if left < 0:
             wrong = np.arange(len(wrong)) == np.argmax(wrong)
-            steps["single"] += 1
         closed ^= wrong
     raise NotConverged(
         f"contact set of {len(g0)} corners still changing after {budget} sets, at best {fewest} "

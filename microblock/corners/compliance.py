@@ -19,8 +19,7 @@ class Compliance:
     matrix : array (2 n, 2 n), symmetric
         (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
     ell : length of a microblock
-    apart : boolean array (n - 1,), optional
-        Whether the surface is interrupted between a node and the next, as by a groove.
+    apart : boolean array (n - 1,), optional, whether the surface is interrupted after a node
 
     Examples
     --------
@@ -44,17 +43,15 @@ class Compliance:
 
     @cached_property
     def constrained(self):
-        """Nodes at which psi = 0 is prescribed (a row of zeros, as on an axis of symmetry): boolean array
-        (n,).
-        """
+        """Nodes at which psi = 0 is prescribed (rows of zeros): boolean array (n,)."""
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
     def corner_system(self, law, obstacle):
         """The law's corners on this body: flexibility, initial gaps, shares in the load.
 
-        Corner forces f >= 0 push along -n and with the levers of (29); the gaps of all corners, one corner of
-        the law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed
-        (`constrained`) the nearest corner has the one multiplier, and the initial gaps of the others are inf.
+        The gaps of all corners, one corner of the law after the other, are
+        ``g0 - share*approach + flexibility @ f`` with forces f >= 0 along -n. Where psi = 0 is prescribed the
+        initial gaps of all but the nearest corner are inf.
         """
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
         constrained = self.constrained

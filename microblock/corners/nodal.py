@@ -16,14 +16,9 @@ from ..model.zones import contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
 
-CROSSED = 1.7  # times (h/a)^s of the load at which edges of the two corners cross: 0.6 to 1.6 were seen
-
 
 class AtNodes(Solution):
-    """Base of solutions at nodes along a surface: what is between the nodes follows from what is there.
-
-    A solution has `points`, `normals`, `displacement` and `psi` at the nodes, in the order of x1.
-    """
+    """Base of solutions with `points`, `normals`, `displacement` and `psi` at nodes in the order of x1."""
 
     @property
     def law(self):
@@ -56,12 +51,8 @@ class AtNodes(Solution):
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
     def gap(self, corner, x):
-        """Gap of a corner at x1 = x, array (n,): displacement and rotation from the nodes, the exact height.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the nodes.
+        """Gap of a corner at x1 = x, array (n,), of interpolated displacements under the exact height;
+        BadArgument for x beyond the nodes.
         """
         if not np.all(self.reaches(x)):
             raise BadArgument(
@@ -76,8 +67,7 @@ class AtNodes(Solution):
         )
         points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
         counter = None if self.problem.counter is None else self.counter_displacement
-        where = self.problem, self.approach, points, normals
-        return corner_gaps(*where, displacement, psi, counter)[corner]
+        return corner_gaps(self.problem, self.approach, points, normals, displacement, psi, counter)[corner]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,7 +113,7 @@ class NodalSolution(AtNodes):
 
     @property
     def weights(self):
-        """Lengths of the surface, curved or not: pressures act along -n; the load is ``weights @ (p*n2)``."""
+        """Lengths of the surface; the load is ``weights @ (p*n2)``."""
         return self.compliance.weights
 
     @property
@@ -132,7 +122,7 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
+        """Pressure of each corner, array (corners, n); corners that move together share it."""
         return np.where(
             self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
         )
@@ -170,15 +160,12 @@ class NodalSolution(AtNodes):
     def energy(self):
         """Elastic energy per thickness: half the work of the corner forces."""
         pressed = self.forces > 0
-        depth = np.where(
-            pressed, self.approach * self.compliance.normals[:, 1] - np.where(pressed, self.gaps, 0), 0
-        )
+        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * depth) / 2)
 
 
 class NodalSolver(Solver):
-    """States of a body with a method ``compliance(clamped)``, with psi = 0 at the nodes or not, that returns
-    a Compliance."""
+    """States of a body with a method ``compliance(clamped)`` that returns a Compliance."""
 
     solution = NodalSolution
     verifies = True
@@ -222,7 +209,7 @@ class NodalSolver(Solver):
         return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
 
     def follow(self, load, rtol, initial):
-        """The solution at a load at these nodes, whatever rtol; from the closed corners of a neighbour."""
+        """The solution at a load, from the closed corners of a neighbour."""
         return self.at(load, initial=initial)
 
     def path(self, last, rtol, progress=False):
@@ -242,13 +229,13 @@ class NodalSolver(Solver):
         return found
 
     def together(self, closed):
-        """Closed corners, array (corners, nodes): where psi is constrained one of them stands for all."""
+        """Closed corners, array (corners, nodes), all of them where psi is constrained."""
         closed = closed.reshape(len(self.law.corners), -1)
         return closed | (self.compliance.constrained & closed.any(axis=0))
 
 
 class NodalPath(LoadPath):
-    """The load path at the nodes of a compliance; of `followed`, where each state at an rtol has its own."""
+    """The load path at the nodes of a compliance, or of that of the Contact `followed`."""
 
     def __init__(self, problem, last, rtol, followed=None):
         super().__init__(problem, last, rtol)
@@ -257,9 +244,7 @@ class NodalPath(LoadPath):
     @cached_property
     @bounded
     def nodal_events(self):
-        """Every corner that closes or opens on the way (`active_set.CornerEvent`), ascending in load; exact
-        for the nodes.
-        """
+        """Every `active_set.CornerEvent` on the way, ascending in load; exact for the nodes."""
         flexibility, gaps, share = self._solver.system
         return active_set.path(flexibility, gaps, [self.last], c=share).events
 
@@ -267,9 +252,9 @@ class NodalPath(LoadPath):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        `load_error` is the way back to the nodal event before, and what an edge that is known to the distance
-        h of two nodes is worth, of a load that grows like the square of the contact's width a: h/a, and where
-        edges of two corners cross CROSSED (h/a)^s, s the solver's `crossing`. x is good to that distance.
+        `load_error` is the way back to the nodal event before, and a share h/a of the load for the distance h
+        of nodes in a contact of the half-width a, or, where edges of two corners cross, 1.7 (h/a)^s with
+        the solver's `crossing` s. x is good to h.
         """
         solver, law = self._solver, self.problem.law
         x = solver.compliance.points[:, 0]
@@ -283,7 +268,8 @@ class NodalPath(LoadPath):
             unseen = _unseen(x, apart, after["contact"])
             for zone, intervals in after.items():
                 crossing = len(law.corners) > 1 and zone in ("full", "contact")
-                share = min(1.0, CROSSED * unseen**solver.crossing) if crossing else unseen
+                # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
+                share = min(1.0, 1.7 * unseen**solver.crossing) if crossing else unseen
                 found += [
                     Event(load, load - previous + load * share, kind, zone, place)
                     for kind, place in zone_changes(before[zone], intervals)
@@ -311,8 +297,8 @@ def _unseen(x, apart, contact):
 
 
 def zones_of(x, closed, law, apart=None, end=None):
-    """{name: intervals} of closed nodes, each up to half the way to its neighbours; the last one up to `end`,
-    or to itself. A zone ends where the surface is interrupted (`apart`).
+    """{name: intervals} of closed nodes, each up to half the way to its neighbours, the last one up to
+    `end`; a zone ends where the surface is interrupted (`apart`).
     """
     pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
     own = [[] for _ in closed]

@@ -1,12 +1,11 @@
 """Corner forces to corner gaps on equal cells of a half-plane or of a half-space, matrix-free.
 
-With u the normal displacement into the body, phi its rotations times ell/2, s the places of a block's corners
-over ell/2, t the tilt of the blocks, and p and m the sums of the forces on a cell and of their levers,
+With the normal displacement u, rotations phi times ell/2, corners at s and tilts t over ell/2 of the blocks,
 
     p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
 
 is the flexibility H of (a) in `microblock.corners.active_set`; from (p, m) to (u, phi) it is a convolution.
-Four corners of a block act in three degrees of freedom: without a second body H has a null space.
+Four corners of a block have three degrees of freedom: without a second body H has a null space.
 """
 
 from __future__ import annotations
@@ -30,20 +29,13 @@ class Flexibility:
 
     Attributes
     ----------
-    offsets : array (corners, d)
-        s, signs; 0 of one corner. d is 1 on a half-plane and 2 on a half-space.
-    tilt : array (d, ...)
-        t at the cells; (0, ...) for one corner.
-    response : function of arrays (1 + d, ...), or (1, ...)
-        From (p, m) to (u, phi), or from p to u alone for one corner.
-    back : function without arguments
-        Returns the function that goes approximately back.
-    aside : function of arrays (1, ...), or None
-        Of one corner: from p to phi, or to the m that holds psi = 0.
-    clamped : bool
-        Whether psi = 0 on the whole surface.
-    counter : object or None
-        What a second body adds to the gaps, by ``@``; `back` knows of it.
+    offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
+    tilt : array (d, ...), t at the cells; (0, ...) for one corner
+    response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
+    back : function that returns the approximate inverse of `response`
+    aside : function, of one corner from p to phi, or to the m of psi = 0; None of others
+    clamped : bool, whether psi = 0 on the whole surface
+    counter : object or None, what a second body adds to the gaps, by ``@``; `back` knows of it
     short : array (1 + d,), or (2 + d,) with a counter
         Of four corners, displacement, twist of the second body, and rotations under short waves.
     """
@@ -97,12 +89,10 @@ class Flexibility:
         return self.on_face(np.ones(gaps.shape, bool))(gaps)
 
     def on_face(self, there: Array) -> Callable[[Array], Array]:
-        """Returns the preconditioner of the corners that are there, boolean (corners, ...), alone; of fewer
-        than four corners that of all.
+        """Returns the preconditioner of some corners, boolean (corners, ...); of fewer than four that of all.
 
-        Of E = (1, -s) with the rows of the corners that are there, C^-1 acts between B = D E^T (E D E^T)^+
-        and its transpose, which is the inverse with all of them, and for short waves, where C is like D. With
-        a second body E = (1, a b, -a, -b) for s = (a, b).
+        C^-1 acts between B = D E^T (E D E^T)^+ and its transpose, E = (1, -s) of the corners that are there,
+        or with a second body (1, a b, -a, -b) for s = (a, b).
         """
         inverse = self.back()
         if len(self.offsets) == 1:
@@ -119,12 +109,12 @@ class Flexibility:
         return precondition
 
     def _backs_of(self, there: Array) -> Array:
-        """Returns B of the corners that are there, array (3 or 4, corners, ...), the cells side by side."""
+        """Returns B of the corners that are there, array (3 or 4, corners, ...)."""
         return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
 
     @cached_property
     def _backs(self) -> Array:
-        """B of each set of corners, by the sum of their powers of two: array (3 or 4, corners, 16)."""
+        """B of each set of corners: array (3 or 4, corners, 16)."""
         sets = np.arange(16)[:, None] >> np.arange(4) & 1
         return np.stack([self._back(there) for there in sets], axis=2)
 
@@ -135,15 +125,14 @@ class Flexibility:
 
     @property
     def settling_displaces(self) -> bool:
-        """Whether what `settled` changes is felt, by a second body."""
+        """Whether what `settled` changes displaces a second body."""
         return self.counter is not None and len(self.offsets) == len(NONE)
 
     def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
         """Returns forces with the same resultants and the least work on the initial gaps.
 
-        Where g0-- - g0-+ - g0+- + g0++ of a block, which no displacement changes, is positive, "--" or "++"
-        is open; where it is 0 the forces of least norm are taken. On a second body the forces 1, -1, -1, 1 do
-        something: with the slope in place of g0 they take a step down it.
+        Where g0-- - g0-+ - g0+- + g0++ of a block is positive, "--" or "++" is open; where it is 0 the forces
+        of least norm are taken. On a second body the forces 1, -1, -1, 1 take a step down the slope.
         """
         if len(forces) != len(NONE):
             return forces
@@ -158,13 +147,11 @@ class Flexibility:
 
 
 def of_least_norm(forces: Array) -> Array:
-    """Returns the share of NONE that leaves forces of the least norm, arrays (4, ...) and (...)."""
+    """Returns the share of NONE that leaves forces of the least norm."""
     return -np.tensordot(NONE, forces, 1) / len(NONE)
 
 
 def twisted(forces: Array, share: Array, where: Array) -> Array:
-    """Returns forces, array (4, ...), with a share of NONE besides at some blocks, arrays (...): as much of
-    it as leaves none negative.
-    """
+    """Returns forces, array (4, ...), and a share of NONE at some blocks, cut where one became negative."""
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
     return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)

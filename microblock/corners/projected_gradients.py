@@ -1,26 +1,20 @@
-"""Contact states on products with the flexibility alone: gradient projection and preconditioned conjugate
-gradients.
+"""Contact states on products with the flexibility: gradient projection and conjugate gradients.
 
-Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the minimum of
+Conditions (a) of `active_set` with c = 1 are those of the minimum of
 
     q(f) = f.H f/2 + g0.f     on     Omega = {f >= 0, sum f = P},
     (c)
 
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
-1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha,
+1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by |f' - f|^2/(10 alpha),
    begun with the step of Barzilai and Borwein (IMA J. Numer. Anal. 8 (1988) 141);
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
-   preconditioner: coarsely while faces change, to FINAL on a face that stays;
+   preconditioner: coarsely while faces change, finely on a face that stays;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
-Where H has forces that do nothing, `settled` of the flexibility brings them to where q is least.
-
-It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box. For H
-positive definite on zero-sum vectors alpha stays above 1/(2 |H|) in exact arithmetic, steps 2 and 3 do not
-raise q, and q converges linearly to its only minimum (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157); if no
-corner has f = g = 0 the face is in the end that of the solution (Calamai and More, Math. Program. 39 (1987)
-93). The number of steps is not proven.
+It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box, and
+converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
 from collections import Counter
@@ -35,19 +29,11 @@ from ..threads import bounded
 from .active_set import require_level
 from .rounding import SUMS, TERMS
 
-# of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
-SHARE = 0.1
-# of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
-INNER = 0.5
-FINAL = 1e-3  # the same, where the face is that of the step before
 STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
 LEAST = 1e-3  # see `GridForces.kkt`
-# of the range of the gaps: approaches nearer to full contact than FULL leave the load to rounding, others ask
-# for residuals of CLEAR times their distance from it
-FULL, CLEAR = 1e-9, 1e-2
 
 
 @dataclass(frozen=True)
@@ -56,10 +42,12 @@ class GridForces:
 
     Attributes
     ----------
-    forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch approach, load : float kkt :
-    float, largest penetration, or gap of a corner with force, over the range of H f, at least LEAST times
-        what the load on a single corner would make it
-    products : int, with H, and as many preconditioners on faces
+    forces, gaps : arrays (corners, n), gaps inf where a corner cannot touch
+    approach, load : float
+    kkt : float
+        Largest penetration, or gap of a corner with force, over the range of H f, or over LEAST times that of
+        the load on a single corner.
+    products : int, with H
     """
 
     forces: np.ndarray
@@ -76,9 +64,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
     Parameters
     ----------
-    flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
-        ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
-        ``settled(forces, g0, slope)``, which returns forces of lower q; they have the same gaps unless
+    flexibility : object with ``@`` and ``precondition``, both of arrays like g0; optionally
+        ``on_face(there)``, which returns the preconditioner of some corners, and
+        ``settled(forces, g0, slope)``, which returns forces of lower q, of the same gaps unless
         ``settling_displaces``
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
@@ -94,9 +82,10 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     """
     problem = _problem(flexibility, g0, load, approach)
     if load == 0 or (load is None and approach <= g0.min()):
-        return _unloaded(g0, g0.min() if load == 0 else approach)
+        level = float(g0.min() if load == 0 else approach)
+        return GridForces(np.zeros(g0.shape), g0 - level, level, 0.0, 0.0, 0)
     if load is None:
-        rtol = min(rtol, CLEAR * problem.below_full())
+        rtol = min(rtol, problem.below_full() / 100)
     forces = problem.project(problem.first(start))
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for _ in range(OUTER_STEPS):
@@ -104,7 +93,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
         face, before = forces > 0, face
-        inner = FINAL if np.array_equal(face, before) else INNER
+        inner = 1e-3 if np.array_equal(face, before) else 0.5  # a better one on a wrong face is of no use
         trial, ahead = _face_step(problem, forces, slope, rtol, inner)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         forces, slope = problem.settled(forces, slope)
@@ -147,7 +136,7 @@ class _Problem:
 
     @cached_property
     def even(self):
-        """Forces that displace nothing, on a period an even pressure; None where all forces displace."""
+        """Forces that displace nothing, on a period an even pressure, or None."""
         precondition = getattr(self.H, "precondition", None)
         if precondition is None or len(self.g0) < self.touch.size:
             return None
@@ -156,18 +145,13 @@ class _Problem:
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
-        """How far the given approach stays below that of full contact, over the range of the initial gaps;
-        inf where no contact is full.
-
-        Raises
-        ------
-        BadArgument
-            If it does not stay below.
+        """Distance of the given approach from full contact, over the range of the initial gaps; inf where no
+        contact is full. BadArgument unless it is positive.
         """
         if self.even is None:
             return np.inf
         below, size = float(self.even @ self.g0), np.ptp(self.g0)
-        if below <= FULL * size:
+        if below <= 1e-9 * size:  # which leaves the load to rounding
             raise BadArgument(
                 "approach",
                 self.approach,
@@ -181,12 +165,12 @@ class _Problem:
         return self.kept(self.H @ self.spread(forces))
 
     def preconditioner(self, face):
-        """Of the corners of a boolean `face` alone, from values on them (0 elsewhere) to such values."""
+        """The preconditioner of the corners of a boolean `face` alone."""
         on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
         return lambda values: self.kept(on_face(self.spread(values))) * face
 
     def settled(self, forces, slope):
-        """Forces of the least q that those which do (next to) nothing lead to, and their slope."""
+        """Forces after `settled` of the flexibility, and their slope."""
         settle = getattr(self.H, "settled", None)
         if settle is None:
             return forces, slope
@@ -211,28 +195,20 @@ class _Problem:
         return chosen if self.load is None or not chosen.sum() else chosen * (self.load / chosen.sum())
 
     def project(self, values):
-        """Nearest point of Omega: max(values - tau, 0), tau by Newton's method on sum f = P, convex, from
-        the left.
-        """
+        """Nearest point of Omega: max(values - tau, 0), tau such that sum f = P."""
         if self.load is None:
             return np.maximum(values, 0)
-        kept = values[values > 0]
-        whole = kept.sum()
+        whole = values[values > 0].sum()
         if abs(whole - self.load) <= SUMS * self.load:  # else rounding lifts all others above 0
             return np.maximum(values, 0) * (self.load / whole)
-        if not whole > self.load:  # tau < 0
-            kept = values
-        while True:
-            tau = (kept.sum() - self.load) / len(kept)
-            above = kept[kept > tau]
-            if not len(above):  # then the sum of all is larger than the load, but for rounding
-                raise NotConverged(
-                    f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
-                    "ask for a larger one"
-                )
-            if len(above) == len(kept):
-                return np.maximum(values - tau, 0)
-            kept = above
+        sums = np.cumsum(np.sort(values)[::-1]) - self.load
+        found = np.maximum(values - (sums / np.arange(1, len(sums) + 1)).max(), 0)
+        if not found.any():
+            raise NotConverged(
+                f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
+                "ask for a larger one"
+            )
+        return found
 
     def size(self, forces, slope):
         """The range of the normal displacement, which `GridForces.kkt` is over."""
@@ -280,10 +256,6 @@ def _problem(flexibility, g0, load, approach):
     )
 
 
-def _unloaded(g0, approach):
-    return GridForces(np.zeros(g0.shape), g0 - approach, float(approach), 0.0, 0.0, 0)
-
-
 def _gradient_step(problem, forces, slope, alpha):
     """1: the projected step, its slope, and the alpha to begin with next time."""
     slope_here = slope - problem.level(forces, slope)
@@ -295,7 +267,7 @@ def _gradient_step(problem, forces, slope, alpha):
             return forces, slope, 2 * alpha
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
-        if rise <= -SHARE * length / alpha or abs(rise) <= rounding:
+        if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
             return moved, ahead, _curvature_step(problem, change, ahead - slope) or 2 * alpha
         alpha = min(_curvature_step(problem, change, ahead - slope) or alpha, alpha / 2)
     raise NotConverged(
@@ -356,9 +328,7 @@ def _face_step(problem, forces, slope, rtol, inner):
 def _on_face(slope, face, free):
     """Slope on the face, less its mean if sum f = P; 0 elsewhere."""
     residual = slope * face
-    if free:
-        residual -= residual.sum() / np.count_nonzero(face) * face
-    return residual
+    return residual - residual.sum() / np.count_nonzero(face) * face if free else residual
 
 
 def _largest(values):

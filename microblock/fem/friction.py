@@ -150,7 +150,7 @@ class FrictionFacets:
             -raised,
             psi,
             moment.residual,
-            moment.pieces,
+            moment.iterations,
             nodes.unknowns,
             method,
             gaps=self.gaps,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,9 +17,7 @@ NEAREST = 1e-9  # of the half-width, next to a feature
 
 @dataclass(frozen=True)
 class Feature:
-    """A place, known to `band`, at which cells have the length `smallest`, and away from it no more than
-    `growth` times the distance.
-    """
+    """A place, known to `band`, with cells of the length `smallest`, or `growth` times the distance."""
 
     place: float
     band: float
@@ -27,35 +26,29 @@ class Feature:
 
 
 def cells(
-    problem: Problem, fineness: float, features: Iterable[Feature], reach: tuple[float, float] | None
+    problem: Problem, fineness: float, features: Sequence[Feature], reach: tuple[float, float] | None
 ) -> Array:
-    """Returns left and right edges of cells on all that could touch, array (n, 2): at the distance r from a
-    feature of the length `fineness` times the root of r a, a the half-width of a classical contact.
+    """Returns left and right edges of cells on all that could touch, array (n, 2), of the length
+    fineness sqrt(r a) at the distance r from a feature, a the half-width of a classical contact.
     """
     assert problem.picture is not None
     a = problem.picture.half_width
-    known = list(features)
-    found = []
+    found = [np.empty((0, 2))]
     for left, right in problem.stretches:
         inner = [place for place in fixed(problem) if left < place < right]
-        own = [each for each in known if left < each.place < right]
-        steps = np.concatenate(
-            (NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),)
-        )
-        places = [np.linspace(left, right, SAMPLED), np.array(inner)]
-        places += [each.place + sign * steps for each in own for sign in (-1, 1)]
-        x = np.unique(np.clip(np.concatenate(places), left, right))
-        grid = np.linspace(left, right, SAMPLED)
+        own = [each for each in features if left < each.place < right]
+        grid, steps = np.linspace(left, right, SAMPLED), np.geomspace(NEAREST * a, right - left, SAMPLED)
+        places = [each.place + sign * steps for each in own for sign in (-1, 1)]
+        x = np.unique(np.clip(np.concatenate((grid, inner, *places)), left, right))
         # two cells on a piece of the obstacle's picture, half as long as the way from it
         pieces = np.array([problem.scale(place, place, 0.5) for place in grid]) / 2
         size = np.minimum(_size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, 2e-4 * a)))
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
         ends = [left, *inner, right]
-        for first, last in zip(ends[:-1], ends[1:]):
-            begin, end = np.interp((first, last), x, count)
-            number = max(int(np.ceil(end - begin)), 1)
-            edges = np.interp(np.linspace(begin, end, number + 1), count, x)
-            edges[[0, -1]] = first, last
+        for pair in pairwise(ends):
+            begin, end = np.interp(pair, x, count)
+            edges = np.interp(np.linspace(begin, end, max(int(np.ceil(end - begin)), 1) + 1), count, x)
+            edges[[0, -1]] = pair
             found.append(np.column_stack((edges[:-1], edges[1:])))
     made = np.concatenate(found)
     return made[made[:, 1] > made[:, 0]]
@@ -84,7 +77,5 @@ def touching(problem: Problem, fineness: float) -> list[Feature]:
     """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
     assert problem.picture is not None
     a = problem.picture.half_width
-    least = fineness**2 * a / 4
-    found = [Feature(problem.picture.lowest + shift, 0.0, least) for shift in problem.shifts]
-    kinks = [Feature(each, 0.0, fineness**2 * a / 100, 3 * fineness) for each in fixed(problem)]
-    return found + kinks
+    first = [Feature(problem.picture.lowest + shift, 0.0, fineness**2 * a / 4) for shift in problem.shifts]
+    return first + [Feature(each, 0.0, fineness**2 * a / 100, 3 * fineness) for each in fixed(problem)]

@@ -1,10 +1,9 @@
-"""What the shear traction between equal bodies remembers of its history: a sum of pressures without friction,
+"""The shear traction between equal bodies as a sum of pressures without friction (docs/theory/friction.md),
 
     q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 
-While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of
-g is dQ/dP. Else g becomes f in the direction of slip from xi = P down to that P* with which its integral is
-Q, and the contact of the load P* sticks (docs/theory/friction.md).
+While P grows and Q by no more than f times that, all sticks, and g = dQ/dP. Else g becomes f in the direction
+of slip from xi = P down to that P* with which its integral is Q, and the contact of P* sticks.
 """
 
 from __future__ import annotations
@@ -13,14 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..corners.rounding import PATHS
 from ..errors import BadArgument
-
-ROUNDING = 1e-12  # of the load: thinner layers are none
 
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slip has changed: bounds, change of g, and the loads P at which slip was there."""
+    """A layer that slip has changed: bounds, change of g, and loads P at which slip reached them."""
 
     lower: float
     upper: float
@@ -38,7 +36,7 @@ class Memory:
     bounds : tuple of float, loads, ascending from 0 to P
     shares : tuple of float, g between a bound and the next
     stuck : float, the load P* whose contact has stuck
-    slipped : tuple of Slipped, what slip has changed since the pair before
+    slipped : tuple of Slipped since the pair before
     """
 
     bounds: tuple[float, ...] = (0.0,)
@@ -55,12 +53,10 @@ class Memory:
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:
-        """Returns the memory at the next pair; BadArgument if the normal force grows, and the shear force by
-        more than friction allows.
-        """
-        load = self.load if abs(load - self.load) <= ROUNDING * load else load
+        """Returns the memory at the next pair; BadArgument for more new shear than new friction allows."""
+        load = self.load if abs(load - self.load) <= PATHS * load else load
         grown, change = load - self.load, shear - self.shear
-        if grown > 0 and abs(change) > friction * grown * (1 + ROUNDING):
+        if grown > 0 and abs(change) > friction * grown * (1 + PATHS):
             raise BadArgument(
                 "pairs",
                 (load, shear),
@@ -72,12 +68,12 @@ class Memory:
             return Memory((*self.bounds, load), (*self.shares, share), load)
         kept = self._below(load)
         missing = shear - kept.shear
-        if abs(missing) <= ROUNDING * friction * load:
+        if abs(missing) <= PATHS * friction * load:
             return kept
         return self._after_slip(load, shear, float(np.copysign(friction, missing)))
 
     def _below(self, load: float) -> Memory:
-        inner = [bound for bound in self.bounds if bound < load * (1 - ROUNDING)]
+        inner = [bound for bound in self.bounds if bound < load * (1 - PATHS)]
         return Memory((*inner, load), self.shares[: len(inner)], load)
 
     def _after_slip(self, load: float, shear: float, limit: float) -> Memory:
@@ -86,7 +82,7 @@ class Memory:
         left = limit * bounds - own  # what slip may still add below a bound; it grows with the bound in size
         target = limit * load - shear
         stuck = float(np.interp(abs(target), np.abs(left), bounds))
-        if stuck <= ROUNDING * load or abs(shear) >= abs(limit) * load * (1 - ROUNDING):
+        if stuck <= PATHS * load or abs(shear) >= abs(limit) * load * (1 - PATHS):
             stuck = 0.0  # all slides
         places = np.array([stuck, *bounds[bounds > stuck]])
         begun, way = limit * self.load - self.shear, limit * (load - self.load) - (shear - self.shear)

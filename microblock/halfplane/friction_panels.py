@@ -13,16 +13,15 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.events import Event
-from ..model.history import SLIDING, History
+from ..model.history import History
 from ..model.quadrature import gauss_rule
 from ..model.state import Solution, State
 from ..model.zones import common, contains, without
+from .friction_events import legs
 from .friction_memory import Memory
 from .kernels import kernels
 from .panel_solution import PanelSolution
 from .panels import log_response, response
-
-NESTED = 1e-3  # of the contact, by which a smaller load's may stand out: edges have errors
 
 
 def require_superposition(contact: Any, order: int | None) -> None:
@@ -45,97 +44,104 @@ class FrictionPanels:
 
     def __init__(self, solver, pairs):
         require_superposition(solver.contact, solver.options.order)
-        self.solver, self.pairs = solver, pairs
-
-    @cached_property
-    def memories(self):
-        """The Memory at each pair, and the first one."""
-        found = [Memory()]
-        for P, Q in self.pairs:
-            found.append(found[-1].to(float(P), float(Q), float(self.solver.law.friction)))
-        return found
+        self.solver, self.pairs, self.friction = solver, pairs, float(solver.law.friction)
+        self.memories = [Memory()]
+        for P, Q in pairs:
+            self.memories.append(self.memories[-1].to(float(P), float(Q), self.friction))
 
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol = 1e-6 if rtol is None else rtol
-        friction, memories = float(self.solver.law.friction), self.memories
-        solutions, plain = self._solutions(memories, rtol)
-        worst = max(one.error_estimate for one in solutions)
-        if worst > rtol:  # shear is a sum of several states
+        rtol = asked = 1e-6 if rtol is None else rtol
+        worst = np.inf
+        for _ in range(2):  # shear is a sum of several states
             try:
-                solutions, plain = self._solutions(memories, rtol * rtol / worst / 4)
+                solutions = self._solutions(asked)
             except NotConverged as failure:
+                if worst == np.inf:
+                    raise
                 raise out_of_reach(rtol, worst) from failure
             worst = max(one.error_estimate for one in solutions)
-        if worst > rtol:
-            raise out_of_reach(rtol, worst)
-        states = [State(one) for one in solutions]
-        return History(self.solver.contact, states, _events(memories, plain, friction))
+            if worst <= rtol:
+                return History(self.solver.contact, [State(one) for one in solutions], self._events())
+            asked = rtol * rtol / worst / 4
+        raise out_of_reach(rtol, worst)
 
-    def _solutions(self, memories, rtol):
-        plain = _Plain(self.solver, float(self.pairs[:, 0].max()), rtol)
-        friction, dissipation, first, found = float(self.solver.law.friction), 0.0, [], []
-        for memory in memories[1:]:
-            rubbed = sum(friction * abs(one.change) * plain.rubbed(one) for one in memory.slipped)
+    def _solutions(self, rtol):
+        self._rtol, self._known = rtol, {}
+        dissipation, first, found = 0.0, [], []
+        for memory in self.memories[1:]:
+            rubbed = sum(self.friction * abs(one.change) * self._rubbed(one) for one in memory.slipped)
             dissipation += max(0.0, rubbed)  # under a punch it is a difference of equal numbers
             if not first or memory.load > first[-1].load:
                 first.append(memory)
-            found.append(PanelFriction(self.solver, plain, memory, tuple(first), dissipation))
-        plain.require_growing()
-        return found, plain
-
-
-class _Plain:
-    def __init__(self, solver, largest, rtol):
-        self._solver, self._largest, self._rtol, self._known = solver, largest, rtol, {}
+            found.append(PanelFriction(self, memory, tuple(first), dissipation))
+        self._require_growing()
+        return found
 
     def at(self, load) -> PanelSolution:
+        """The state at a load without friction."""
         if load not in self._known:
-            self._known[load] = self._solver.at(load, self._rtol, fallback=False)
+            self._known[load] = self.solver.at(load, self._rtol, fallback=False)
         return self._known[load]
 
-    def require_growing(self):
+    def contact_at(self, load):
+        """Its contact zones, [(left, right), ...]."""
+        return self.at(load).zones_by_name["contact"]
+
+    def _require_growing(self):
         """NotConverged unless the contact of a load holds those of smaller ones."""
         for low, high in pairwise(sorted(self._known)):
-            inner, outer = (self._known[load].zones_by_name["contact"] for load in (low, high))
-            size = outer[-1][1] - outer[0][0]
-            for left, right in inner:
-                if not any(a - NESTED * size <= left and right <= b + NESTED * size for a, b in outer):
+            outer = self.contact_at(high)
+            slack = 1e-3 * (outer[-1][1] - outer[0][0])  # edges have errors
+            for left, right in self.contact_at(low):
+                if not any(a - slack <= left and right <= b + slack for a, b in outer):
                     raise NotConverged(
                         f"the contact at load {low:g} is not within that at load {high:g}, so that shear is "
                         "no sum of pressures: take method=Cells()"
                     )
 
+    @property
+    def _lowest(self):
+        return self.solver._picture(float(self.pairs[:, 0].max())).lowest
+
     def scalars(self, load):
         """d, the integral of d over the loads up to this one, and that of p times the height."""
         if load == 0:
-            lowest = self._solver.problem.initial_gap(np.zeros(1, int), np.array([self.lowest]))
-            return float(lowest[0]), 0.0, 0.0
+            lowest = self.solver.problem.initial_gap(np.zeros(1, int), np.array([self._lowest]))
+            return np.array([float(lowest[0]), 0.0, 0.0])
         one = self.at(load)
-        approach, energy = float(one.approach), float(one.energy)
-        return approach, load * approach - energy, load * approach - 2 * energy
+        work = load * one.approach
+        return np.array([one.approach, work - one.energy, work - 2 * one.energy])
 
-    @property
-    def lowest(self):
-        return self._solver._picture(self._largest).lowest
-
-    def rubbed(self, one):
-        """Integral of P d' - d(P) + H' over a layer, H that of p times the height: what friction has done
-        there for g = 1.
-        """
+    def _rubbed(self, one):
+        """Work of friction in a layer for g = 1: integral of P d' - d(P) + H', H that of p times height."""
         low, high = self.scalars(one.lower), self.scalars(one.upper)
-        approach, area, height = (after - before for before, after in zip(low, high))
+        approach, area, height = high - low
         P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
         if abs(R - P) <= 1e-9 * R:
             return R * approach - self.scalars(R)[0] * width + height
-        slope = (R - P) / width
-        return (
-            R * high[0]
-            - P * low[0]
-            - slope * area
-            - (self.scalars(R)[1] - self.scalars(P)[1]) / slope
-            + height
-        )
+        slope, loads = (R - P) / width, (self.scalars(R) - self.scalars(P))[1]
+        return R * high[0] - P * low[0] - slope * area - loads / slope + height
+
+    def _events(self):
+        found, slipped = [], False
+
+        def note(memory, kind, zone, x):
+            found.append(Event(memory.load, 0.0, kind, zone, x, memory.shear, leg))
+
+        for leg, (*_, turns, slides) in enumerate(legs(self.pairs, self.friction)):
+            before, after = self.memories[leg : leg + 2]
+            ends = np.ravel(self.contact_at(after.load))
+            if not leg and after.stuck:
+                note(before, "born", "stick", self._lowest)
+            if turns and slipped:
+                note(before, "reversal", "slip", (ends[0] + ends[-1]) / 2)
+            if not slipped and (after.slipped or not after.stuck):
+                slipped = True
+                note(before, "first slip", "slip", ends[0])
+            if slides:
+                note(after, "full slip", "slip", (ends[0] + ends[-1]) / 2)
+        return found
 
 
 def shear_kernel(problem, distance, target, source):
@@ -151,14 +157,12 @@ class PanelFriction(Solution):
 
     Attributes
     ----------
-    solver : PanelSolver
-    plain : _Plain
+    plain : FrictionPanels
     memory : Memory
-    first : tuple of Memory, at which the normal force was larger than ever before
+    first : tuple of Memory, each with the largest normal force so far
     dissipation : float
     """
 
-    solver: Any
     plain: Any
     memory: Memory
     first: tuple
@@ -173,13 +177,20 @@ class PanelFriction(Solution):
 
     @cached_property
     def _parts(self):
-        bounds, shares = self.memory.bounds, (*self.memory.shares, 0.0)
-        steps = zip(bounds[1:], shares[:-1], shares[1:])
+        return self._parts_of(self.memory)
+
+    def _parts_of(self, memory):
+        """[(factor, state), ...] of the sum at a Memory."""
+        steps = zip(memory.bounds[1:], memory.shares, (*memory.shares[1:], 0.0))
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
     @property
     def holders(self):
         return self, self.memory, self._own
+
+    @property
+    def solver(self):
+        return self.plain.solver
 
     @property
     def problem(self):
@@ -189,22 +200,17 @@ class PanelFriction(Solution):
     def approach(self):
         return self._own.approach
 
-    @property
-    def notes(self):
-        return self._own.notes
-
     @cached_property
     def error_estimate(self):
         """Of pressure, and of q over the friction: the sum of those of its parts."""
-        friction = float(self.solver.law.friction)
         sums = sum(abs(factor) * one.error_estimate for factor, one in self._parts)
-        return max(self._own.error_estimate, sums / friction)
+        return max(self._own.error_estimate, sums / self.plain.friction)
 
     @cached_property
     def residual(self):
         """Of the states of the sum, of the loads, and of what friction allows over the largest pressure."""
         p, q, w = self.pressures[0], self.shear_traction, self.weights
-        beyond = (np.abs(q) - float(self.solver.law.friction) * p).max() / p.max()
+        beyond = (np.abs(q) - self.plain.friction * p).max() / p.max()
         missing = max(abs(w @ p - self.memory.load), abs(w @ q - self.memory.shear)) / self.memory.load
         return float(max(*(one.residual for one in self._states), beyond, missing))
 
@@ -252,7 +258,7 @@ class PanelFriction(Solution):
     @cached_property
     def zones_by_name(self):
         found, stuck = self._own.zones_by_name, self.memory.stuck
-        stick = common(self.plain.at(stuck).zones_by_name["contact"], found["contact"]) if stuck else []
+        stick = common(self.plain.contact_at(stuck), found["contact"]) if stuck else []
         slip = found["contact"]
         for pair in stick:
             slip = without(slip, *pair)
@@ -262,41 +268,32 @@ class PanelFriction(Solution):
     def zone_errors(self):
         """What the pressure's error leaves to the edges, more of narrow zones."""
         errors = {}
-        for one in (self.plain.at(load) for load in (self.memory.stuck, self.memory.load) if load):
-            zones = one.zones_by_name["contact"]
+        for load in filter(None, (self.memory.stuck, self.memory.load)):
+            zones, error = self.plain.contact_at(load), self.plain.at(load).error_estimate
             size = zones[-1][1] - zones[0][0]
-            for zone in zones:
-                own = one.error_estimate * size / 2 * np.sqrt(size / (zone[1] - zone[0]))
-                errors |= dict.fromkeys(zone, own)
+            errors |= {
+                end: error * size / 2 * np.sqrt(size / (zone[1] - zone[0])) for zone in zones for end in zone
+            }
         return {
             name: [tuple(errors[end] for end in zone) for zone in zones]
             for name, zones in self.zones_by_name.items()
         }
 
-    def _gap_under(self, load):
-        if not load:
-            initial = self.problem.initial_gap(np.zeros(len(self.x), int), self.x)
-            return initial - self.plain.scalars(0)[0]
-        one = self.plain.at(load)
-        inside = contains(one.zones_by_name["contact"], self.x)
-        found = np.zeros_like(self.x)
-        found[~inside] = one.gap(0, self.x[~inside])
-        return found
-
     def _displaced(self, memory):
-        layers = zip(memory.bounds[:-1], memory.bounds[1:], memory.shares)
-        gaps = {load: self._gap_under(load) for load in memory.bounds} if any(memory.shares) else {}
-        return sum(
-            (share * (gaps[low] - gaps[high]) for low, high, share in layers if share), np.zeros_like(self.x)
-        )
+        found = np.zeros_like(self.x)
+        start = self.problem.initial_gap(np.zeros(len(self.x), int), self.x) - self.plain.scalars(0)[0]
+        for factor, one in self._parts_of(memory):
+            outside = ~contains(one.zones_by_name["contact"], self.x)
+            found += factor * start
+            found[outside] -= factor * one.gap(0, self.x[outside])
+        return found
 
     @cached_property
     def slip(self):
         found, waiting = self._displaced(self.memory), np.ones(len(self.x), bool)
         begun = np.zeros_like(found)
         for memory in self.first:
-            zones = self.plain.at(memory.load).zones_by_name["contact"]
-            new = waiting & contains(zones, self.x)
+            new = waiting & contains(self.plain.contact_at(memory.load), self.x)
             begun[new] = self._displaced(memory)[new]
             waiting &= ~new
         return found - begun
@@ -339,26 +336,3 @@ class PanelFriction(Solution):
     def counter_displacement(self, x):
         """Displacement of the second surface at x, array (n,), to which shear does the opposite."""
         return self._own.counter_displacement(x) - self._of_shear(x, 0.0)
-
-
-def _events(memories, plain, friction):
-    found, slipped, direction = [], False, 0.0
-
-    def note(leg, memory, kind, zone, x):
-        found.append(Event(memory.load, 0.0, kind, zone, x, memory.shear, leg))
-
-    for leg, (before, after) in enumerate(zip(memories[:-1], memories[1:])):
-        contact = plain.at(after.load).zones_by_name["contact"]
-        if not leg and after.stuck:
-            note(leg, before, "born", "stick", plain.lowest)
-        change = after.shear - before.shear
-        if change * direction < 0 and slipped:
-            note(leg, before, "reversal", "slip", (contact[0][0] + contact[-1][1]) / 2)
-        direction = change or direction
-        if not slipped and (after.slipped or not after.stuck):
-            slipped = True
-            note(leg, before, "first slip", "slip", contact[0][0])
-        limits = [abs(one.shear) >= friction * one.load * (1 - SLIDING) for one in (before, after)]
-        if limits[1] and not (limits[0] and before.load and before.shear * after.shear > 0):
-            note(leg, after, "full slip", "slip", (contact[0][0] + contact[-1][1]) / 2)
-    return found

@@ -1,7 +1,7 @@
 """Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
 
-Cells of each level are half as long as those before, and eight times smaller at the edges; what changes
-between two levels is the error estimate. In time nothing is discretised (docs/theory/friction.md).
+Cells of each level are half as long, at edges an eighth; the change between two levels is the error estimate.
+In time nothing is discretised (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm.auto import tqdm
 
 from .. import cost
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
@@ -22,18 +21,17 @@ from ..model.events import Event
 from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
+from ..model.refinement import levels
 from ..model.state import ErrorParts, State
 from ..model.types import Array, Flags, Interval, ZoneErrors, Zones
 from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, touching
-from .friction_edges import FrictionEdges
+from .friction_edges import zones_on_cells
 from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
 
 if TYPE_CHECKING:
     from ..model.solver import Solver
-
-FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
 
 
 @dataclass(frozen=True)
@@ -91,10 +89,6 @@ class FrictionCells(OfMoment):
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
     @property
-    def load(self) -> float:
-        return self.moment.load
-
-    @property
     def approach(self) -> float:
         return self.moment.approach
 
@@ -106,37 +100,30 @@ class FrictionCells(OfMoment):
         return np.interp(x, places[order], self.raised.ravel()[order])
 
     @property
-    def residual(self) -> float:
-        return self.moment.residual
-
-    @property
-    def iterations(self) -> int:
-        return self.moment.pieces
-
-    @property
     def unknowns(self) -> int:
         corners = self.moment.normal.size
         return corners + (len(self.x) if self.problem.counter is None else corners)
 
     @cached_property
     def _fitted(self) -> tuple[Zones, dict[float, float]]:
-        edges = FrictionEdges(
-            cells=self.edges,
-            closed=self.moment.closed.reshape(-1, len(self.x)),
-            stick=self.moment.stick & ~self.moment.at_limit,
-            pressures=self.pressures,
-            shear=self.shear_traction,
-            friction=float(cast(Any, self.problem.law).friction),
-            fixed=fixed(self.problem),
+        law: Any = self.problem.law
+        return zones_on_cells(
+            self.edges,
+            self.moment.closed.reshape(-1, len(self.x)),
+            self.moment.stick & ~self.moment.at_limit,
+            self.pressures,
+            law.friction * self.pressures.sum(axis=0),
+            self.shear_traction,
+            fixed(self.problem),
+            law.corners,
         )
-        return edges.zones(self.problem.law.corners), edges.doubts
 
     @property
     def zones_by_name(self) -> Zones:
         return self._fitted[0]
 
     @cached_property
-    def _jumping(self) -> NDArray[np.integer[Any]]:
+    def jumping(self) -> NDArray[np.integer[Any]]:
         """Numbers of cells in contact from which to the next q/f changes by more than half of the
         pressure.
         """
@@ -145,13 +132,9 @@ class FrictionCells(OfMoment):
         return np.flatnonzero(jumping)
 
     @property
-    def jumps(self) -> list[float]:
-        return [float(each) for each in self.edges[1:][self._jumping, 0]]
-
-    @property
     def lost_in_jumps(self) -> float:
         """Relative L2 error of q/f where it jumps."""
-        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
+        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self.jumping
         half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
         lost = half**2 @ (self.norm[at] + self.norm[at + 1])
         return float(np.sqrt(lost / (self.norm @ p**2)))
@@ -172,16 +155,17 @@ class FrictionCells(OfMoment):
         """Errors of the edges of `zones_by_name`: the change from the level before, and the doubt."""
         if self.before is None:
             return None
-        found: ZoneErrors = {}
-        for name, own in self.zones_by_name.items():
-            others = self.before[name]
-            alike = len(own) == len(others) and len(common(own, others)) == len(own)
-            found[name] = [self._errors(*pair) for pair in zip(own, others)] if alike else None
-        return found
 
-    def _errors(self, own: Interval, other: Interval) -> Interval:
-        left, right = (abs(end - before) + self.doubts[end] for end, before in zip(own, other))
-        return left, right
+        def errors(own: list[Interval], others: list[Interval]) -> list[Interval] | None:
+            if len(own) != len(others) or len(common(own, others)) != len(own):
+                return None
+            doubts = np.reshape([self.doubts[end] for pair in own for end in pair], (-1, 2))
+            return [
+                (float(a), float(b))
+                for a, b in np.abs(np.reshape(own, (-1, 2)) - np.reshape(others, (-1, 2))) + doubts
+            ]
+
+        return {name: errors(own, self.before[name]) for name, own in self.zones_by_name.items()}
 
     def _cell(self, x: Array) -> tuple[NDArray[np.integer[Any]], Flags]:
         number = np.clip(np.searchsorted(self.edges[:, 0], x, side="right") - 1, 0, len(self.edges) - 1)
@@ -229,31 +213,33 @@ class FrictionSolver:
 
     def history(self, rtol: float | None, progress: bool) -> History:
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol = 1e-2 if rtol is None else rtol
-        level, best = None, np.inf
-        for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
-            try:
-                finer = self.level(number, level)
-            except NotConverged as failure:
-                if not np.isfinite(best):
-                    raise
-                raise out_of_reach(rtol, best, f" ({failure})") from failure
-            if level is not None:
-                finer = self._compared(finer, level)
-                best = min(best, max(cast(float, one.error_estimate) for one in finer.solutions))
-            level = finer
-            if best <= rtol:
-                states = [State(one) for one in level.solutions]
-                return History(self.solver.contact, states, level.events)
-            left = len(FINENESS) - 1 - number
-            if np.isfinite(best) and best > rtol * 8.0**left:
-                break  # the levels that are left would not do, at the fastest ratio of changes
+        rtol, best = 1e-2 if rtol is None else rtol, np.inf
+        numbers = range(5)
+        try:
+            for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
+                errors: Any = changes[-1] if changes else [np.inf]
+                best = min(best, max(errors))
+                if best <= rtol:
+                    parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
+                    states = [
+                        State(replace(one, estimate=error, before=other.zones_by_name))
+                        for one, other, error in parts
+                    ]
+                    found = _with_errors(finer.events, coarser.events)
+                    return History(self.solver.contact, states, found)
+                if best > rtol * 2.0 ** (3 * (numbers[-1] - number)) and changes:
+                    break  # the levels that are left would not do, at the fastest ratio of changes
+        except NotConverged as failure:
+            if not np.isfinite(best):
+                raise
+            raise out_of_reach(rtol, best, f" ({failure})") from failure
         raise out_of_reach(rtol, best)
 
     def level(self, number: int, before: _Level | None) -> _Level:
         """Returns the history on one level; its cells are small at the edges of the level before."""
         assert self.problem.picture is not None
-        a, fineness = self.problem.picture.half_width, FINENESS[number]
+        # length of a cell over the half-width, at that distance of an edge
+        a, fineness = self.problem.picture.half_width, 0.16 / 2**number
         width = sum(right - left for left, right in self.problem.stretches)
         first = max(a / 10, width / 200)
         # smaller cells at edges than a quarter of the square of the fineness gain nothing
@@ -267,13 +253,10 @@ class FrictionSolver:
         corners = len(self.problem.law.corners)
         forces = corners + (1 if self.problem.counter is None else corners)
         cost.require_history(len(edges), forces * len(edges), len(self.pairs))
-        solutions, found = self._follow(edges)
-        return _Level(edges, solutions, found, first if before is None else smallest)
-
-    def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[Event]]:
         walk = Walk(self, edges)
         solutions = [walk.to(float(P), float(Q)) for P, Q in self.pairs]
-        return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
+        found = events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
+        return _Level(edges, solutions, found, first if before is None else smallest)
 
     def walk(self) -> Walk:
         """Returns the contact at the beginning, on cells for these pairs."""
@@ -289,35 +272,17 @@ class FrictionSolver:
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
-        closed = np.asarray(moment.closed.reshape(-1, len(edges)).any(axis=0))
-        ends = {end for pair in self.problem.ends.values() for end in pair}
-        for left, right in self.problem.stretches:
-            touching_end = (
-                closed[np.searchsorted(edges[:, 0], left)],
-                closed[np.searchsorted(edges[:, 1], right)],
-            )
-            for touches, place in zip(touching_end, (left, right)):
-                if touches and not any(abs(place - end) < 1e-9 * max(abs(end), 1e-300) for end in ends):
-                    raise NotConverged(
-                        f"the contact reaches x = {place:g}, beyond which no contact was expected"
-                    )
-
-    def _compared(self, finer: _Level, coarser: _Level) -> _Level:
-        changed = [
-            replace(
-                one,
-                estimate=Errors(max(_difference(one, other), one.lost_in_jumps)),
-                before=other.zones_by_name,
-            )
-            for one, other in zip(finer.solutions, coarser.solutions)
-        ]
-        return replace(finer, solutions=changed, events=_with_errors(finer.events, coarser.events))
+        closed = edges[moment.closed.reshape(-1, len(edges)).any(axis=0)]
+        ends = np.ravel(list(self.problem.ends.values()))
+        for place in np.intersect1d(closed, self.problem.stretches):
+            if not np.isclose(place, ends, rtol=1e-9, atol=0.0).any():
+                raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
 
 
 def _features(before: _Level, smallest: float) -> list[Feature]:
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
-    edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
+    edges |= {float(edge): before.band for one in before.solutions for edge in one.edges[one.jumping, 1]}
     for edge, doubt in sorted(edges.items()):
         band = min(max(4 * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:
@@ -327,9 +292,13 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     return found
 
 
-def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
-    problem: Any = finer.problem
-    return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
+def _change(coarser: _Level, finer: _Level) -> Any:
+    """Errors of the finer level's states: what has changed, or is lost in jumps."""
+    pairs: Any = zip(finer.solutions, coarser.solutions)
+    return [
+        max(change(one, other, one.norm, one.problem.ell, one.problem.law.friction), one.lost_in_jumps)
+        for one, other in pairs
+    ]
 
 
 def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:

@@ -15,7 +15,7 @@ from .kernels import ODD, kernels
 
 @bounded
 def averages(solid, edges, which, shift=0.0):
-    """Kernels averaged over cell i and over cell j, whose places are moved right by `shift` (length): array
+    """Kernels averaged over cell i and over cell j, moved right by `shift` (length): array
     (len(which), n, n) of lengths per force.
 
     Parameters
@@ -45,7 +45,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     Raises
     ------
     BadArgument
-        For a coupling beyond what kernels take.
+        If nothing holds the rotation.
     """
     solid, law = problem.solid, problem.law
     kernels(solid.nu, solid.beta, solid.curvature)  # which refuse a solid whose rotation nothing holds
@@ -65,31 +65,19 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
 
 def with_counter(contact, problem, edges):
-    """A FrictionalContact with the second body of a problem, if there is one: each corner has a tangential
-    force.
-    """
+    """A FrictionalContact with the second body of a problem, if any; each corner has a tangential force."""
     if problem.counter is None:
         return contact
-    corners = len(problem.law.corners)
-    normal, cross = _counter(problem, edges)
+    shifts = problem.shifts
+    blocks = [[averages(problem.counter, edges, (0, 5), b - a) for b in shifts] for a in shifts]
+    normal, cross = (np.block([[pair[i] for pair in row] for row in blocks]) for i in (0, 1))
+    normal, count = (normal + normal.T) / 2, len(shifts)
     return replace(
         contact,
         normal=contact.normal + normal,
-        cross=np.tile(contact.cross, (corners, 1)) + cross,
-        tangential=np.tile(contact.tangential, (corners, corners)) + normal,
+        cross=np.tile(contact.cross, (count, 1)) + cross,
+        tangential=np.tile(contact.tangential, (count, count)) + normal,
     )
-
-
-def _counter(problem, edges):
-    n, places = len(edges), [-shift for shift in problem.shifts]
-    count = len(places)
-    normal, cross = np.empty((2, count, n, count, n))
-    for i, own in enumerate(places):
-        for j, other in enumerate(places):
-            normal[i, :, j], cross[i, :, j] = averages(problem.counter, edges, (0, 5), own - other)
-    whole = normal.reshape(count * n, -1)
-    whole = (whole + whole.T) / 2
-    return whole, cross.reshape(count * n, -1)
 
 
 def surface(problem, edges, own, moment):

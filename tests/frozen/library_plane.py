@@ -1,7 +1,5 @@
 """Frozen formulas of the plane in the names of the library: see `tests.frozen.library`."""
 
-from collections import Counter
-
 import numpy as np
 
 import microblock as mb
@@ -19,7 +17,7 @@ from microblock.halfplane import (
 )
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
-from microblock.halfplane.friction_edges import FrictionEdges
+from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_memory import Memory
 from microblock.model import picture, proxy, quadrature, zones
 from microblock.model.problem import Problem
@@ -147,7 +145,7 @@ def of_gradients():
         matrix = as_matrix(own)
         lift = active_set.lifted(matrix)
         every = np.ones(gaps.size, bool)
-        faces = active_set.faces(matrix + lift, gaps.ravel(), every, 1.0, lift, Counter())
+        faces = active_set.faces(matrix + lift, gaps.ravel(), every, 1.0, lift)
         found[f"exchange {name}"] = digest(faces[0])
     return found
 
@@ -277,8 +275,8 @@ def of_edges():
     p, q = root[0], 0.3 * (root[0] - 0.6 * root[1])
     closed, stick = p > 0, root[1] > 0
     q = np.where(stick, q, 0.3 * p)
-    own = FrictionEdges(cells_of(edges), closed[None], stick, p[None], q, 0.3, ())
-    for name, intervals in own.zones(["C"]).items():
+    own, _ = zones_on_cells(cells_of(edges), closed[None], stick, p[None], 0.3 * p, q, (), ["C"])
+    for name, intervals in own.items():
         for number, interval in enumerate(intervals):
             for side, edge in zip(("left", "right"), interval):
                 yield f"edges {name} {number} {side}", edge, "estimated", 1e-3
