@@ -23,6 +23,7 @@ from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
 from ..threads import bounded
+from .kernels import path, roots
 
 CUT = 3.0  # ratio of distances from the point that an interval of sources spans
 FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
@@ -112,14 +113,14 @@ def _vertical(state, x1, x2, accuracy):
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
     lowest = 1e-9 / size  # the rest of the integral is dropped
-    k, dk = _path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
+    k, dk = path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
     p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, np.abs(x2).min() / 20, accuracy + 4)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
     # difference
     odd = _modes(state.problem, k, p_difference, M_sum)
     even = _modes(state.problem, k, p_sum, M_difference)
     chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES]) * dk
-    s_minus_k = _rates(solid, k)[1]
+    s_minus_k = roots(solid, k)[1]
     classical = np.exp(np.outer(k, x2))
     micropolar = classical * np.expm1(np.outer(s_minus_k, x2))
     found = (
@@ -136,26 +137,12 @@ def _vertical(state, x1, x2, accuracy):
     return found
 
 
-def _path(low, high, accuracy):
-    points, gauss = gauss_rule(accuracy)
-    count = int(np.ceil(np.log(high / low)))
-    width = np.log(high / low) / count
-    k = np.exp(0.25j * np.pi) * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
-    return k, k * np.tile(width * gauss, count)
-
-
-def _rates(solid, k):
-    rate = 1 / solid.layer_length
-    s = np.sqrt(k**2 + rate**2)
-    return s, rate / (s + k) * rate
-
-
 def _modes(problem, k, p, M):
     """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name."""
     solid = problem.solid
     nu, mu, c = solid.nu, solid.mu, (1 - solid.nu) / solid.mu
     g = solid.curvature * solid.ell**2
-    s, s_minus_k = _rates(solid, k)
+    s, s_minus_k = roots(solid, k)
     if problem.law.clamps_rotation:  # M is whatever keeps psi = R + Theta = 0
         Theta = 1j * c * p / (1 + c * g * mu * k * s_minus_k)
     else:
