@@ -16,10 +16,10 @@ from ..model.zones import zone_edges
 from ..threads import released
 from .carried import decay, meeting_exponent
 from .coalescence import extrapolated
-from .counter import counter_log_response, counter_response
+from .counter import counter_response
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
-from .panels import log_response, make_panels, response
+from .panels import make_panels, response
 
 
 def tolerated(order):
@@ -35,12 +35,11 @@ def solve_zones(problem, panels, loads):
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
-    system[:count, :count] = response(problem, panels, x, lever, gap_kernel)
-    raised = log_response(problem, panels, x, lever, gap_kernel)
+    system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
     if problem.counter is not None:
-        pressed = x - np.array(problem.shifts)[corner]
-        system[:count, :count] += counter_response(problem, panels, pressed)
-        raised = raised + counter_log_response(problem, panels, pressed)
+        by_counter = counter_response(problem, panels, x - np.array(problem.shifts)[corner])
+        system[:count, :count] += by_counter[0]
+        raised = raised + by_counter[1]
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
     right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]

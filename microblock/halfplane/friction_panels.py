@@ -20,7 +20,7 @@ from ..model.zones import common, contains, without
 from .friction_memory import Memory
 from .kernels import kernels
 from .panel_solution import PanelSolution
-from .panels import log_response, response
+from .panels import response
 
 NESTED = 1e-3  # of the contact, by which a smaller load's may stand out: edges have errors
 
@@ -320,8 +320,8 @@ class PanelFriction(Solution):
     def _of_shear(self, x, target):
         found, targets = np.zeros_like(x), np.full_like(x, target)
         for factor, one in self._parts:
-            where = one.problem, one.panels, x, targets, shear_kernel
-            found += factor * (response(*where) @ one.q + log_response(*where))
+            matrix, known = response(one.problem, one.panels, x, targets, shear_kernel)
+            found += factor * (matrix @ one.q + known)
         return found
 
     @cached_property

@@ -13,9 +13,9 @@ from ..model.types import CornerZones
 from ..model.zones import contains, distance, moved_on
 from ..threads import bounded
 from .carried import carried
-from .counter import counter_log_response, counter_response
+from .counter import counter_response
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
-from .panels import Panels, log_response, response
+from .panels import Panels, response
 
 
 @dataclass(frozen=True)
@@ -174,8 +174,8 @@ class PanelSolution(LineSolution):
         return without, 2 / self.problem.solid.ell * (with_lever - without)
 
     def _response(self, x, lever, kernel):
-        where = self.problem, self.panels, x, lever, kernel
-        return response(*where) @ self.q + log_response(*where)
+        matrix, known = response(self.problem, self.panels, x, lever, kernel)
+        return matrix @ self.q + known
 
     def displacement_at(self, x, lever):
         """u, or the gap without height and approach of a corner with such levers, at x, array (n,)."""
@@ -195,8 +195,8 @@ class PanelSolution(LineSolution):
     def counter_displacement(self, x):
         if self.problem.counter is None:
             return np.zeros_like(x)
-        where = self.problem, self.panels, x
-        return counter_response(*where) @ self.q + counter_log_response(*where)
+        matrix, known = counter_response(self.problem, self.panels, x)
+        return matrix @ self.q + known
 
     @bounded
     def surface(self, window=None):
