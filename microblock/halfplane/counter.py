@@ -20,11 +20,11 @@ def counter_response(problem, panels, places):
     """Displacement of the second body along x2 at places of its surface, from q and from the known
     logarithms: arrays (n, m), (n,).
     """
-    both = panels.with_mirror() if problem.mirror else panels
+    both = panels.whole(problem)
     matrix, known = np.zeros((len(places), len(both.e) * both.order)), 0.0
     whole, none = replace(problem, mirror=False), np.zeros(len(places))
     for corner, shift in enumerate(problem.shifts):
-        own = both.corner == corner if len(problem.shifts) > 1 else np.ones(len(both.e), bool)
+        own = both.corner == corner
         if own.any():
             part, more = response(whole, both.of(own), places + shift, none, counter_kernel)
             matrix[:, np.repeat(own, both.order)] = part

@@ -211,7 +211,7 @@ class PanelFriction(Solution):
     @cached_property
     def _rule(self):
         contact = self._own.zones_by_name["contact"]
-        panels = [one.panels.with_mirror() if one.problem.mirror else one.panels for one in self._states]
+        panels = [one.panels.whole(one.problem) for one in self._states]
         ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
         ends = np.unique(np.concatenate((ends, np.ravel(contact))))
         size = contact[-1][1] - contact[0][0]

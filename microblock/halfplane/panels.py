@@ -63,15 +63,13 @@ class Panels:
         chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
         return Panels(*chosen, self.order)
 
-    def with_mirror(self):
-        return Panels(
-            np.concatenate((self.corner, 1 - self.corner)),
-            np.concatenate((self.e, -self.e)),
-            np.concatenate((self.h, -self.h)),
-            np.tile(self.root, 2),
-            np.tile(self.log_size, 2),
-            self.order,
-        )
+    def whole(self, problem):
+        """The panels of a Problem, those of a symmetric one with their mirror images."""
+        if not problem.mirror:
+            return self
+        images = len(problem.law.corners) - 1 - self.corner, -self.e, -self.h, self.root, self.log_size
+        own = self.corner, self.e, self.h, self.root, self.log_size
+        return Panels(*map(np.concatenate, zip(own, images)), self.order)
 
     @property
     def points(self):
@@ -185,7 +183,7 @@ def response(problem, panels, x, lever, kernel):
     """Integrals of a kernel of the line against q, (n, m) or (values, n, m), and against the known
     logarithms, (n,) or (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
     """
-    matrix, known = _block(problem, panels.with_mirror() if problem.mirror else panels, x, lever, kernel)
+    matrix, known = _block(problem, panels.whole(problem), x, lever, kernel)
     half = matrix.shape[-1] // 2
     return (matrix[..., :half] + matrix[..., half:] if problem.mirror else matrix), known
 
