@@ -107,43 +107,28 @@ def _edge(cells, x, p, first, last, way):
 
 
 def _flexibility(problem, x, widths):
-    matrix = _of_body(problem, x, widths)
+    clamped, count = problem.law.clamps_rotation, len(problem.law.corners)
+    found = _averages(problem, x, widths, (3,) if clamped else (0, 1, 2)[: 2 * count - 1])
+    matrix = found[0]
+    if count > 1 and not clamped:
+        (U, V, W), levers = found, [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
+        matrix = np.block([[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers])
     if problem.counter is not None:
         matrix = matrix + counter_flexibility(problem, x, widths)
     return (matrix + matrix.T) / 2
 
 
-def _of_body(problem, x, widths):
-    U, V, W, clamped = _averages(problem, x, widths)
-    if problem.law.clamps_rotation:
-        return clamped
-    if len(problem.law.corners) == 1:
-        return U
-    levers = [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
-    return np.block([[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers])
-
-
-def _averages(problem, x, widths):
-    """U, V, W and the clamped kernel at x_i, averaged over the cell j: arrays (n, n)."""
-    solid = problem.solid
-    table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
-    apart = x[:, None] - x
-    which = (3,) if problem.law.clamps_rotation else (0,) if len(problem.law.corners) == 1 else (0, 1, 2)
-    found = np.zeros((4, len(x), len(x)))
-
-    def over(rows, columns, points, weights):
-        places = apart[rows, columns][:, None] - widths[columns][:, None] * points
-        return c * table(places / solid.ell, which) @ weights
-
+def _averages(problem, x, widths, which):
+    """Kernels at x_i, averaged over the cell j: array (len(which), n, n)."""
+    solid, apart = problem.solid, x[:, None] - x
+    table, own = kernels(solid.nu, solid.beta, solid.curvature), np.eye(len(x), dtype=bool)
     # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells
     near = np.abs(apart) < 2.9 * np.maximum(widths, widths[:, None])
-    for mask, order in ((~near, 2), (near & ~np.eye(len(x), dtype=bool), 10)):
-        rows, columns = np.nonzero(mask)
-        points, gauss = gauss_rule(order)
-        found[np.array(which)[:, None], rows, columns] = over(rows, columns, points - 0.5, gauss)
     points, weights = cell_rule(0, 1, 16)
-    own = c * table(points * widths[:, None] / solid.ell, which) @ weights
-    diagonal = np.arange(len(x))
-    for number, values in zip(which, own):
-        found[number, diagonal, diagonal] = 0.0 if number == 1 else values
+    both = np.concatenate((0.5 - points, 0.5 + points)), np.tile(weights / 2, 2)
+    found = np.empty((len(which), len(x), len(x)))
+    for mask, (points, weights) in (~near, gauss_rule(2)), (near & ~own, gauss_rule(10)), (own, both):
+        columns = np.nonzero(mask)[1]
+        places = apart[mask][:, None] - widths[columns][:, None] * (points - 0.5)
+        found[:, mask] = (1 - solid.nu) / solid.mu * table(places / solid.ell, which) @ weights
     return found

@@ -38,7 +38,7 @@ POINTS, PIECE = 16, 1.4
 PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
 KERNELS, ODD = 9, (1, 4, 5, 7)  # 5 and 7 are next to x = 0 half of a step
 # from this many cells on, Gauss points on a cell: at n cells p points leave (4 n)^(-2 p), rounding
-CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
+CELL_GAUSS = (0, 24), (1, 24), (16, 6), (256, 3), (4096, 2)
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
@@ -250,24 +250,16 @@ class HalfPlane(Unbounded):
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
-        averages = np.empty((len(which), count))
-        for spans in _spans(count):
-            places, rules = zip(*(cell_rule(*span) for span in spans))
-            ends = np.cumsum([own.size for own in places])[:-1]
-            values = table(np.concatenate(places) * width / solid.ell, which)
-            for (near, far, order), weights, own in zip(spans, rules, np.split(values, ends, axis=1)):
-                averages[:, near:far] = own.reshape(len(which), far - near, order) @ weights
+        averages, block = np.empty((len(which), count)), 2**13  # cells that stay in the processor's cache
+        starts = [*CELL_GAUSS, *((first, CELL_GAUSS[-1][1]) for first in range(2 * block, count, block))]
+        ends = [start for start, _ in starts[1:]] + [count]
+        for (near, order), far in zip(starts, np.minimum(ends, count)):
+            if near < far:
+                places, weights = cell_rule(near, far, order)
+                values = table(places * width / solid.ell, which)
+                averages[:, near:far] = values.reshape(len(which), far - near, order) @ weights
         averages[[number in ODD for number in which], 0] = 0
         return c * averages
-
-
-def _spans(count):
-    ends = [near for near, _ in CELL_GAUSS[1:]]
-    near = [(max(first, 1), min(last, count), order) for (first, order), last in zip(CELL_GAUSS, ends)]
-    yield [(0, 1, CELL_GAUSS[0][1]), *(span for span in near if span[0] < span[1])]
-    block = 2**13  # cells that stay in the processor's cache
-    for first in range(ends[-1], count, block):
-        yield [(first, min(first + block, count), CELL_GAUSS[-1][1])]
 
 
 def cell_rule(near, far, order):

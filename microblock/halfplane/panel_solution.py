@@ -98,7 +98,7 @@ class PanelSolution(LineSolution):
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends]
         ends += [-end for end in ends if self.problem.mirror]
-        infinite = carried(self.problem, ends, panels.order)
+        infinite = carried(self.problem, dict.fromkeys(ends, 1.0), panels.order)
         values = rows @ lagrange(panels.points[0], np.zeros(1))[0]
         return np.where(panels.root & ~np.isin(panels.e, infinite), values, 0.0)
 

@@ -132,7 +132,10 @@ def panels_outside(problem, zones, order):
 
 
 def _rows(problem, zones, order, kinks, intervals):
-    tips, edges = carried(problem, problem.tips, order), carried_edges(problem, zones, order)
+    tips, edges = (
+        carried(problem, dict.fromkeys(problem.tips, 1.0), order),
+        carried_edges(problem, zones, order),
+    )
     singular = {*edges, *kinks}
     for left, right in intervals:
         if half_line(problem) and right < 0:
