@@ -175,4 +175,5 @@ def _sources(state, x1, nearest, points):
     ring = np.abs(interval - count + 0.5)
     for number in np.unique(ring):
         here = ring == number
-        yield np.abs(x - x1)[here].ravel(), weights[:, here].reshape(4, -1)
+        # none is 0, whose reciprocal is taken
+        yield np.maximum(np.abs(x - x1), 1e-6 * nearest)[here].ravel(), weights[:, here].reshape(4, -1)
