@@ -196,10 +196,9 @@ def _block(problem, panels, x, target, kernel):
     order, logs, lever = panels.order, panels.log_size.any(), problem.lever(panels.corner[panel], source)
     values = kernel(problem, x[:, None] - source, target[:, None], lever)
     values = values.reshape(*values.shape[:-1], len(panels.e), order)
-    found = np.empty((*values.shape[:-1], order + logs))
-    found[..., :order] = values * panels.points[1]
+    found = values * panels.points[1]
     if logs:
-        found[..., order] = values @ _log_rule(order)
+        found = np.concatenate((found, values @ _log_rule(order)[:, None]), axis=-1)
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
     distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
     # farther away the nodes leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
