@@ -26,11 +26,8 @@ def by_cells(solver, found, load, rtol, failure):
         raise failure from None
     window = around(found, solver.solid.ell)
     # a feature shows on some of 12 cells on the shortest polynomial; 2^17 cells take some ten seconds
-    most, least = (
-        2**17,
-        12 * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0]),
-    )
-    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= most]
+    sizes, width = FIRST * 2 ** np.arange(11), window[1] - window[0]
+    most, least = sizes[-1], 12 * width / min(found.lengths.min(initial=np.inf), width)
     cells = CellSolver(solver.contact, Cells(window=window))
     if least > most:
         raise NotConverged(

@@ -10,9 +10,6 @@ from .counter import counter_flexibility
 from .kernels import cell_rule, kernels
 from .panels import short_enough
 
-ROUNDS, TRIALS = 10, 4  # of division, and of zones
-MOST = 2000  # cells, of all corners together
-
 
 def first_zones(problem, load):
     """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
@@ -23,21 +20,21 @@ def first_zones(problem, load):
     NotConverged
         If the cells are used up before the obstacle's features are resolved.
     """
-    cells, closed = _first_cells(problem), None
-    most = MOST / len(problem.law.corners)
+    cells, closed, of_all = _first_cells(problem), None, 2000
+    most, rounds = of_all / len(problem.law.corners), 10
     if len(cells) > most:
         raise NotConverged(
-            f"more than {MOST} cells of varied size would be needed to see all features of the obstacle"
+            f"more than {of_all} cells of varied size would be needed to see all features of the obstacle"
         )
     trials = 0
-    for number in range(ROUNDS):
+    for number in range(rounds):
         forces, closed = _pressed(problem, load, cells, closed)
         split, changing = _unresolved(closed), _changing(closed)
-        if not split.any() or number == ROUNDS - 1 or _many(cells, split) > most:
+        if not split.any() or number == rounds - 1 or _many(cells, split) > most:
             zones = {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
             yield zones, float((cells[:, 1] - cells[:, 0])[changing].max(initial=0.0))
             trials, split = trials + 1, changing
-            if trials == TRIALS or _many(cells, split) > most:
+            if trials == 4 or _many(cells, split) > most:
                 return
         parts = np.where(split, 4, 1)
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)

@@ -33,12 +33,7 @@ from ..model.types import Array
 from ..threads import bounded
 
 NEAREST, FARTHEST = 1e-16, 1e10  # x/ell between which the kernels are tabulated
-# Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
-POINTS, PIECE = 16, 1.4
-PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
-KERNELS, ODD = 9, (1, 4, 5, 7)  # 5 and 7 are next to x = 0 half of a step
-# from this many cells on, Gauss points on a cell: at n cells p points leave (4 n)^(-2 p), rounding
-CELL_GAUSS = (0, 24), (1, 24), (16, 6), (256, 3), (4096, 2)
+ODD = 1, 4, 5, 7  # 5 and 7 are next to x = 0 half of a step
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
@@ -113,21 +108,25 @@ class Kernels:
                 f"2 beta/gamma' must lie between {RATES[0] ** 2:g} and {RATES[1] ** 2:g} "
                 "on a half-plane: for beta = 0 nothing holds its rotation",
             )
-        pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / PIECE))
-        self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
-        logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
-        values = self._values(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
-        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
+        # Chebyshev points on a piece, this wide in log x; polynomials of so few terms on parts of it,
+        # cheap to look up: both 1e-13
+        points, piece, parts, terms = 16, 1.4, 28, 6
+        pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / piece))
+        self._start, self._step, self._parts = np.log(NEAREST), piece / parts, parts * pieces
+        logarithms = self._start + piece * (np.arange(pieces)[:, None] + (_chebyshev_points(points) + 1) / 2)
+        values = self._values(solid, np.exp(logarithms).ravel()).reshape(-1, pieces, points)
+        table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
+        self._table = np.moveaxis(table, 2, 1).copy()
 
     @staticmethod
     def _wave(y):
         return np.exp(-y)
 
     def _values(self, solid, x):
-        """All kernels at x > 0, array (n,), by Gauss quadrature along `path`: (KERNELS, n)."""
+        """All kernels at x > 0, array (n,), by Gauss quadrature along `path`: (9, n)."""
         k, weights, level = rotated_weights(solid)
-        below = np.concatenate((np.zeros((KERNELS, 1)), np.cumsum(weights.real, axis=1)), axis=1)
-        values = np.empty((KERNELS, x.size))
+        below = np.insert(np.cumsum(weights.real, axis=1), 0, 0, axis=1)
+        values = np.empty((len(weights), x.size))
         for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
             own = x[block]
             first, last = np.searchsorted(np.abs(k), (1e-16 / own.max(), self._decayed / own.min()))
@@ -160,14 +159,14 @@ def _chebyshev_points(count):
     return np.cos(np.pi * (np.arange(count) + 0.5) / count)
 
 
-def _parting():
+def _parting(points, parts, terms):
     """Coefficients in powers of t in [-1, 1] on each part of a piece."""
-    points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
-    places = 2 * (np.arange(PARTS)[:, None] + (fine + 1) / 2) / PARTS - 1
-    values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(
-        chebyshev.chebvander(points, POINTS - 1)
+    coarse, fine = _chebyshev_points(points), _chebyshev_points(terms)
+    places = 2 * (np.arange(parts)[:, None] + (fine + 1) / 2) / parts - 1
+    values = chebyshev.chebvander(places, points - 1) @ np.linalg.inv(
+        chebyshev.chebvander(coarse, points - 1)
     )
-    return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, POINTS)
+    return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, points)
 
 
 class HalfPlane(Unbounded):
@@ -250,8 +249,12 @@ class HalfPlane(Unbounded):
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
-        averages, block = np.empty((len(which), count)), 2**13  # cells that stay in the processor's cache
-        starts = [*CELL_GAUSS, *((first, CELL_GAUSS[-1][1]) for first in range(2 * block, count, block))]
+        averages = np.empty((len(which), count))
+        # Gauss points from this many cells on: at n cells p points leave (4 n)^(-2 p), rounding
+        starts = [(0, 24), (1, 24), (16, 6), (256, 3)]
+        starts += [
+            (first, 2) for first in range(2**12, max(count, 2**12 + 1), 2**13)
+        ]  # which fit into a cache
         ends = [start for start, _ in starts[1:]] + [count]
         for (near, order), far in zip(starts, np.minimum(ends, count)):
             if near < far:
@@ -309,8 +312,8 @@ def path(low, high, order):
 
 
 def rotated_weights(solid):
-    """(k, weights, level) of the integrals of all kernels over c along `path`: complex arrays (n,), (KERNELS,
-    n), float; those of U and number 3, which diverge at k = 0, are less `level`.
+    """(k, weights, level) of the integrals of all kernels over c along `path`: complex arrays (n,), (9, n),
+    float; those of U and number 3, which diverge at k = 0, are less `level`.
     """
     k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 12)
     s, s_minus_k = roots(solid, k)

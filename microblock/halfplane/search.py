@@ -20,7 +20,6 @@ from .panel_solution import difference
 from .survey import survey
 
 ORDERS = (6, 10, 14, 18, 22, 26)
-FIXED_ORDER_EDGES = 1e-9  # tolerance of the edges where the order is fixed: rounding
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
@@ -44,7 +43,7 @@ def solve(problem, load, rtol, order=None, near=None):
         try:
             if order is None:
                 return _climb(problem, load, zones, rtol)
-            return _amended(fit(problem, load, zones, order, FIXED_ORDER_EDGES), 0.0)
+            return _amended(fit(problem, load, zones, order, 1e-9), 0.0)
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise

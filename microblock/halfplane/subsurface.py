@@ -14,7 +14,6 @@ for those to the right.
 """
 
 from dataclasses import dataclass
-from math import factorial
 
 import numpy as np
 
@@ -28,8 +27,6 @@ CUT = 3.0  # ratio of distances from the point that an interval of sources spans
 FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
 NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
 ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols of M, imaginary ones of p
-MOMENTS = 7  # of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
-FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +138,15 @@ def _modes(problem, k, p, M):
 def _transforms(state, x1, k, nearest, points):
     """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|)."""
     found = np.zeros((4, len(k)), complex)
-    size = np.abs(k)
+    # moments of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
+    size, moments, factorials = np.abs(k), 7, np.cumprod([1.0, *range(1, 7)])
     for distance, weights in _sources(state, x1, nearest, points):
         # long waves see moments only; in short ones what is this far away has decayed
         long, short = np.searchsorted(size, (0.1 / distance.max(), FAR_TAIL / distance.min()))
         found[:, long:short] += weights @ np.exp(1j * np.outer(distance, k[long:short]))
-        powers = np.vander(1j * k[:long] * distance.max(), MOMENTS, increasing=True) / FACTORIALS
+        powers = np.vander(1j * k[:long] * distance.max(), moments, increasing=True) / factorials
         found[:, :long] += (
-            weights @ np.vander(distance / distance.max(), MOMENTS, increasing=True)
+            weights @ np.vander(distance / distance.max(), moments, increasing=True)
         ) @ powers.T
     return found
 
