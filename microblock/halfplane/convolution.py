@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfftn
@@ -119,23 +118,18 @@ class Halves:
         return cls(tuple(made))
 
     def __call__(self, values: Array) -> Array:
-        rows, columns = self.halves[0].A.shape
+        (rows, columns), count = self.halves[0].A.shape, values.shape[1]
         # columns at a distance of a power of two evict each other from the cache
-        z = np.zeros((rows, columns + 8), complex)[:, :columns]
-        pieces = list(_pieces(values.shape[1], columns))
-        for part, own in zip((z.real, z.imag), values):
-            for place, flat in pieces:
-                part[place] = own[flat].reshape(part[place].shape)
+        z, flat = np.empty((rows, columns + 8), complex)[:, :columns], np.zeros(rows * columns, complex)
+        flat.real[:count], flat.imag[:count] = values
+        z[...] = flat.reshape(rows, columns)
         *before, last = self.halves
         found = [half(z.copy()) for half in before]
         w = last(z)  # conjugate
         for one in found:
             w += one
-        answer: Array = np.empty(values.shape)
-        for place, flat in pieces:
-            answer[0, flat] = w.real[place].ravel()
-            np.negative(w.imag[place].ravel(), out=answer[1, flat])
-        return answer
+        w = w.reshape(-1)[:count]
+        return np.array((w.real, -w.imag))
 
 
 @dataclass(frozen=True)
@@ -193,10 +187,3 @@ def _rows(length: int) -> int:
 def _turn(rows: int, columns: int, shift: int) -> Array:
     angle = np.outer(np.arange(rows) + shift / 2, np.arange(columns))
     return np.exp(-2j * np.pi / (rows * columns) * angle)
-
-
-def _pieces(count: int, columns: int) -> Any:
-    """Places of so many cells in rows of `columns`, and their numbers."""
-    whole = count // columns
-    yield (slice(whole), slice(None)), slice(whole * columns)
-    yield (slice(whole, whole + 1), slice(count - whole * columns)), slice(whole * columns, count)
