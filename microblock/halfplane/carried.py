@@ -44,9 +44,7 @@ def ways(problem, order, share=1.0):
 
 
 def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals} and the places they are carried to; two edges of a corner a width w
-    apart are worth sqrt(w).
-    """
+    """Edges of zones {corner: intervals}, worth the root of their distance, and where they go."""
     shares, whole = {}, np.ptp(zone_edges(zones))
     for intervals in problem.all_zones(zones).values():
         edges = np.ravel(intervals)

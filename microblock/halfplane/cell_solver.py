@@ -33,7 +33,6 @@ class CellSolution(Solution):
 
     Attributes
     ----------
-    solver : CellSolver
     x, weights : arrays (n,), centres and lengths of the cells
     pressures : array (corners, n)
     micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2

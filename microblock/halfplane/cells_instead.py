@@ -14,12 +14,8 @@ OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
-    """The CellSolution under an obstacle of this Picture; `failure` says why panels have none.
-
-    Raises
-    ------
-    NotConverged
-        If cells do not reach rtol either.
+    """The CellSolution under an obstacle of this Picture, where panels have a failure; raises NotConverged if
+    cells do not reach rtol either.
     """
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
@@ -44,13 +40,7 @@ def by_cells(solver, found, load, rtol, failure):
 
 
 def cells_follow(solver, pairs, coupled, rtol, progress, failure):
-    """The History of a half-plane's problem on cells; `failure` says why panels have none.
-
-    Raises
-    ------
-    NotConverged
-        If cells do not reach rtol either.
-    """
+    """The History on cells, where panels have a failure; raises NotConverged as `by_cells`."""
     try:
         found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
     except NotConverged as other:

@@ -31,13 +31,8 @@ def free_period(count: int) -> int:
 
 
 def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels, a function of fields (2 or 1, n).
-
-    Parameters
-    ----------
-    spectrum : (U, V, W), or (U,) for one field, arrays (length//2 + 1,)
-    length : int, cells of the period
-    doubled : bool, whether fields take no more than half of the period
+    """Returns the product with kernels (U, V, W), or (U,) for one field, arrays (length//2 + 1,): a function
+    of fields (2 or 1, n), which take no more than half of a doubled period.
     """
     parts = 2 if doubled else 1
     if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
@@ -47,14 +42,9 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period, on a line or a surface: D R D^H of the fields, R real, D = 1 or
-    -i.
-
-    Attributes
-    ----------
-    length : tuple of int, cells along each axis
-    spectrum : rows of arrays (..., length//2 + 1), R or a part of it
-    even : (int, int), its first rows, and columns, that belong to p and u
+    """By real transforms of the whole period, `length` cells along each axis: D R D^H of the fields, D = 1 or
+    -i. `spectrum` are rows of R, real arrays (..., length//2 + 1), `even` how many of its first rows and
+    columns belong to u and p.
     """
 
     length: tuple[int, ...]

@@ -28,9 +28,7 @@ def tolerated(order):
 
 
 def solve_zones(problem, panels, loads):
-    """q and approach with the gaps closed on given zones, at each of the loads, and q under gaps off by
-    rounding.
-    """
+    """q and approach with the gaps closed, at each of the loads, and q under gaps off by rounding."""
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
@@ -93,21 +91,12 @@ def _read(panels, q, basis):
 
 
 def fit(problem, load, zones, order, tolerance):
-    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance of
-    the edges' share in the relative L2 error; the best one, if it reaches the root of what the order leaves.
+    """The PanelSolution with the free edges moved from trial zones {corner: ((left, right), ...)} until their
+    share in the relative L2 error is a tolerance; the best one, if it reaches the root of what the order
+    leaves.
 
-    Parameters
-    ----------
-    problem : Problem
-    load : float, force per thickness
-    zones : {corner number: ((left, right), ...)}
-    order : Gauss points on a panel
-    tolerance : float
-
-    Raises
-    ------
-    NotConverged
-        If no zone is left, edges do not settle, or zones open again and again at those of a second body.
+    Raises NotConverged if no zone is left, edges do not settle, or zones open again and again at those of a
+    second body.
     """
     best, idle, iterations, before = None, 0, 0, {}
     zones = _sorted_out(

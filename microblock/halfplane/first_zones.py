@@ -13,12 +13,7 @@ from .panels import short_enough
 
 def first_zones(problem, load):
     """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
-    finer each time.
-
-    Raises
-    ------
-    NotConverged
-        If the cells are used up before the obstacle's features are resolved.
+    finer each time; raises NotConverged if features of the obstacle ask for too many cells.
     """
     cells, closed, of_all = _first_cells(problem), None, 2000
     most, rounds = of_all / len(problem.law.corners), 10

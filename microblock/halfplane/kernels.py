@@ -85,15 +85,12 @@ def counter_short_waves(counter: Cosserat | None) -> float:
 class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
-    0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. Where psi = 0 on
-    the whole surface, 3 is u from p and 4, over 1/ell, is -m from p. With shear, ``u1 = -Y*p + U*q - V'*m``,
-    Y is 5, V' (the even transform of V) is 6; where psi = 0 on the whole surface 7 is Y, and 8, over 1/ell, m
-    from q. V, Y, 4 and 7 are odd. U -> -log(x/ell)/pi for x -> infinity.
+    0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. With shear, ``u1
+    = -Y*p + U*q - V'*m``, Y is 5, V' (the even transform of V) 6. Where psi = 0 on the whole surface, 3 is u
+    and 4, over 1/ell, -m from p, 7 is Y, and 8, over 1/ell, m from q. U -> -log(x/ell)/pi for x -> infinity.
 
-    Raises
-    ------
-    BadArgument
-        For beta = 0 or next to it, where nothing holds the rotation, and for layers below 1e-12 ell.
+    Raises BadArgument for beta = 0 or next to it, where nothing holds the rotation, and for layers below
+    1e-12 ell.
     """
 
     _long, _decayed = 1.0, 50.0  # `_wave` for small arguments; where nothing is left of it along `path`
@@ -300,9 +297,8 @@ def normal_symbol(solid, k):
 
 
 def path(low, high, order):
-    """k and dk at Gauss points on the ray tau exp(i pi/4), low < tau < high, on pieces of one e-fold.
-
-    Poles and branch points of the symbol stay an eighth of a turn away, and exp(i k x), x > 0, decays.
+    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high: poles and branch
+    points of the symbol stay an eighth of a turn away, and exp(i k x), x > 0, decays.
     """
     points, gauss = gauss_rule(order)
     count = int(np.ceil(np.log(high / low)))
@@ -312,8 +308,8 @@ def path(low, high, order):
 
 
 def rotated_weights(solid):
-    """(k, weights, level) of the integrals of all kernels over c along `path`: complex arrays (n,), (9, n),
-    float; those of U and number 3, which diverge at k = 0, are less `level`.
+    """(k, weights, level) of the integrals of all kernels over c along `path`: arrays (n,), (9, n), float,
+    what is taken off those of U and number 3, which diverge at k = 0.
     """
     k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 12)
     s, s_minus_k = roots(solid, k)

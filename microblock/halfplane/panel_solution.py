@@ -42,16 +42,13 @@ class PanelSolution(LineSolution):
 
     Attributes
     ----------
-    problem : Problem
     load : float, force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
     approach : float, up to a constant
     iterations : int, steps of Newton's method
-    estimate : Estimate
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
     further : zones after one more step
-    solver : PanelSolver
     """
 
     problem: Problem

@@ -116,9 +116,7 @@ def make_panels(problem, zones, order):
 
 
 def panels_outside(problem, zones, order):
-    """Panels, all of corner 0, where a corner is out of contact and could touch: the surface is smooth there
-    but where another corner follows the obstacle.
-    """
+    """Panels, all of corner 0, where a corner is out of contact and could touch."""
     kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
     rest = [problem.reach]
     for left, right in reduce(common, zones.values()):
@@ -210,8 +208,8 @@ def _block(problem, panels, x, target, kernel):
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel against the basis of a near panel: array (..., pairs, order, or one more for
-    the logarithm). The panel is cut at the parameter v0 nearest to the target.
+    """Integrals of the kernel over near panels, each cut at the v0 nearest to the target: array (..., pairs,
+    order, or one more for the logarithm).
     """
     same = 1e-13  # a distance of cuts that the quadrature does not see
     cut = np.rint(panels.parameter(panel, x) / same)

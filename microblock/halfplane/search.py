@@ -28,15 +28,10 @@ def resolved(order):
 
 
 def solve(problem, load, rtol, order=None, near=None):
-    """The PanelSolution of a Problem, with its picture, at a load (force per thickness), to rtol or of a
-    fixed order.
+    """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order.
 
-    Raises
-    ------
-    NotConverged
-        With `rtol_reached`, the best estimate, if zones exist; else no zones fit.
-    BadArgument
-        If the obstacle could touch beyond its picture.
+    Raises NotConverged, with `rtol_reached` if zones fit, and BadArgument if the obstacle could touch beyond
+    its picture.
     """
     failure = None
     for zones in _trials(problem, load, near):
@@ -111,8 +106,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones without what is in tension and with what overlaps, apart from all edges or worth the tolerance;
-    None if nothing does. NotConverged if nothing would be left.
+    """Zones without tension and with overlaps that are worth the tolerance or apart from all edges; None if
+    there are none. NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))

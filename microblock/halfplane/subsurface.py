@@ -47,17 +47,8 @@ class FieldsBelow:
 
     @bounded
     def __call__(self, x1, x2, accuracy=10):
-        """Fields at points.
-
-        Parameters
-        ----------
-        x1, x2 : arrays or numbers; x2 <= 0
-        accuracy : Gauss points on a piece of the path; 10 leaves about 1e-8 of the largest values
-
-        Raises
-        ------
-        BadArgument
-            If a point is no number or above the surface.
+        """Fields at points, arrays or numbers; `accuracy`, Gauss points on a piece of the path, of 10 leaves
+        about 1e-8 of the largest values. Raises BadArgument for points above the surface.
         """
         require_whole(1, 100, accuracy=accuracy)
         x1, x2, shape = points(x1, x2)
