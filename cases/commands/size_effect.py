@@ -116,12 +116,23 @@ def by_elements(nu, beta):
     The error is that of the extrapolation and of the order of the elements, from two meshes. h is that of
     bilinear elements on a uniform mesh, of which the node on the axis closes at that load.
     """
-    from microblock.halfplane.coalescence import coalescence
-
     problem, _ = problems(1.0, nu, beta, mb.Block)
     (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ((7, 4), (9, 5)))
     alpha = 1 / math.sqrt(2 * load / math.pi)
     return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
+
+
+def coalescence(solver, order, levels):
+    """Load at which the zones of a symmetric problem of a FittedSolver meet, and its error."""
+    from microblock.halfplane.coalescence import extrapolated
+    from microblock.halfplane.kernels import coalescence_exponent
+
+    def coefficients(inner, outer, loads):
+        zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
+        return solver.edge_coefficients(zones, loads, order, levels)
+
+    inner_edges, exponent = (1.5, 2.0, 2.5, 3.0, 3.5), coalescence_exponent(solver.solid)
+    return extrapolated(coefficients, solver.solid, inner_edges, lambda outer: exponent)
 
 
 def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):

@@ -10,27 +10,20 @@ from itertools import product
 import numpy as np
 
 from ..model.quadrature import gauss_rule
-from .kernels import NEAREST, Kernels, is_classical, kernels, laplace_weights, step
+from .kernels import NEAREST, Kernels, is_classical, kernels, step
 
 
 class SecondAntiderivatives(Kernels):
     """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is."""
 
+    _long, _decayed = 0.5, np.inf
+
     @staticmethod
-    def _values(solid, x):
-        t, weights, level = laplace_weights(solid)
-        values = np.empty((len(weights), x.size))
-        for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
-            values[:, block] = weights @ _twice(np.outer(t, x[block]))
-        values[[0, 3]] -= level / 2
-        values[[5, 7]] += step(solid.nu) / 2
-        return values
-
-
-def _twice(y):
-    small, large = np.minimum(y, 1e-3), np.maximum(y, 1e-3)  # a series below
-    series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720
-    return np.where(y < large, series, (np.expm1(-large) + large) / large / large)
+    def _wave(y):
+        small = np.abs(y) < 1e-3  # a series
+        large = np.where(small, 1.0, y)
+        series = 1 / 2 - y / 6 + y**2 / 24 - y**3 / 120 + y**4 / 720
+        return np.where(small, series, (np.expm1(-large) + large) / large**2)
 
 
 def _tables(solid):

@@ -32,52 +32,35 @@ def decay(problem):
     return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
-def steps(problem, order, share=1.0):
-    """How often places that are worth `share` are carried on until panels of an order do not see them."""
+def ways(problem, order, share=1.0):
+    """Lengths by which places worth `share` are carried until panels of an order do not see them."""
     factor = decay(problem)
     if not factor:
-        return 0
+        return []
     # panels of order 4 leave singularities a share of 1, and for each four points more a digit less
     enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(share)) / np.log(factor)
-    return int(np.clip(np.ceil(enough), 0, MOST))
+    steps = int(np.clip(np.ceil(enough), 0, MOST))
+    return [step * problem.solid.ell for step in range(-steps, steps + 1) if step]
 
 
 def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals} and the places they are carried to; two edges of a corner a width w
-    apart are worth sqrt(w).
-    """
-    shares = {}
-    whole = np.ptp(zone_edges(zones))
-    for intervals in zones.values():
+    """Edges of zones {corner: intervals}, worth the root of their distance, and where they go."""
+    shares, whole = {}, np.ptp(zone_edges(zones))
+    for intervals in problem.all_zones(zones).values():
         edges = np.ravel(intervals)
-        apart = np.concatenate(([np.inf], np.diff(edges), [np.inf]))
-        near = np.minimum(np.minimum(apart[:-1], apart[1:]) / whole, 1.0)
-        for edge, share in zip(edges.tolist(), np.sqrt(near).tolist()):
-            shares[edge] = max(share, shares.get(edge, 0.0))
-    if problem.mirror:
-        shares |= {-edge: share for edge, share in shares.items()}
-    return carried(problem, shares, order, shares)
+        apart = np.minimum(np.diff(edges) / whole, 1.0)
+        near = np.sqrt(np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0)))
+        shares |= {x: max(share, shares.get(x, 0.0)) for x, share in zip(edges.tolist(), near.tolist())}
+    return carried(problem, shares, order)
 
 
-def carried(problem, places, order, shares=None):
-    """Singular places and those they are carried to, ascending list; `shares` is {place: what it is
-    worth}.
-    """
-    own = sorted(float(x) for x in places)
-    shares = dict.fromkeys(own, 1.0) if shares is None else shares
-    further = sorted(
-        x + way * problem.solid.ell for x in own for way in _ways(problem, order, shares[x]) if way
-    )
-    found = list(own)
-    for x in further:
+def carried(problem, shares, order):
+    """Singular places of {place: what it is worth} and those they are carried to, ascending list."""
+    found = sorted(shares)
+    for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
             found.append(x)
     return sorted(found)
-
-
-def _ways(problem, order, share=1.0):
-    most = steps(problem, order, share)
-    return range(-most, most + 1)
 
 
 def log_sizes(problem, zones, order):
@@ -130,12 +113,11 @@ def meeting_exponent(problem, zones, x):
     """s of p ~ x^s where edges of the two corners meet at x, with these zones."""
     if not decay(problem):
         return coalescence_exponent(problem.solid)
-    ways = [way for way in _ways(problem, 26) if way]
     others = [
-        (x + way * problem.solid.ell, corner)
-        for way in ways
+        (x + way, corner)
+        for way in ways(problem, 26)
         for corner, intervals in zones.items()
-        if any(left < x + way * problem.solid.ell < right for left, right in intervals)
+        if any(left < x + way < right for left, right in intervals)
     ]
     matrix = _short_waves_between(problem, [(x, 0), (x, 1), *others])
     own = matrix[:2, :2] - matrix[:2, 2:] @ np.linalg.solve(matrix[2:, 2:], matrix[2:, :2])

@@ -34,7 +34,6 @@ class CellSolution(Solution):
 
     Attributes
     ----------
-    solver : CellSolver
     x, weights : arrays (n,), centres and lengths of the cells
     pressures : array (corners, n)
     micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2
@@ -231,19 +230,7 @@ class CellSolver(Solver):
                 "must be (left, right), where the obstacle may touch, if the approach is given",
             )
         found = picture.picture(self.problem, load)
-        return self.windowed(around(found, self.solid.ell))
-
-    def windowed(self, window):
-        return CellSolver(self.contact, replace(self.options, window=window))
-
-    def follow(self, load, rtol, initial):
-        """The solution on as many cells as a neighbour has, or more."""
-        if self.options.nodes is not None or not isinstance(initial, CellSolution):
-            return self.solve(load, None, rtol, initial)
-        solver, rtol = self._with_window(load), self.usual_rtol if rtol is None else rtol
-        sizes = halvings(len(initial.x))
-        *_, state = solver._solutions(load, None, sizes, max(self.options.residual, 1e-3 * rtol), False)
-        return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
+        return CellSolver(self.contact, replace(self.options, window=around(found, self.solid.ell)))
 
     def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, progress=False):
         """The first state on grids of these sizes with rtol and at least so many cells, or the last."""

@@ -1,12 +1,8 @@
 """The half-plane on n equal cells, matrix-free: corner forces to corner gaps by FFT.
 
-With u = -u2, phi = ell psi/2, and p, m the sums and differences of the forces on a cell,
-
-    p = sum f_alpha,   m = sum lever_alpha f_alpha,   u = U p + i V m,   phi = -i V p + W m,   gap_alpha = u +
-    lever_alpha phi
-
-is the flexibility H of (a) in `microblock.corners.active_set`. Without images U, V, W are those of cells in a
-circulant of twice the length, on a period the symbol. The inverse symbol is the preconditioner.
+The `Flexibility` of `microblock.corners.on_cells` has u = U p + i V m, phi = -i V p + W m. Without images U,
+V, W are those of cells in a circulant of twice the length, on a period the symbol. The inverse symbol is the
+preconditioner.
 """
 
 from dataclasses import dataclass

@@ -14,23 +14,16 @@ OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
-    """The CellSolution under an obstacle of this Picture; `failure` says why panels have none.
-
-    Raises
-    ------
-    NotConverged
-        If cells do not reach rtol either.
+    """The CellSolution under an obstacle of this Picture, where panels have a failure; raises NotConverged if
+    cells do not reach rtol either.
     """
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
         raise failure from None
     window = around(found, solver.solid.ell)
     # a feature shows on some of 12 cells on the shortest polynomial; 2^17 cells take some ten seconds
-    most, least = (
-        2**17,
-        12 * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0]),
-    )
-    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= most]
+    sizes, width = FIRST * 2 ** np.arange(11), window[1] - window[0]
+    most, least = sizes[-1], 12 * width / min(found.lengths.min(initial=np.inf), width)
     cells = CellSolver(solver.contact, Cells(window=window))
     if least > most:
         raise NotConverged(
@@ -47,13 +40,7 @@ def by_cells(solver, found, load, rtol, failure):
 
 
 def cells_follow(solver, pairs, coupled, rtol, progress, failure):
-    """The History of a half-plane's problem on cells; `failure` says why panels have none.
-
-    Raises
-    ------
-    NotConverged
-        If cells do not reach rtol either.
-    """
+    """The History on cells, where panels have a failure; raises NotConverged as `by_cells`."""
     try:
         found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
     except NotConverged as other:

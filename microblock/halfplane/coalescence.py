@@ -7,30 +7,7 @@ inner edge vanishes. With the edge b from the axis it misses coalescence by b^(2
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged
-from .kernels import coalescence_exponent
-
-
-def coalescence(solver, order=9, levels=5):
-    """Load (force per thickness) at which the zones of a symmetric problem of a FittedSolver meet, and its
-    error.
-    """
-    if not solver.symmetric or len(solver.law.corners) != 2:
-        raise BadArgument("problem", solver.contact, "must be a symmetric one of microblocks")
-    solid, coefficients = solver.solid, on_meshes(solver, order, levels)
-    return extrapolated(
-        coefficients, solid, (1.5, 2.0, 2.5, 3.0, 3.5), lambda outer: coalescence_exponent(solid)
-    )
-
-
-def on_meshes(solver, order, levels):
-    """`coefficients` of `load_at_inner_edge` of a FittedSolver."""
-
-    def coefficients(inner, outer, loads):
-        zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
-        return solver.edge_coefficients(zones, loads, order, levels)
-
-    return coefficients
+from ..errors import NotConverged
 
 
 def extrapolated(coefficients, solid, inner_edges, exponent):

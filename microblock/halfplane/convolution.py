@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfftn
@@ -32,13 +31,8 @@ def free_period(count: int) -> int:
 
 
 def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels, a function of fields (2 or 1, n).
-
-    Parameters
-    ----------
-    spectrum : (U, V, W), or (U,) for one field, arrays (length//2 + 1,)
-    length : int, cells of the period
-    doubled : bool, whether fields take no more than half of the period
+    """Returns the product with kernels (U, V, W), or (U,) for one field, arrays (length//2 + 1,): a function
+    of fields (2 or 1, n), which take no more than half of a doubled period.
     """
     parts = 2 if doubled else 1
     if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
@@ -48,14 +42,9 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period, on a line or a surface: D R D^H of the fields, R real, D = 1 or
-    -i.
-
-    Attributes
-    ----------
-    length : tuple of int, cells along each axis
-    spectrum : rows of arrays (..., length//2 + 1), R or a part of it
-    even : (int, int), its first rows, and columns, that belong to p and u
+    """By real transforms of the whole period, `length` cells along each axis: D R D^H of the fields, D = 1 or
+    -i. `spectrum` are rows of R, real arrays (..., length//2 + 1), `even` how many of its first rows and
+    columns belong to u and p.
     """
 
     length: tuple[int, ...]
@@ -119,23 +108,18 @@ class Halves:
         return cls(tuple(made))
 
     def __call__(self, values: Array) -> Array:
-        rows, columns = self.halves[0].A.shape
+        (rows, columns), count = self.halves[0].A.shape, values.shape[1]
         # columns at a distance of a power of two evict each other from the cache
-        z = np.zeros((rows, columns + 8), complex)[:, :columns]
-        pieces = list(_pieces(values.shape[1], columns))
-        for part, own in zip((z.real, z.imag), values):
-            for place, flat in pieces:
-                part[place] = own[flat].reshape(part[place].shape)
+        z, flat = np.empty((rows, columns + 8), complex)[:, :columns], np.zeros(rows * columns, complex)
+        flat.real[:count], flat.imag[:count] = values
+        z[...] = flat.reshape(rows, columns)
         *before, last = self.halves
         found = [half(z.copy()) for half in before]
         w = last(z)  # conjugate
         for one in found:
             w += one
-        answer: Array = np.empty(values.shape)
-        for place, flat in pieces:
-            answer[0, flat] = w.real[place].ravel()
-            np.negative(w.imag[place].ravel(), out=answer[1, flat])
-        return answer
+        w = w.reshape(-1)[:count]
+        return np.array((w.real, -w.imag))
 
 
 @dataclass(frozen=True)
@@ -193,10 +177,3 @@ def _rows(length: int) -> int:
 def _turn(rows: int, columns: int, shift: int) -> Array:
     angle = np.outer(np.arange(rows) + shift / 2, np.arange(columns))
     return np.exp(-2j * np.pi / (rows * columns) * angle)
-
-
-def _pieces(count: int, columns: int) -> Any:
-    """Places of so many cells in rows of `columns`, and their numbers."""
-    whole = count // columns
-    yield (slice(whole), slice(None)), slice(whole * columns)
-    yield (slice(whole, whole + 1), slice(count - whole * columns)), slice(whole * columns, count)

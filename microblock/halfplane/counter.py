@@ -8,7 +8,7 @@ from ..errors import BadArgument
 from ..model.deformable import body_of
 from .averages import normal_averages
 from .kernels import normal_kernel
-from .panels import log_response, response
+from .panels import response
 
 
 def counter_kernel(problem, distance, target, source):
@@ -17,26 +17,20 @@ def counter_kernel(problem, distance, target, source):
 
 
 def counter_response(problem, panels, places):
-    """Displacement of the second body along x2 at places of its surface, from q: array (n, m)."""
-    both = panels.with_mirror() if problem.mirror else panels
-    matrix = np.zeros((len(places), len(both.e) * both.order))
-    for own, where in _by_corner(problem, both, places):
-        matrix[:, np.repeat(own, both.order)] = response(*where)
-    return matrix[:, : matrix.shape[1] // 2] + matrix[:, matrix.shape[1] // 2 :] if problem.mirror else matrix
-
-
-def counter_log_response(problem, panels, places):
-    both = panels.with_mirror() if problem.mirror else panels
-    return sum(log_response(*where) for _, where in _by_corner(problem, both, places))
-
-
-def _by_corner(problem, panels, places):
-    shifts = problem.shifts
-    whole = replace(problem, mirror=False)
-    for corner, shift in enumerate(shifts):
-        own = panels.corner == corner if len(shifts) > 1 else np.ones(len(panels.e), bool)
+    """Displacement of the second body along x2 at places of its surface, from q and from the known
+    logarithms: arrays (n, m), (n,).
+    """
+    both = panels.whole(problem)
+    matrix, known = np.zeros((len(places), len(both.e) * both.order)), 0.0
+    whole, none = replace(problem, mirror=False), np.zeros(len(places))
+    for corner, shift in enumerate(problem.shifts):
+        own = both.corner == corner
         if own.any():
-            yield own, (whole, panels.of(own), places + shift, np.zeros(len(places)), counter_kernel)
+            part, more = response(whole, both.of(own), places + shift, none, counter_kernel)
+            matrix[:, np.repeat(own, both.order)] = part
+            known = known + more
+    half = matrix.shape[1] // 2
+    return (matrix[:, :half] + matrix[:, half:] if problem.mirror else matrix), known
 
 
 def require_same_period(body, obstacle):

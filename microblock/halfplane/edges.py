@@ -16,10 +16,10 @@ from ..model.zones import zone_edges
 from ..threads import released
 from .carried import decay, meeting_exponent
 from .coalescence import extrapolated
-from .counter import counter_log_response, counter_response
+from .counter import counter_response
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
-from .panels import log_response, make_panels, response
+from .panels import make_panels, response
 
 
 def tolerated(order):
@@ -28,19 +28,16 @@ def tolerated(order):
 
 
 def solve_zones(problem, panels, loads):
-    """q and approach with the gaps closed on given zones, at each of the loads, and q under gaps off by
-    rounding.
-    """
+    """q and approach with the gaps closed, at each of the loads, and q under gaps off by rounding."""
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
-    system[:count, :count] = response(problem, panels, x, lever, gap_kernel)
-    raised = log_response(problem, panels, x, lever, gap_kernel)
+    system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
     if problem.counter is not None:
-        pressed = x - np.array(problem.shifts)[corner]
-        system[:count, :count] += counter_response(problem, panels, pressed)
-        raised = raised + counter_log_response(problem, panels, pressed)
+        by_counter = counter_response(problem, panels, x - np.array(problem.shifts)[corner])
+        system[:count, :count] += by_counter[0]
+        raised = raised + by_counter[1]
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
     right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]
@@ -94,21 +91,12 @@ def _read(panels, q, basis):
 
 
 def fit(problem, load, zones, order, tolerance):
-    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance of
-    the edges' share in the relative L2 error; the best one, if it reaches the root of what the order leaves.
+    """The PanelSolution with the free edges moved from trial zones {corner: ((left, right), ...)} until their
+    share in the relative L2 error is a tolerance; the best one, if it reaches the root of what the order
+    leaves.
 
-    Parameters
-    ----------
-    problem : Problem
-    load : float, force per thickness
-    zones : {corner number: ((left, right), ...)}
-    order : Gauss points on a panel
-    tolerance : float
-
-    Raises
-    ------
-    NotConverged
-        If no zone is left, edges do not settle, or zones open again and again at those of a second body.
+    Raises NotConverged if no zone is left, edges do not settle, or zones open again and again at those of a
+    second body.
     """
     best, idle, iterations, before = None, 0, 0, {}
     zones = _sorted_out(

@@ -10,34 +10,26 @@ from .counter import counter_flexibility
 from .kernels import cell_rule, kernels
 from .panels import short_enough
 
-ROUNDS, TRIALS = 10, 4  # of division, and of zones
-MOST = 2000  # cells, of all corners together
-
 
 def first_zones(problem, load):
     """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
-    finer each time.
-
-    Raises
-    ------
-    NotConverged
-        If the cells are used up before the obstacle's features are resolved.
+    finer each time; raises NotConverged if features of the obstacle ask for too many cells.
     """
-    cells, closed = _first_cells(problem), None
-    most = MOST / len(problem.law.corners)
+    cells, closed, of_all = _first_cells(problem), None, 2000
+    most, rounds = of_all / len(problem.law.corners), 10
     if len(cells) > most:
         raise NotConverged(
-            f"more than {MOST} cells of varied size would be needed to see all features of the obstacle"
+            f"more than {of_all} cells of varied size would be needed to see all features of the obstacle"
         )
     trials = 0
-    for number in range(ROUNDS):
+    for number in range(rounds):
         forces, closed = _pressed(problem, load, cells, closed)
         split, changing = _unresolved(closed), _changing(closed)
-        if not split.any() or number == ROUNDS - 1 or _many(cells, split) > most:
+        if not split.any() or number == rounds - 1 or _many(cells, split) > most:
             zones = {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
             yield zones, float((cells[:, 1] - cells[:, 0])[changing].max(initial=0.0))
             trials, split = trials + 1, changing
-            if trials == TRIALS or _many(cells, split) > most:
+            if trials == 4 or _many(cells, split) > most:
                 return
         parts = np.where(split, 4, 1)
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)
@@ -107,43 +99,28 @@ def _edge(cells, x, p, first, last, way):
 
 
 def _flexibility(problem, x, widths):
-    matrix = _of_body(problem, x, widths)
+    clamped, count = problem.law.clamps_rotation, len(problem.law.corners)
+    found = _averages(problem, x, widths, (3,) if clamped else (0, 1, 2)[: 2 * count - 1])
+    matrix = found[0]
+    if count > 1 and not clamped:
+        (U, V, W), levers = found, [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
+        matrix = np.block([[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers])
     if problem.counter is not None:
         matrix = matrix + counter_flexibility(problem, x, widths)
     return (matrix + matrix.T) / 2
 
 
-def _of_body(problem, x, widths):
-    U, V, W, clamped = _averages(problem, x, widths)
-    if problem.law.clamps_rotation:
-        return clamped
-    if len(problem.law.corners) == 1:
-        return U
-    levers = [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
-    return np.block([[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers])
-
-
-def _averages(problem, x, widths):
-    """U, V, W and the clamped kernel at x_i, averaged over the cell j: arrays (n, n)."""
-    solid = problem.solid
-    table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
-    apart = x[:, None] - x
-    which = (3,) if problem.law.clamps_rotation else (0,) if len(problem.law.corners) == 1 else (0, 1, 2)
-    found = np.zeros((4, len(x), len(x)))
-
-    def over(rows, columns, points, weights):
-        places = apart[rows, columns][:, None] - widths[columns][:, None] * points
-        return c * table(places / solid.ell, which) @ weights
-
+def _averages(problem, x, widths, which):
+    """Kernels at x_i, averaged over the cell j: array (len(which), n, n)."""
+    solid, apart = problem.solid, x[:, None] - x
+    table, own = kernels(solid.nu, solid.beta, solid.curvature), np.eye(len(x), dtype=bool)
     # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells
     near = np.abs(apart) < 2.9 * np.maximum(widths, widths[:, None])
-    for mask, order in ((~near, 2), (near & ~np.eye(len(x), dtype=bool), 10)):
-        rows, columns = np.nonzero(mask)
-        points, gauss = gauss_rule(order)
-        found[np.array(which)[:, None], rows, columns] = over(rows, columns, points - 0.5, gauss)
     points, weights = cell_rule(0, 1, 16)
-    own = c * table(points * widths[:, None] / solid.ell, which) @ weights
-    diagonal = np.arange(len(x))
-    for number, values in zip(which, own):
-        found[number, diagonal, diagonal] = 0.0 if number == 1 else values
+    both = np.concatenate((0.5 - points, 0.5 + points)), np.tile(weights / 2, 2)
+    found = np.empty((len(which), len(x), len(x)))
+    for mask, (points, weights) in (~near, gauss_rule(2)), (near & ~own, gauss_rule(10)), (own, both):
+        columns = np.nonzero(mask)[1]
+        places = apart[mask][:, None] - widths[columns][:, None] * (points - 0.5)
+        found[:, mask] = (1 - solid.nu) / solid.mu * table(places / solid.ell, which) @ weights
     return found

@@ -21,7 +21,7 @@ from .friction_events import legs
 from .friction_memory import Memory
 from .kernels import kernels
 from .panel_solution import PanelSolution
-from .panels import log_response, response
+from .panels import response
 
 
 def require_superposition(contact: Any, order: int | None) -> None:
@@ -217,7 +217,7 @@ class PanelFriction(Solution):
     @cached_property
     def _rule(self):
         contact = self._own.zones_by_name["contact"]
-        panels = [one.panels.with_mirror() if one.problem.mirror else one.panels for one in self._states]
+        panels = [one.panels.whole(one.problem) for one in self._states]
         ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
         ends = np.unique(np.concatenate((ends, np.ravel(contact))))
         size = contact[-1][1] - contact[0][0]
@@ -317,8 +317,8 @@ class PanelFriction(Solution):
     def _of_shear(self, x, target):
         found, targets = np.zeros_like(x), np.full_like(x, target)
         for factor, one in self._parts:
-            where = one.problem, one.panels, x, targets, shear_kernel
-            found += factor * (response(*where) @ one.q + log_response(*where))
+            matrix, known = response(one.problem, one.panels, x, targets, shear_kernel)
+            found += factor * (matrix @ one.q + known)
         return found
 
     @cached_property

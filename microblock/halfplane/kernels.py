@@ -11,7 +11,7 @@ and with a shear q along x1, the displacement u1 and Y = U - 1/(2 mu k),
 
     u = U p - i Y q + i V m,     u1 = i Y p + U q - V m,     phi = -i V p - V q + W m
 
-On the line the kernels are Laplace integrals, k = i t, tabulated in log x.
+On the line the kernels are integrals along k = tau exp(i pi/4), tabulated in log x.
 """
 
 from __future__ import annotations
@@ -33,13 +33,7 @@ from ..model.types import Array
 from ..threads import bounded
 
 NEAREST, FARTHEST = 1e-16, 1e10  # x/ell between which the kernels are tabulated
-# Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
-POINTS, PIECE = 16, 1.4
-PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
-KERNELS, ODD = 9, (1, 4, 5, 7)  # 5 and 7 are next to x = 0 half of a step
-# from this many cells on, Gauss points on a cell: kernels are Laplace integrals, so that at n cells p points
-# leave (4 n)^(-2 p), rounding
-CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
+ODD = 1, 4, 5, 7  # 5 and 7 are next to x = 0 half of a step
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
@@ -48,9 +42,7 @@ def symbol(solid, k):
     k = np.asarray(k, float)
     if not np.all(k > 0):
         raise BadArgument("k", k, "wavenumbers must be positive")
-    rate = 1 / solid.layer_length
-    s = np.hypot(k, rate)
-    return symbol_of_roots(solid, k, s, rate / (s + k) * rate)
+    return symbol_of_roots(solid, k, *roots(solid, k))
 
 
 def symbol_of_roots(solid, k, s, s_minus_k):
@@ -93,16 +85,15 @@ def counter_short_waves(counter: Cosserat | None) -> float:
 class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
-    0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. Where psi = 0 on
-    the whole surface, 3 is u from p and 4, over 1/ell, is -m from p. With shear, ``u1 = -Y*p + U*q - V'*m``,
-    Y is 5, V' (the even transform of V) is 6; where psi = 0 on the whole surface 7 is Y, and 8, over 1/ell, m
-    from q. V, Y, 4 and 7 are odd. U -> -log(x/ell)/pi for x -> infinity.
+    0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. With shear, ``u1
+    = -Y*p + U*q - V'*m``, Y is 5, V' (the even transform of V) 6. Where psi = 0 on the whole surface, 3 is u
+    and 4, over 1/ell, -m from p, 7 is Y, and 8, over 1/ell, m from q. U -> -log(x/ell)/pi for x -> infinity.
 
-    Raises
-    ------
-    BadArgument
-        For beta = 0 or next to it, where nothing holds the rotation, and for layers below 1e-12 ell.
+    Raises BadArgument for beta = 0 or next to it, where nothing holds the rotation, and for layers below
+    1e-12 ell.
     """
+
+    _long, _decayed = 1.0, 50.0  # `_wave` for small arguments; where nothing is left of it along `path`
 
     @bounded
     def __init__(self, nu, beta, curvature=2.0):
@@ -114,30 +105,33 @@ class Kernels:
                 f"2 beta/gamma' must lie between {RATES[0] ** 2:g} and {RATES[1] ** 2:g} "
                 "on a half-plane: for beta = 0 nothing holds its rotation",
             )
-        pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / PIECE))
-        self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
-        logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
-        values = self._values(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
-        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
+        # Chebyshev points on a piece, this wide in log x; polynomials of so few terms on parts of it,
+        # cheap to look up: both 1e-13
+        points, piece, parts, terms = 16, 1.4, 28, 6
+        pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / piece))
+        self._start, self._step, self._parts = np.log(NEAREST), piece / parts, parts * pieces
+        logarithms = self._start + piece * (np.arange(pieces)[:, None] + (_chebyshev_points(points) + 1) / 2)
+        values = self._values(solid, np.exp(logarithms).ravel()).reshape(-1, pieces, points)
+        table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
+        self._table = np.moveaxis(table, 2, 1).copy()
 
     @staticmethod
-    def _values(solid, x):
-        """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals:
-        (KERNELS, n).
-        """
-        t, weights, level = laplace_weights(solid)
-        order = np.argsort(t)
-        t, weights = t[order], weights[:, order]
-        below = np.concatenate((np.zeros((KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
-        values = np.empty((KERNELS, x.size))
+    def _wave(y):
+        return np.exp(-y)
+
+    def _values(self, solid, x):
+        """All kernels at x > 0, array (n,), by Gauss quadrature along `path`: (9, n)."""
+        k, weights, level = rotated_weights(solid)
+        below = np.insert(np.cumsum(weights.real, axis=1), 0, 0, axis=1)
+        values = np.empty((len(weights), x.size))
         for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
             own = x[block]
-            # exp(-1e-18) is 1, exp(-80) is 0 beside rounding
-            first, last = np.searchsorted(t, (1e-18 / own.max(), 80 / own.min()))
-            values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
-            values[:, block] += below[:, first, None]
-        values[[0, 3]] -= level
-        values[[5, 7]] += step(solid.nu)
+            first, last = np.searchsorted(np.abs(k), (1e-16 / own.max(), self._decayed / own.min()))
+            waves = self._wave(-1j * np.outer(k[first:last], own))
+            values[:, block] = (weights[:, first:last] @ waves).real + self._long * below[:, first, None]
+        values[[0, 3]] -= self._long * level
+        # the arc from real wavenumbers to `path` around k = 0
+        values[[5, 7]] -= self._long * solid.nu / (4 * (1 - solid.nu))
         return values
 
     def __call__(self, x, which=(0, 1, 2)):
@@ -162,14 +156,14 @@ def _chebyshev_points(count):
     return np.cos(np.pi * (np.arange(count) + 0.5) / count)
 
 
-def _parting():
+def _parting(points, parts, terms):
     """Coefficients in powers of t in [-1, 1] on each part of a piece."""
-    points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
-    places = 2 * (np.arange(PARTS)[:, None] + (fine + 1) / 2) / PARTS - 1
-    values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(
-        chebyshev.chebvander(points, POINTS - 1)
+    coarse, fine = _chebyshev_points(points), _chebyshev_points(terms)
+    places = 2 * (np.arange(parts)[:, None] + (fine + 1) / 2) / parts - 1
+    values = chebyshev.chebvander(places, points - 1) @ np.linalg.inv(
+        chebyshev.chebvander(coarse, points - 1)
     )
-    return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, POINTS)
+    return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, points)
 
 
 class HalfPlane(Unbounded):
@@ -253,23 +247,19 @@ class HalfPlane(Unbounded):
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
         averages = np.empty((len(which), count))
-        for spans in _spans(count):
-            places, rules = zip(*(cell_rule(*span) for span in spans))
-            ends = np.cumsum([own.size for own in places])[:-1]
-            values = table(np.concatenate(places) * width / solid.ell, which)
-            for (near, far, order), weights, own in zip(spans, rules, np.split(values, ends, axis=1)):
-                averages[:, near:far] = own.reshape(len(which), far - near, order) @ weights
+        # Gauss points from this many cells on: at n cells p points leave (4 n)^(-2 p), rounding
+        starts = [(0, 24), (1, 24), (16, 6), (256, 3)]
+        starts += [
+            (first, 2) for first in range(2**12, max(count, 2**12 + 1), 2**13)
+        ]  # which fit into a cache
+        ends = [start for start, _ in starts[1:]] + [count]
+        for (near, order), far in zip(starts, np.minimum(ends, count)):
+            if near < far:
+                places, weights = cell_rule(near, far, order)
+                values = table(places * width / solid.ell, which)
+                averages[:, near:far] = values.reshape(len(which), far - near, order) @ weights
         averages[[number in ODD for number in which], 0] = 0
         return c * averages
-
-
-def _spans(count):
-    ends = [near for near, _ in CELL_GAUSS[1:]]
-    near = [(max(first, 1), min(last, count), order) for (first, order), last in zip(CELL_GAUSS, ends)]
-    yield [(0, 1, CELL_GAUSS[0][1]), *(span for span in near if span[0] < span[1])]
-    block = 2**13  # cells that stay in the processor's cache
-    for first in range(ends[-1], count, block):
-        yield [(first, min(first + block, count), CELL_GAUSS[-1][1])]
 
 
 def cell_rule(near, far, order):
@@ -306,66 +296,41 @@ def normal_symbol(solid, k):
     return symbol(solid, k)[0]
 
 
-def laplace_weights(solid):
-    """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (KERNELS, m),
-    float; those of U and number 3, which diverge at t = 0, are less `level`.
+def path(low, high, order):
+    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high: poles and branch
+    points of the symbol stay an eighth of a turn away, and exp(i k x), x > 0, decays.
     """
-    k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
+    points, gauss = gauss_rule(order)
+    count = int(np.ceil(np.log(high / low)))
+    width = np.log(high / low) / count
+    k = np.exp(0.25j * np.pi) * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
+    return k, k * np.tile(width * gauss, count)
+
+
+def rotated_weights(solid):
+    """(k, weights, level) of the integrals of all kernels over c along `path`: arrays (n,), (9, n), float,
+    what is taken off those of U and number 3, which diverge at k = 0.
+    """
+    k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 12)
+    s, s_minus_k = roots(solid, k)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c = (1 - solid.nu) / solid.mu
     fixed = clamped(U, V, W)
-    over_c = (1j * U, V, 1j * W, 1j * fixed, c * V / W, U, 1j * V, fixed, 1j * c * V / W)
-    weights = np.array([(each / c).real for each in over_c]) * dt / np.pi
-    # taken off, it leaves -log(x) of the classical 1/t
-    return t, weights, np.exp(-t) / t @ dt / np.pi
+    over_c = (U, -1j * V, W, fixed, -1j * c * V / W, -1j * U, V, -1j * fixed, c * V / W)
+    # taken off, it leaves -log(x) of the classical 1/k
+    return k, np.array(over_c) / c * dk / np.pi, (np.exp(1j * k) / k @ dk).real / np.pi
+
+
+def roots(solid, k):
+    """s and s - k at wavenumbers with positive real parts, arrays (n,), without cancellation."""
+    rate = 1 / solid.layer_length
+    s = np.sqrt(k**2 + rate**2)
+    return s, rate / (s + k) * rate
 
 
 def step(nu):
     """Half of the jump at x = 0 of the kernel of Y as seen from far away, over c."""
     return (1 - 2 * nu) / (4 * (1 - nu))
-
-
-def _turned_wavenumbers(solid):
-    """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of
-    t.
-
-    Points are in t, in log t, then, with t = rate sin(angle) up to the branch point and t = rate cosh(angle)
-    above it, in the angle. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle): no
-    piece is longer than its distance from that root.
-    """
-    rate, b = 1 / solid.layer_length, max(0.25, 2 * solid.beta * (1 - solid.nu))
-    points, gauss = gauss_rule(12)
-
-    def spread(breaks):
-        widths = np.diff(breaks)
-        return (breaks[:-1, None] + widths[:, None] * points).ravel(), (widths[:, None] * gauss).ravel()
-
-    low, high = 1e-3 / FARTHEST, 40 / NEAREST  # exp(-40) is nothing
-    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate / 8), 1 + max(1, int(np.log(rate / 8 / low)))))
-    slow, dslow = np.append(low * points, np.exp(logs)), np.append(low * gauss, np.exp(logs) * dlogs)
-    pole = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
-    steps = pole.imag * 2.0 ** np.arange(8)
-    bends = np.concatenate(
-        (
-            np.linspace(np.arcsin(1 / 8), np.pi / 2 - 0.25, 6),
-            pole.real - steps,
-            [pole.real],
-            pole.real + steps,
-        )
-    )
-    bends = np.unique(bends[(bends >= np.arcsin(1 / 8)) & (bends < np.pi / 2 - 0.25)])
-    # for weak coupling D turns within a distance of the order of rate^2 from the branch point
-    halvings = 0.25 * 0.5 ** np.arange(0, 4 + max(0, int(-2 * np.log2(rate))))
-    angles, dangles = spread(np.concatenate((bends, np.pi / 2 - halvings, [np.pi / 2])))
-    tops, dtops = spread(
-        np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2 * high / rate), 60)[1:]))
-    )
-    t = np.concatenate((slow, rate * np.sin(angles), rate * np.cosh(tops)))
-    dt = np.concatenate((dslow, rate * np.cos(angles) * dangles, rate * np.sinh(tops) * dtops))
-    below = t.size - tops.size
-    s = np.concatenate((np.sqrt(rate**2 - slow**2), rate * np.cos(angles), 1j * rate * np.sinh(tops)))
-    s_minus_k = np.concatenate((s[:below] - 1j * t[:below], -1j * rate * np.exp(-tops)))
-    return 1j * t, s, s_minus_k, t, dt
 
 
 def gap_kernel(problem, distance, target, source):

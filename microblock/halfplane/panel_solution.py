@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from ..model.problem import Problem, half_line, level_surface
+from ..model.problem import Problem, level_surface
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
 from ..model.zones import contains, distance, moved_on
 from ..threads import bounded
 from .carried import carried
-from .counter import counter_log_response, counter_response
+from .counter import counter_response
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
-from .panels import Panels, log_response, response
+from .panels import Panels, response
 
 
 @dataclass(frozen=True)
@@ -42,16 +42,13 @@ class PanelSolution(LineSolution):
 
     Attributes
     ----------
-    problem : Problem
     load : float, force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
     approach : float, up to a constant
     iterations : int, steps of Newton's method
-    estimate : Estimate
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
     further : zones after one more step
-    solver : PanelSolver
     """
 
     problem: Problem
@@ -87,62 +84,58 @@ class PanelSolution(LineSolution):
         return replace(self, zones={corner: moved[corner] for corner in self.zones}) if moved else self
 
     @cached_property
-    def _anchored(self):
-        """q at the anchor of each panel with a square root, but for edges that the obstacle fixes."""
-        basis = lagrange(self.panels.points[0], np.zeros(1))[0]
-        values = self.q.reshape(-1, self.panels.order) @ basis
-        ends = [end for ends in self.problem.ends.values() for end in ends]
-        ends += [-end for end in ends if self.problem.mirror]
-        infinite = carried(self.problem, ends, self.panels.order)
-        return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
+    def whole(self):
+        """The panels of all corners, and q on them, array (panels, order)."""
+        panels = self.panels.whole(self.problem)
+        return panels, np.resize(self.q, (len(panels.e), panels.order))
 
     @cached_property
-    def _at_own_edges(self):
-        own = [
-            {edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner
-        ]
-        return np.where([e in edges for e, edges in zip(self.panels.e, own)], self._anchored, 0.0)
+    def _anchored(self):
+        """q at the anchor of each panel with a square root, but for edges that the obstacle fixes."""
+        panels, rows = self.whole
+        ends = [end for ends in self.problem.ends.values() for end in ends]
+        ends += [-end for end in ends if self.problem.mirror]
+        infinite = carried(self.problem, dict.fromkeys(ends, 1.0), panels.order)
+        values = rows @ lagrange(panels.points[0], np.zeros(1))[0]
+        return np.where(panels.root & ~np.isin(panels.e, infinite), values, 0.0)
 
     def pressure(self, corner, x):
         x = np.asarray(x, float)
-        if half_line(self.problem):
-            x = np.abs(x)
-        elif self.problem.mirror and corner == 1:
-            return self.pressure(0, -x)
-        found, here = np.zeros_like(x), np.flatnonzero(contains(self.zones[corner], x))
+        found, here = np.zeros_like(x), np.flatnonzero(contains(self.all_zones[corner], x))
         if len(here):
-            number, v = self.panels.at(corner, x[here])
+            panels, rows = self.whole
+            number, v = panels.at(corner, x[here])
             v = np.maximum(v, 1e-10)  # at an edge or a kink the pressure is 0/0 or infinite
-            rows = self.q.reshape(-1, self.panels.order)
-            q = self.panels.interpolated(rows, number, v) - self._anchored[number]
-            found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
+            q = panels.interpolated(rows, number, v) - self._anchored[number]
+            found[here] = q / panels.slope(number, v) + panels.logarithm(number, v)
         return found
 
     @cached_property
     def x(self):
-        x = self.panels.nodes[2]
-        return _distinct(np.concatenate((x, -x)) if self.problem.mirror else x)
+        x = np.sort(self.whole[0].nodes[2])
+        return x[np.concatenate(([True], np.diff(x) > 1e-13 * (x[-1] - x[0])))]
 
     @cached_property
     def weights(self):
-        x, weights = self.panels.nodes[2], self.panels.rule
-        if self.problem.mirror:
-            x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
         found = np.zeros_like(self.x)
-        found[_places(self.x, x)] = weights
+        found[self._numbers] = self.whole[0].rule
         return found
+
+    @cached_property
+    def _numbers(self):
+        """Of all nodes in `x`."""
+        middles, panels = (self.x[1:] + self.x[:-1]) / 2, self.whole[0]
+        return np.searchsorted(middles, panels.nodes[2])
 
     @cached_property
     def pressures(self):
         """Pressure of each corner at `x`, array (corners, n), brought to the load."""
-        panel, v, x, _ = self.panels.nodes
-        p = (self.q - self._at_own_edges[panel]) / self.panels.slope(panel, v) + self.panels.logarithm(
-            panel, v
-        )
+        panels, rows = self.whole
+        panel, v, _, _ = panels.nodes
+        own = [e in np.ravel(self.all_zones[corner]) for e, corner in zip(panels.e, panels.corner)]
+        q = rows.ravel() - np.where(own, self._anchored, 0.0)[panel]
         found = np.zeros((len(self.problem.law.corners), len(self.x)))
-        found[self.panels.corner[panel], _places(self.x, x)] = p
-        if self.problem.mirror:
-            found = found + found[::-1, ::-1]
+        found[panels.corner[panel], self._numbers] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
         return found * (self.load / (self.weights @ found.sum(axis=0)))
 
     def _reaction_at_nodes(self):
@@ -174,8 +167,8 @@ class PanelSolution(LineSolution):
         return without, 2 / self.problem.solid.ell * (with_lever - without)
 
     def _response(self, x, lever, kernel):
-        where = self.problem, self.panels, x, lever, kernel
-        return response(*where) @ self.q + log_response(*where)
+        matrix, known = response(self.problem, self.panels, x, lever, kernel)
+        return matrix @ self.q + known
 
     def displacement_at(self, x, lever):
         """u, or the gap without height and approach of a corner with such levers, at x, array (n,)."""
@@ -195,8 +188,8 @@ class PanelSolution(LineSolution):
     def counter_displacement(self, x):
         if self.problem.counter is None:
             return np.zeros_like(x)
-        where = self.problem, self.panels, x
-        return counter_response(*where) @ self.q + counter_log_response(*where)
+        matrix, known = counter_response(self.problem, self.panels, x)
+        return matrix @ self.q + known
 
     @bounded
     def surface(self, window=None):
@@ -214,13 +207,11 @@ class PanelSolution(LineSolution):
             ]
             or [np.array((left, right))]
         )
-        x, own = np.concatenate((outside, self.x)), np.arange(len(outside), len(outside) + len(self.x))
-        x, first = np.unique(x, return_index=True)
-        values = np.zeros((len(self.pressures) + 1, len(outside) + len(self.x)))
-        values[:-1, own], values[-1, own] = self.pressures, self.micromoment
+        x = np.union1d(outside, self.x)
+        values = np.zeros((len(self.pressures) + 1, len(x)))
+        values[:, np.searchsorted(x, self.x)] = *self.pressures, self.micromoment
         if self.problem.law.clamps_rotation:
-            values[-1, : len(outside)] = self.reaction(outside)
-        values = values[:, first]
+            values[-1] = self.reaction(x)
         displacement, psi = self.displacement_and_rotation(x)
         return surface(
             self.problem,
@@ -259,13 +250,3 @@ def difference(coarse, fine):
         moment = (ell / 2 * np.sum(levers * p, axis=0) - fine.micromoment) / ell
     total = fine.pressures.sum(axis=0)
     return distance(weights, p.sum(axis=0) - total, moment, total)
-
-
-def _distinct(x):
-    x = np.sort(x)
-    return x[np.concatenate(([True], np.diff(x) > 1e-13 * (x[-1] - x[0])))]
-
-
-def _places(sorted_x, x):
-    right = np.clip(np.searchsorted(sorted_x, x), 1, len(sorted_x) - 1)
-    return np.where(np.abs(sorted_x[right - 1] - x) < np.abs(sorted_x[right] - x), right - 1, right)

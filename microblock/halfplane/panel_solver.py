@@ -109,13 +109,8 @@ class PanelSolver(Solver):
         return {}
 
     def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
-        """The PanelSolution at a load, to rtol or of a fixed order; a CellSolution where cells answer
-        instead.
-
-        Raises
-        ------
-        NotConverged
-            If the accuracy is out of reach, or the zones are not found.
+        """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution instead; raises
+        NotConverged if the accuracy is out of reach or no zones fit.
         """
         self._check_width(load)
         near = self._neighbour(near)

@@ -17,9 +17,6 @@ from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import common, contains, joined, without
 from .carried import carried, carried_edges, log_sizes
 
-# that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
-CLUSTER = 8
-
 
 @dataclass(frozen=True)
 class Panels:
@@ -67,15 +64,13 @@ class Panels:
         chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
         return Panels(*chosen, self.order)
 
-    def with_mirror(self):
-        return Panels(
-            np.concatenate((self.corner, 1 - self.corner)),
-            np.concatenate((self.e, -self.e)),
-            np.concatenate((self.h, -self.h)),
-            np.tile(self.root, 2),
-            np.tile(self.log_size, 2),
-            self.order,
-        )
+    def whole(self, problem):
+        """The panels of a Problem, those of a symmetric one with their mirror images."""
+        if not problem.mirror:
+            return self
+        images = len(problem.law.corners) - 1 - self.corner, -self.e, -self.h, self.root, self.log_size
+        own = self.corner, self.e, self.h, self.root, self.log_size
+        return Panels(*map(np.concatenate, zip(own, images)), self.order)
 
     @property
     def points(self):
@@ -122,9 +117,7 @@ def make_panels(problem, zones, order):
 
 
 def panels_outside(problem, zones, order):
-    """Panels, all of corner 0, where a corner is out of contact and could touch: the surface is smooth there
-    but where another corner follows the obstacle.
-    """
+    """Panels, all of corner 0, where a corner is out of contact and could touch."""
     kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
     rest = [problem.reach]
     for left, right in reduce(common, zones.values()):
@@ -138,7 +131,10 @@ def panels_outside(problem, zones, order):
 
 
 def _rows(problem, zones, order, kinks, intervals):
-    tips, edges = carried(problem, problem.tips, order), carried_edges(problem, zones, order)
+    tips, edges = (
+        carried(problem, dict.fromkeys(problem.tips, 1.0), order),
+        carried_edges(problem, zones, order),
+    )
     singular = {*edges, *kinks}
     for left, right in intervals:
         if half_line(problem) and right < 0:
@@ -186,83 +182,42 @@ def short_enough(problem, anchor, length, root):
 
 
 def response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel of the line against q, (n, m) or (values, n, m); `lever` 0 gives the normal
-    displacement, 1 adds the rotation.
+    """Integrals of a kernel of the line against q, (n, m) or (values, n, m), and against the known
+    logarithms, (n,) or (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
     """
-    if not problem.mirror:
-        return _block(problem, panels, x, lever, kernel)
-    both = _block(problem, panels.with_mirror(), x, lever, kernel)
-    return both[..., : both.shape[-1] // 2] + both[..., both.shape[-1] // 2 :]
-
-
-def log_response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel against the known logarithms: array (n,), or (values, n) of several."""
-    if not panels.log_size.any():
-        return np.zeros(len(x))
-    return _log_block(problem, panels.with_mirror() if problem.mirror else panels, x, lever, kernel)
-
-
-def _log_block(problem, panels, x, target, kernel):
-    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target."""
-    none = np.zeros((0, 1))
-    found = np.zeros((*kernel(problem, none, none, none).shape[:-2], len(x)))
-    for number in np.flatnonzero(panels.log_size):
-        e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
-        amount = -panels.log_size[number] * abs(h)
-
-        def add(rows, y0, y, step, weights):
-            places = e + h * y
-            lever = problem.lever(np.full(places.shape, corner), places)
-            values = kernel(problem, (x[rows, None] - (e + h * y0)) - h * step, target[rows, None], lever)
-            logarithms = np.log(np.maximum(y, np.finfo(float).tiny))
-            found[..., rows] += amount * np.sum(values * weights * logarithms, axis=-1)
-
-        along = (x - e) / h
-        is_near = np.abs(along - 0.5) < 1.5
-        near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
-        low, _, slope = _both_ends_flat(2 * panels.order + 8)
-        low = np.broadcast_to(low, (len(far), len(low)))
-        add(far, 0.0, low, low, slope)
-        y0 = np.clip(along[near], 0, 1)[:, None]
-        low, high, slope = _both_ends_flat(4 * panels.order + 12)
-        add(near, y0, y0 * low, -y0 * high, y0 * slope)
-        add(near, y0, y0 + (1 - y0) * low, (1 - y0) * low, (1 - y0) * slope)
-    return found
-
-
-@lru_cache(maxsize=64)
-def _both_ends_flat(count):
-    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends: s, 1 - s and weights."""
-    sigma, gauss = gauss_rule(count)
-    density = (sigma * (1 - sigma)) ** (CLUSTER - 1) / beta(CLUSTER, CLUSTER)
-    return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss * density
+    matrix, known = _block(problem, panels.whole(problem), x, lever, kernel)
+    half = matrix.shape[-1] // 2
+    return (matrix[..., :half] + matrix[..., half:] if problem.mirror else matrix), known
 
 
 def _block(problem, panels, x, target, kernel):
-    panel, _, source, weights = panels.nodes
-    lever = problem.lever(panels.corner[panel], source)
-    matrix = kernel(problem, x[:, None] - source, target[:, None], lever) * weights
+    panel, _, source, _ = panels.nodes
+    order, logs, lever = panels.order, panels.log_size.any(), problem.lever(panels.corner[panel], source)
+    values = kernel(problem, x[:, None] - source, target[:, None], lever)
+    values = values.reshape(*values.shape[:-1], len(panels.e), order)
+    found = values * panels.points[1]
+    if logs:
+        found = np.concatenate((found, values @ _log_rule(order)[:, None]), axis=-1)
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
     distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
-    # farther away the Gauss points leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
-    row, near = np.nonzero(distance < np.abs(panels.h) / 2)
-    columns = near[:, None] * panels.order + np.arange(panels.order)
+    # farther away the nodes leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
+    row, near = np.nonzero(distance < np.abs(panels.h) * np.where(panels.log_size, 4, 0.5))
     if len(row):
-        matrix[..., row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
-    return matrix
+        found[..., row, near, :] = _near_rows(problem, panels, x[row], target[row], near, kernel)
+    known = found[..., order:].sum(axis=-1) @ (panels.log_size * np.abs(panels.h))
+    return found[..., :order].reshape(*values.shape[:-2], len(source)), known
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel against the basis of a near panel: array (pairs, order), or (values, pairs,
-    order). The panel is cut at the parameter v0 nearest to the target; ``v = v0 -+ length sigma^8`` flattens
-    the logarithm.
+    """Integrals of the kernel over near panels, each cut at the v0 nearest to the target: array (..., pairs,
+    order, or one more for the logarithm).
     """
     same = 1e-13  # a distance of cuts that the quadrature does not see
     cut = np.rint(panels.parameter(panel, x) / same)
     by_cut = np.argsort(cut, kind="stable")
     cuts, starts = np.unique(cut[by_cut], return_index=True)
     groups = np.split(by_cut, starts[1:])
-    rules = [_cut_rule(panels.order, float(each) * same) for each in cuts]
+    rules = [_cut_rule(panels.order, float(each) * same, panels.log_size.any()) for each in cuts]
     of_pairs = [rule.sides for rule, group in zip(rules, groups) for _ in group]
     sides, counts = np.concatenate(of_pairs), [len(own) for own in of_pairs]
     x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * same
@@ -279,7 +234,7 @@ def _near_rows(problem, panels, x, target, panel, kernel):
         lever = problem.lever(panels.corner[panel], panels.x(panel, np.repeat(v0, counts) + sides))
     values, done = kernel(problem, start - sides * (slope + bend * sides), target, lever), 0
     several = values.shape[:-1]
-    found = np.empty((*several, len(cut), panels.order))
+    found = np.empty((*several, len(cut), rules[0].basis.shape[1]))
     for rule, group in zip(rules, groups):
         size = len(group) * len(rule.sides)
         own = values[..., done : done + size].reshape(*several, len(group), len(rule.sides))
@@ -290,16 +245,37 @@ def _near_rows(problem, panels, x, target, panel, kernel):
 
 @dataclass(frozen=True)
 class CutRule:
-    """Quadrature on [0, 1] for a logarithm at v0: v - v0, and weights times the basis, array (n, order)."""
+    """Quadrature on [0, 1] for a logarithm at v0: v - v0, and weights times the basis, array (n, order, or
+    one more for the logarithm at 0).
+    """
 
     sides: np.ndarray
     basis: np.ndarray
 
 
 @lru_cache(maxsize=4096)
-def _cut_rule(order, v0):
-    sigma, gauss = gauss_rule(2 * order + 8)
-    flat, slope = sigma**CLUSTER, CLUSTER * sigma ** (CLUSTER - 1) * gauss
-    parts = [(sign * length * flat, length * slope) for sign, length in ((-1, v0), (1, 1 - v0)) if length > 0]
+def _cut_rule(order, v0, logs):
+    # v = v0 -+ length sigma^8: logarithms to rounding
+    (sigma, gauss), power, parts = gauss_rule(2 * order + 8), 8, []
+    if v0 < 1:
+        parts.append(((1 - v0) * sigma**power, (1 - v0) * power * sigma ** (power - 1) * gauss))
+    if v0 > 0 and logs:  # flat at both ends
+        sigma, gauss = gauss_rule(4 * order + 12)
+        density = (sigma * (1 - sigma)) ** (power - 1) / beta(power, power)
+        parts.append((-v0 * betainc(power, power, sigma), v0 * density * gauss))
+    elif v0 > 0:
+        parts.append((-v0 * sigma**power, v0 * power * sigma ** (power - 1) * gauss))
     sides, weights = map(np.concatenate, zip(*parts))
-    return CutRule(sides, weights[:, None] * lagrange(gauss_rule(order)[0], v0 + sides))
+    v = v0 + sides
+    basis = weights[:, None] * lagrange(gauss_rule(order)[0], v)
+    if logs:
+        known = -4 * v * np.log(np.maximum(v, np.finfo(float).tiny))  # of `Panels.logarithm`, times dx/dv
+        basis = np.column_stack((basis, weights * known))
+    return CutRule(sides, basis)
+
+
+@lru_cache(maxsize=64)
+def _log_rule(order):
+    """Weights at the nodes for integrals of polynomials times the logarithm, array (order,)."""
+    rule = _cut_rule(order, 0.0, True)
+    return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.sides)

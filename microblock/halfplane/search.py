@@ -20,7 +20,6 @@ from .panel_solution import difference
 from .survey import survey
 
 ORDERS = (6, 10, 14, 18, 22, 26)
-FIXED_ORDER_EDGES = 1e-9  # tolerance of the edges where the order is fixed: rounding
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
@@ -29,22 +28,17 @@ def resolved(order):
 
 
 def solve(problem, load, rtol, order=None, near=None):
-    """The PanelSolution of a Problem, with its picture, at a load (force per thickness), to rtol or of a
-    fixed order.
+    """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order.
 
-    Raises
-    ------
-    NotConverged
-        With `rtol_reached`, the best estimate, if zones exist; else no zones fit.
-    BadArgument
-        If the obstacle could touch beyond its picture.
+    Raises NotConverged, with `rtol_reached` if zones fit, and BadArgument if the obstacle could touch beyond
+    its picture.
     """
     failure = None
     for zones in _trials(problem, load, near):
         try:
             if order is None:
                 return _climb(problem, load, zones, rtol)
-            return _amended(fit(problem, load, zones, order, FIXED_ORDER_EDGES), 0.0)
+            return _amended(fit(problem, load, zones, order, 1e-9), 0.0)
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
@@ -112,8 +106,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones without what is in tension and with what overlaps, apart from all edges or worth the tolerance;
-    None if nothing does. NotConverged if nothing would be left.
+    """Zones without tension and with overlaps that are worth the tolerance or apart from all edges; None if
+    there are none. NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))

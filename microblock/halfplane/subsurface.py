@@ -14,22 +14,19 @@ for those to the right.
 """
 
 from dataclasses import dataclass
-from math import factorial
 
 import numpy as np
 
 from ..errors import BadArgument, require_whole
 from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.zones import zone_edges
 from ..threads import bounded
+from .kernels import path, roots
 
 CUT = 3.0  # ratio of distances from the point that an interval of sources spans
 FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
 NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
 ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols of M, imaginary ones of p
-MOMENTS = 7  # of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
-FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +47,8 @@ class FieldsBelow:
 
     @bounded
     def __call__(self, x1, x2, accuracy=10):
-        """Fields at points.
-
-        Parameters
-        ----------
-        x1, x2 : arrays or numbers; x2 <= 0
-        accuracy : Gauss points on a piece of the path; 10 leaves about 1e-8 of the largest values
-
-        Raises
-        ------
-        BadArgument
-            If a point is no number or above the surface.
+        """Fields at points, arrays or numbers; `accuracy`, Gauss points on a piece of the path, of 10 leaves
+        about 1e-8 of the largest values. Raises BadArgument for points above the surface.
         """
         require_whole(1, 100, accuracy=accuracy)
         x1, x2, shape = points(x1, x2)
@@ -77,49 +65,20 @@ class FieldsBelow:
         found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
         return found.shaped(shape)
 
-    @bounded
-    def largest_shear(self, rtol=1e-4):
-        """The largest shear stress below the contact and where: (value, x1, x2), x1 and x2 to rtol of its
-        width.
-        """
-        state = self.solution
-        edges = np.array(zone_edges(state.all_zones))
-        edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
-        width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
-        steps = ell * np.geomspace(1 / 32, 2, 7)
-        across = np.unique(
-            np.concatenate(
-                (
-                    np.linspace(edges.min() - width / 4, edges.max() + width / 4, 41),
-                    np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel(),
-                )
-            )
-        )
-        down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), 25))
-        while True:
-            x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
-            shear = self(x1, x2).shear
-            best = np.argmax(shear)
-            i, j = best % len(across), best // len(across)
-            if np.ptp(across) < rtol * width and np.ptp(down) < rtol * width:
-                return float(shear[best]), float(x1[best]), float(x2[best])
-            across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], 9)
-            down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], 9)
-
 
 def _vertical(state, x1, x2, accuracy):
     solid = state.problem.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
     lowest = 1e-9 / size  # the rest of the integral is dropped
-    k, dk = _path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
+    k, dk = path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
     p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, np.abs(x2).min() / 20, accuracy + 4)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
     # difference
     odd = _modes(state.problem, k, p_difference, M_sum)
     even = _modes(state.problem, k, p_sum, M_difference)
     chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES]) * dk
-    s_minus_k = _rates(solid, k)[1]
+    s_minus_k = roots(solid, k)[1]
     classical = np.exp(np.outer(k, x2))
     micropolar = classical * np.expm1(np.outer(s_minus_k, x2))
     found = (
@@ -136,26 +95,12 @@ def _vertical(state, x1, x2, accuracy):
     return found
 
 
-def _path(low, high, accuracy):
-    points, gauss = gauss_rule(accuracy)
-    count = int(np.ceil(np.log(high / low)))
-    width = np.log(high / low) / count
-    k = np.exp(0.25j * np.pi) * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
-    return k, k * np.tile(width * gauss, count)
-
-
-def _rates(solid, k):
-    rate = 1 / solid.layer_length
-    s = np.sqrt(k**2 + rate**2)
-    return s, rate / (s + k) * rate
-
-
 def _modes(problem, k, p, M):
     """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name."""
     solid = problem.solid
     nu, mu, c = solid.nu, solid.mu, (1 - solid.nu) / solid.mu
     g = solid.curvature * solid.ell**2
-    s, s_minus_k = _rates(solid, k)
+    s, s_minus_k = roots(solid, k)
     if problem.law.clamps_rotation:  # M is whatever keeps psi = R + Theta = 0
         Theta = 1j * c * p / (1 + c * g * mu * k * s_minus_k)
     else:
@@ -184,74 +129,40 @@ def _modes(problem, k, p, M):
 def _transforms(state, x1, k, nearest, points):
     """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|)."""
     found = np.zeros((4, len(k)), complex)
-    size = np.abs(k)
+    # moments of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
+    size, moments, factorials = np.abs(k), 7, np.cumprod([1.0, *range(1, 7)])
     for distance, weights in _sources(state, x1, nearest, points):
         # long waves see moments only; in short ones what is this far away has decayed
         long, short = np.searchsorted(size, (0.1 / distance.max(), FAR_TAIL / distance.min()))
         found[:, long:short] += weights @ np.exp(1j * np.outer(distance, k[long:short]))
-        powers = np.vander(1j * k[:long] * distance.max(), MOMENTS, increasing=True) / FACTORIALS
+        powers = np.vander(1j * k[:long] * distance.max(), moments, increasing=True) / factorials
         found[:, :long] += (
-            weights @ np.vander(distance / distance.max(), MOMENTS, increasing=True)
+            weights @ np.vander(distance / distance.max(), moments, increasing=True)
         ) @ powers.T
     return found
 
 
 def _sources(state, x1, nearest, points):
     """Distances from x1 and weights of pressure and micromoment, (m,) and (4, m), from near to far."""
-    panels, rows = _all_panels(state)
-    v0, direction, start, end = _halves(panels, x1)
-    count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
-    cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
-    first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
-    level, half = np.nonzero(first < last)
-    panel = half % len(panels.e)
-    v0, direction, start = v0[half, None], direction[half, None], start[half, None]
-    h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
-
-    def steps(distance):
-        share = (distance - start) / h
-        other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
-        return share / np.maximum(_mean_slope(v0, other, root), np.finfo(float).tiny)
-
+    panels, rows = state.whole
+    ends = np.sort((panels.e, panels.e + panels.h), axis=0)
+    count = 1 + max(0, int(np.ceil(np.log(np.abs(ends - x1).max() / nearest) / np.log(CUT))))
+    cuts = nearest * CUT ** np.arange(count)
+    breaks = x1 + np.concatenate((-cuts[::-1], [0.0], cuts))[:, None]
+    left, right = np.maximum(ends[0], breaks[:-1]), np.minimum(ends[1], breaks[1:])
+    interval, panel = where = np.nonzero(left < right)
+    start, end = panels.parameter(panel, left[where])[:, None], panels.parameter(panel, right[where])[:, None]
     sigma, gauss = gauss_rule(points)
-    low, high = steps(first[level, half, None]), steps(last[level, half, None])
-    step = low + (high - low) * sigma
-    v = v0 + direction * step
-    distance = start + h * step * _mean_slope(v0, v, root)
+    v, numbers = start + (end - start) * sigma, panel[:, None]
+    x, tiny = panels.x(numbers, v), np.finfo(float).tiny
     q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
-    numbers = panel[:, None]
-    force = (
-        (high - low)
-        * gauss
-        * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, np.finfo(float).tiny)))
-    )
-    # 1 where the source lies left of x1
-    side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
-    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
-    moment = state.problem.solid.ell / 2 * lever * force
+    q = q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, tiny))
+    force = np.abs(end - start) * gauss * q
+    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), x)
+    side, moment = np.sign(x1 - x), state.problem.solid.ell / 2 * lever * force
     weights = np.array((force, side * force, moment, side * moment))
-    for number in np.unique(level):
-        here = level == number
-        yield distance[here].ravel(), weights[:, here].reshape(4, -1)
-
-
-def _mean_slope(v, w, root):
-    return np.where(root, v + w, 1.0)
-
-
-def _all_panels(state):
-    panels, rows = state.panels, state.q.reshape(-1, state.panels.order)
-    return (panels.with_mirror(), np.tile(rows, (2, 1))) if state.problem.mirror else (panels, rows)
-
-
-def _halves(panels, x1):
-    """Panels cut at their points nearest to x1: of each half v there, direction, distances there and at its
-    end.
-    """
-    along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
-    v0 = panels.parameter(numbers, x1)
-    start = np.abs(x1 - panels.x(numbers, v0))
-    start[(along > 0) & (along < 1)] = 0.0
-    length = np.abs(panels.h)
-    ends = start + np.concatenate((length * along, length * (1 - along))).reshape(2, -1)
-    return np.tile(v0, 2), np.repeat((-1.0, 1.0), len(v0)), np.tile(start, 2), ends.ravel()
+    ring = np.abs(interval - count + 0.5)
+    for number in np.unique(ring):
+        here = ring == number
+        # none is 0, whose reciprocal is taken
+        yield np.maximum(np.abs(x - x1), 1e-6 * nearest)[here].ravel(), weights[:, here].reshape(4, -1)

@@ -420,12 +420,6 @@ def under_loads(fields, point):
     return found | reactions | {"energy": fields.energy()}
 
 
-def largest_shear():
-    """The largest shear stress below a contact, and where it is, on either side."""
-    shear, x1, x2 = solve(given.PANELS[1]).fields.largest_shear(rtol=1e-2)
-    return {"largest shear": shear, "largest shear abs(x1)": abs(x1), "largest shear x2": x2}
-
-
 def of_two_faces():
     """A strip whose two faces turn differently: displacements under a pressure and two micromoments."""
     solid = mb.Cosserat(E=2.6, nu=0.3, ell=0.5, beta=1.0)

@@ -332,7 +332,10 @@ def of_ways():
             yield f"{name} warnings", len(state.warnings), "outcome"
             yield f"{name} force", state.weights @ state.pressure, "discrete"
     fitted = mb.Contact(mb.Block(solid_of()), cylinder, law)
-    coefficients = coalescence.on_meshes(fitted.solver, 4, 2)
+
+    def coefficients(inner, outer, loads):
+        return fitted.solver.edge_coefficients({0: ((inner, outer),), 1: ()}, loads, 4, 2)
+
     load, _ = coalescence.load_at_inner_edge(coefficients, fitted.solid, 1e-3 * fitted.solid.ell, 0.1)
     yield "coalescence fitted", load, "estimated", 1e-6  # a root, found to less
 

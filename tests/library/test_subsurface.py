@@ -80,7 +80,7 @@ def test_the_surface_is_that_of_the_state_with_twice_the_points_as_well(solved):
         assert np.abs(coarse.stress - double.stress).max() > 1e-7
 
 
-def test_largest_shear_is_over_all_planes_and_the_far_field_is_flamants():
+def test_the_shear_is_over_all_planes_and_the_far_field_is_flamants():
     """Cosserat stresses are not symmetric. A line load P: sigma_rr = -2 P cos(angle)/(pi r), u1 = -(1 - 2 nu)
     P/(4 mu) on the surface; the next terms are of (a/r)^2.
     """
@@ -89,11 +89,6 @@ def test_largest_shear_is_over_all_planes_and_the_far_field_is_flamants():
     normal, tangent = np.array((np.cos(angle), np.sin(angle))), np.array((-np.sin(angle), np.cos(angle)))
     assert at.shear == pytest.approx(
         np.abs(np.einsum("in,ij,jn->n", tangent, at.stress, normal)).max(), rel=1e-7
-    )
-    value, x1, x2 = solved.fields.largest_shear(rtol=1e-2)
-    places = np.random.default_rng(1).uniform((-1.3, -2), (1.3, 0), (100, 2)).T
-    assert (
-        solved.fields(*places).shear.max() <= value == pytest.approx(solved.fields(x1, x2).shear, rel=1e-12)
     )
     angle = np.radians((0.0, 30.0, -60.0, 80.0))
     direction = np.array((np.sin(angle), -np.cos(angle)))

@@ -10,5 +10,3 @@ def rows():
     for problem in problems.COALESCENCE:
         if problem["method"] == "panels":
             yield problem["name"], library.coalescence_of(problem), "estimated", 1e-6  # `coalescence`'s own
-    for name, value in library.largest_shear().items():
-        yield name, value, "estimated", 1e-3
