@@ -46,8 +46,6 @@ LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
 STEPS = 6  # of the edges on one refinement level
 LOCATED = 5.0  # of rtol: error of the edges at which more order helps more than another step
-# of rtol: error of the edges of the first trial, up to which a mesh of low order reads them less accurately
-CONFIRMED = 0.5
 # of rtol, up to which the last mesh is that of an approach: the pressure errs by as much, a hundredth of what
 # the estimate is asked for; and where the order is fixed, by what edges that are settled leave
 LOWERED, SETTLED = 0.01, 1e-11
@@ -124,26 +122,20 @@ class FittedSolver(MeshFitter):
 
     def _from_trials(self, load, rtol, near):
         """The state from a neighbour's zones, else from those of a half-plane."""
-        refined = FittedSolver._refined
-        if self.options.order is not None:  # whose state is the same from wherever it is asked for
-            refined, near = FittedSolver._of_order, None
-        if near is not None:
+        if near is not None and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
-                return refined(self, load, rtol, near.zones)
-        zones, (order, depth) = self.first_zones(load, rtol), self._levels(rtol)[1]
+                return self._refined(load, rtol, near.zones)
+        zones, (order, depth), failures = self.first_zones(load, rtol), self._levels(rtol)[1], []
         ground, parts = self.surface(zones)
         self.require_few(ground, [*self.features(ground), *zone_edges(zones)], parts, depth, order)
-        try:
-            return refined(self, load, rtol, zones)
-        except NotConverged as failure:
-            if self.options.even:
-                raise
-            # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
-            firm = FittedSolver(self.contact, replace(self.options, even=True), self.picture)
+        # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
+        for even in sorted({self.options.even, True}):
+            solver = FittedSolver(self.contact, replace(self.options, even=even), self.picture)
             try:
-                return refined(firm, load, rtol, zones)
-            except NotConverged as other:
-                raise min(failure, other, key=lambda one: one.rtol_reached or math.inf) from None
+                return solver._refined(load, rtol, zones)
+            except NotConverged as failure:
+                failures.append(failure)
+        raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
         """Zones of the computed part as a half-plane has them."""
@@ -170,41 +162,27 @@ class FittedSolver(MeshFitter):
         first = sum(top < math.ceil(-2 * math.log10(rtol) - 0.3) for top, _ in levels[1:])
         return levels[min(first, len(levels) - 2) :]
 
-    def _of_order(self, load, rtol, zones):
-        """The state of the order that is fixed: edges move until rounding or ever new meshes stop them."""
-        passes = 0
-        for level, located in zip(self._levels(rtol), (LOCATED * rtol, 0.0)):
-            last = math.inf
-            for _ in range(STEPS):
-                passes += 1
-                mesh, state, other = self._pass(load, zones, level, 1e-3, passes)
-                moved, error = mesh.moved
-                if other is None and error > last / 2:
-                    break
-                zones, last = (moved, error) if other is None else (other, math.inf)
-                if last <= located:
-                    break
-        if other is not None or self._outside(state, mesh) is not None:
-            raise self._unsettled(load, zones, passes)
-        return state
-
     def _refined(self, load, rtol, zones):
-        """The state to rtol from trial zones: on the first level edges move until they are located, then
-        until they add little to the estimate. Where the state shows other zones, the level begins anew.
+        """The state to rtol from trial zones, or of the order that is fixed. On the first level, and on that
+        of the fixed order, edges move until they are located, then until they add little to the estimate.
+        Where the state shows other zones, the level begins anew.
         """
+        fixed = self.options.order is not None
+        tolerance, located = rtol if fixed else CONDITIONS_SHARE * rtol, LOCATED * rtol
         coarse, best, passes = None, math.inf, 0
         for level in self._levels(rtol):
             last = math.inf
             for _ in range(STEPS):
                 passes += 1
                 try:
-                    mesh, state, other = self._pass(load, zones, level, CONDITIONS_SHARE * rtol, passes)
+                    mesh, state, other = self._pass(load, zones, level, tolerance, passes)
                 except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
                     if best == math.inf:
                         raise
                     raise out_of_reach(rtol, best, f" ({failure})", load=load, iterations=passes) from None
+                parts = state.estimate
                 if other is None and coarse is not None:
-                    parts = replace(state.estimate, discretisation=difference(coarse, state))
+                    parts = replace(parts, discretisation=difference(coarse, state))
                     state = replace(state, estimate=parts)
                     other = self._outside(state, mesh) if parts.total <= rtol else None
                     if other is None and parts.total <= rtol:
@@ -213,17 +191,22 @@ class FittedSolver(MeshFitter):
                     zones, coarse, last = other, None, math.inf
                     continue
                 moved, error = mesh.moved
-                if passes > 1 or error > CONFIRMED * rtol:
+                if passes > 1 or error > rtol / 2:  # a first mesh reads exact edges less accurately
                     zones = moved
-                if coarse is not None:
+                if coarse is None:
+                    settled = error <= located or error > last / 2
+                else:
                     best = min(best, parts.total)
                     settled = parts.total - parts.edges > rtol
-                else:
-                    settled = error <= LOCATED * rtol or error > last / 2
                 if settled:
                     break
                 last = error
-            coarse = state
+            if fixed:  # on the second level to rounding
+                located = 0.0
+            else:
+                coarse = state
+        if fixed and other is None and self._outside(state, mesh) is None:
+            return state
         if best == math.inf or max(map(abs, zone_edges(zones)), default=0.0) > self.furthest:
             raise self._unsettled(load, zones, passes)
         besides = "fix the discretisation, Fitted(order=...)"
