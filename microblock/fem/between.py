@@ -7,7 +7,6 @@ falls to -inf with the logarithm of the distance: there the zone has to open.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -18,10 +17,6 @@ from ..model.quadrature import lagrange
 from ..model.zones import joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
-AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
-CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
-ROUNDED = 12  # digits of the places of nodes on a facet: those of straight facets of one order are alike
-LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
 @dataclass(frozen=True)
@@ -69,28 +64,13 @@ class Facets:
         nodes, 0 beyond them.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
-        along = (x - self.left[place]) / (self.right - self.left)[place]
-        for shape, number, members in self._alike:
-            here = (place >= 0) & (number[place] >= 0)
-            if here.any():
-                own = members[number[place[here]]]
-                found[..., here] = np.sum(values[..., own] * lagrange(shape, along[here]), axis=-1)
-        return found
-
-    @cached_property
-    def _alike(self):
-        """[(places of nodes on facets alike, in lengths; number of each facet among these, or -1; their
-        nodes)]: arrays (k,), (facets,), (n, k).
-        """
-        groups = {}
-        for i, (own, left, right) in enumerate(zip(self.members, self.left, self.right)):
-            shape = np.round((self.nodes.points[own, 0] - left) / (right - left), ROUNDED)
-            groups.setdefault(tuple(shape), []).append(i)
-        found = []
-        for shape, alike in groups.items():
-            number = np.full(len(self.members), -1)
-            number[alike] = np.arange(len(alike))
-            found.append((np.array(shape), number, np.array([self.members[i] for i in alike])))
+        counts, abscissae = np.array([len(own) for own in self.members]), self.nodes.points[:, 0]
+        for count in set(counts):
+            here = np.flatnonzero((place >= 0) & (counts[place] == count))
+            facet, own = place[here], np.array([self.members[i] for i in place[here]], int).reshape(-1, count)
+            left, length = self.left[facet], (self.right - self.left)[facet]
+            shares = lagrange((abscissae[own] - left[:, None]) / length[:, None], (x[here] - left) / length)
+            found[..., here] = np.sum(values[..., own] * shares, axis=-1)
         return found
 
     def initial_gaps(self, law, obstacle, corner, x):
@@ -113,19 +93,15 @@ def missed(facets, closed, law, obstacle, sites):
     `closed` is a boolean array (corners, nodes), `sites` are the contact points of each corner to look at.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
-    at_nodes = np.array(
-        list(law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values())
-    )
+    at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
-        whole = facets.pressed(own) & [np.isfinite(gaps[members]).all() for members in facets.members]
         here = facets.below(x)
-        x, here = (each[(here >= 0) & whole[here]] for each in (x, here))
-        if len(x):
-            smooth = facets.interpolate(np.where(np.isfinite(gaps), gaps, 0.0), x)
-            off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - smooth)
-            deepest = np.zeros(len(found))
-            np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
-            found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
+        x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))
+        with np.errstate(invalid="ignore"):  # gaps of inf, beyond an end of the obstacle
+            off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - facets.interpolate(gaps, x))
+        deepest = np.zeros(len(found))
+        np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
+        found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
     return found
 
 
@@ -149,15 +125,10 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, cou
             gaps = gaps + counter(x - law.shifts(ell)[corner] * upwards) * upwards
         borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
         for first, last in runs(gaps < 0):
-            left, right, depth = (
-                float(borders[first]),
-                float(borders[last + 1]),
-                float(-gaps[first : last + 1].min()),
-            )
+            left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
             if right > left:
-                found.append(
-                    Overlap(corner, left, right, depth, float(stiffness * depth / np.sqrt(right - left)))
-                )
+                worth = stiffness * depth / np.sqrt(right - left)
+                found.append(Overlap(corner, *map(float, (left, right, depth, worth))))
     return found
 
 
@@ -182,20 +153,16 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
         for corner, K in sizes.get(place, {}).items():
             if K >= 0 or not x[0] <= place <= x[-1]:
                 continue
-            way = min([reach, *(AWAY * abs(edge - place) for edge in edges if edge != place)])
-            sides = [_pulled(pressures[corner], (x - place) * sign, way, K) for sign in (-1, 1)]
-            r0, square = max(sides), 2 * sum(sides) * K**2
-            found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, float(np.sqrt(square))))
+            far = min([reach, *(0.4 * abs(edge - place) for edge in edges if edge != place)])
+            sides = []
+            for r in (place - x, x - place):
+                here = (r > 0.02 * far) & (r < far)  # nearer nodes do not follow the logarithm
+                if np.count_nonzero(here) > 1:
+                    smooth = np.polyfit(r[here], pressures[corner, here] + K * np.log(r[here]), 1)[1]
+                    sides.append(min(far, np.exp(smooth / K)))
+            r0, worth = float(max(sides, default=0.0)), float(np.sqrt(2 * sum(sides)) * abs(K))
+            found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
     return found
-
-
-def _pulled(p, r, reach, K):
-    """Distance from a valley up to which the pressure is negative on one side, 0 where there are no nodes."""
-    here = (r > CLOSE * reach) & (r < reach)
-    if not here.any():
-        return 0.0
-    smooth, line = p[here] + K * np.log(r[here]), np.vander(r[here], min(2, here.sum()), increasing=True)
-    return float(min(reach, np.exp(np.linalg.lstsq(line, smooth, rcond=None)[0][0] / K)))
 
 
 def of_body(state):
@@ -233,11 +200,9 @@ def of_body(state):
 def _low(facets, state):
     """((left, right), ...) of x1 of the corners, where their gaps are low."""
     law, obstacle, found = state.law, state.solver.obstacle, []
-    x = np.unique([np.linspace(left, right, LOOKED_AT) for left, right in zip(facets.left, facets.right)])
+    x = np.unique([np.linspace(left, right, 40) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
         low = facets.initial_gaps(law, obstacle, corner, x) < LOW * max(state.approach, 0.0)
-        shift = state.problem.shift(corner)
-        found += [
-            (float(x[max(i - 1, 0)] - shift), float(x[min(j + 1, len(x) - 1)] - shift)) for i, j in runs(low)
-        ]
+        places = np.concatenate((x[:1], x, x[-1:])) - state.problem.shift(corner)
+        found += [(float(places[i]), float(places[j + 2])) for i, j in runs(low)]
     return tuple(joined(found))

@@ -18,17 +18,6 @@ from .meshes import GRADING, RATIO, SLIVER, Ground, apart, falling_orders, grade
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
 MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
-# of the outer edge: an inner edge this near to the axis is none (p^2 there is below 1e-3 of its size), and
-# zones whose inner edges are as near as that may meet there
-COLLAPSED, MEETING = 1e-5, 0.1
-# of the way to the next edge, or of the layer if that is less: from where K0 and K1 are read, and from where
-# on meshes with too few nodes for that
-FITTED, FURTHEST = 0.4, 0.8
-# K0, K1, ... of the series in which they are read: with 4 edges stay off by up to 5e-5 of the width on all
-# levels, with 6 by less than the elements make of it
-TERMS = 6
-LONGEST_MOVE = 0.4  # of an edge in one step, over the way to the next
-SEEN = 0.05  # of the way to the next edge: sets that differ by more are another topology
 LAYERS = 2.4  # width of a partial zone over the layer length
 
 
@@ -151,11 +140,8 @@ class FittedMesh:
         self.ground, parts = solver.surface(self.zones)
         tips = {*solver.features(self.ground), *edges}
         if solver.symmetric:
-            tips = {
-                *solver.features(self.ground),
-                *(edge for edge in edges if edge > 0),
-                *self._meeting(edges),
-            }
+            tips = {tip for tip in tips if tip > 0 or tip in solver.features(self.ground)}
+            tips |= self._meeting(edges)
         self.tips = sorted(tips)
         self.body = solver.condense(self.ground, self.tips, parts, levels, order)
         self.system = self.body.compliance.corner_system(solver.law, solver.obstacle)
@@ -166,7 +152,7 @@ class FittedMesh:
 
     def _meeting(self, edges):
         """{0.0} where the zones of two corners are about to meet on the axis, where p is singular then."""
-        near = any(0 < edge < MEETING * edges[-1] for edge in edges)
+        near = any(0 < edge < edges[-1] / 10 for edge in edges)
         meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
         return {0.0} if meet else set()
 
@@ -202,8 +188,8 @@ class FittedMesh:
                     way = self.way(edge) or right - left
                     K0, K1 = self.read(self.pressures[corner], edge, inward, way, right - left)
                     step = 2 * K0 / K1 if K1 > 0 else math.copysign(math.inf, K0)
-                    step = min(max(step, -LONGEST_MOVE * way), LONGEST_MOVE * way)
-                    new.append(float(edge - inward * step))
+                    step = float(np.clip(step, -0.4 * way, 0.4 * way))
+                    new.append(edge - inward * step)
                     if step:
                         square += (K1 * step) ** 2 * (0.5 + 0.25 * math.log(way / abs(step)))
                 moved[corner].append(tuple(new))
@@ -220,17 +206,20 @@ class FittedMesh:
         They are read beyond the element at the edge, which cannot follow 1/sqrt(r). On coarse meshes the
         reach grows until there are more nodes than terms.
         """
-        r, furthest = (self.x - edge) * inward, FURTHEST * min(way, length)
-        reach = FITTED * min(way, LAYERS * self.solver.solid.layer_length)
+        r, terms = (
+            (self.x - edge) * inward,
+            6,
+        )  # with 4 edges are off by up to 5e-5 of the width on all levels
+        reach = 0.4 * min(way, LAYERS * self.solver.solid.layer_length)
         left, right = self.body.along.left, self.body.along.right
         number = np.argmin(np.abs((left if inward > 0 else right) - edge))
         beside = (1 + 1e-9) * (right[number] - left[number])
-        if np.count_nonzero((r > beside) & (r < reach)) <= TERMS:
+        if np.count_nonzero((r > beside) & (r < reach)) <= terms:
             beside = 0.0
-        while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= TERMS and reach < furthest:
+        while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= terms and reach < 0.8 * min(way, length):
             reach *= 1.5
         here = (r > max(beside, 1e-3 * reach)) & (r < reach)
-        terms = min(TERMS, np.count_nonzero(here) - 1)
+        terms = min(terms, np.count_nonzero(here) - 1)
         if terms < 2:
             raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
         scale = np.sqrt(self.body.weights[here])
@@ -242,7 +231,7 @@ class FittedMesh:
         """Whether a wrong set at x is no other topology, so near to a tip, boolean array."""
         tips, (left, right) = np.array(self.tips), self.ground.reach
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
-        hidden = SEEN * np.minimum(apart.min(axis=1), right - left)
+        hidden = 0.05 * np.minimum(apart.min(axis=1), right - left)
         hidden = np.where(np.isin(tips, self.solver.ends()), np.minimum(hidden, self.near), hidden)
         nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
         return np.abs(x - tips[nearest]) <= hidden[nearest]
@@ -286,10 +275,10 @@ def _cleaned(solver, zones, near):
     that are there; without zones and gaps of no width.
     """
     edges = zone_edges(zones)
-    outer, width = max(map(abs, edges)), edges[-1] - edges[0]
+    width = edges[-1] - edges[0]
 
     def placed(edge, ends):
-        if solver.symmetric and edge <= COLLAPSED * outer:
+        if solver.symmetric and edge <= 0:
             return 0.0
         return next((end for end in ends if abs(edge - end) < near), edge)
 
