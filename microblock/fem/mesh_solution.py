@@ -66,6 +66,11 @@ class OnMesh(Solution):
         """Pressure of each corner, array (corners, n); of corners that move together the mean."""
         return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
 
+    @property
+    def loads(self):
+        """Nodal normal forces and moments of the computed part, array (2 n,)."""
+        return self.nodes.compliance.loads(self.law, self.forces)
+
     @cached_property
     def fields(self):
         """Fields as NGSolve functions, by one back-substitution."""
@@ -144,11 +149,6 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         pressed = self.forces > 0
         depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
-
-    @property
-    def loads(self):
-        """Nodal normal forces and moments, array (2 n,)."""
-        return self.nodes.compliance.loads(self.law, self.forces)
 
     def interpolated(self, values, x):
         """Nodal values at x, array (n,): polynomials of a condensed body, else a polygon."""
