@@ -125,9 +125,7 @@ class FittedSolver(MeshFitter):
         if near is not None and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
                 return self._refined(load, rtol, near.zones)
-        zones, (order, depth), failures = self.first_zones(load, rtol), self._levels(rtol)[1], []
-        ground, parts = self.surface(zones)
-        self.require_few(ground, [*self.features(ground), *zone_edges(zones)], parts, depth, order)
+        zones, failures = self.first_zones(load, rtol), []
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             solver = FittedSolver(self.contact, replace(self.options, even=even), self.picture)

@@ -57,8 +57,8 @@ class MeshFitter(GroundSolver):
         places = {abs(x) if self.symmetric else x for x in (*kinks, *self.ends())}
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
-    def require_few(self, ground, tips, parts, levels, order):
-        """`_sizes`; NotConverged for too many contact nodes, which of simple obstacles memory bounds."""
+    def condense(self, ground, tips, parts, levels, order):
+        """The block condensed to the nodes of a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
         count = (elements + len(sizes) / 2) * order
@@ -70,13 +70,7 @@ class MeshFitter(GroundSolver):
                 "the obstacle's features and the edges of the zones ask for some "
                 f"{count:.2g} contact nodes or more, and up to {MOST_NODES} are in reach: {instead}"
             )
-        return sizes
-
-    def condense(self, ground, tips, parts, levels, order):
-        """The block condensed to the nodes of a graded mesh; NotConverged as of `require_few`."""
-        sizes = self.require_few(ground, tips, parts, levels, order)
-        lines = self.options.lines
-        mesh = graded(ground, (*tips, *lines), spacing=parts, levels=levels, sizes=sizes)
+        mesh = graded(ground, (*tips, *self.options.lines), spacing=parts, levels=levels, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
