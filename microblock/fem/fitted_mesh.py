@@ -24,8 +24,6 @@ LAYERS = 2.4  # width of a partial zone over the layer length
 class MeshFitter(GroundSolver):
     """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load."""
 
-    picture = None
-
     @property
     def furthest(self):
         """Distance from x1 = 0 up to which zones are looked for; inf on an unbounded block."""
@@ -111,9 +109,7 @@ class FittedMesh:
     system : (flexibility, initial gaps, shares in the load) of the corners
     closed : boolean array (corners, n)
     pressures : array (corners, n)
-    near : float
-        An edge nearer to an end of the obstacle is put there. It changes p by as much, the 1/sqrt(r) there by
-        its root.
+    near : float, below which an edge is put to an end of the obstacle
 
     Raises
     ------
@@ -197,8 +193,7 @@ class FittedMesh:
     def read(self, p, edge, inward, way, length):
         """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2.
 
-        They are read beyond the element at the edge, which cannot follow 1/sqrt(r). On coarse meshes the
-        reach grows until there are more nodes than terms.
+        They are read beyond the element at the edge; the reach grows until there are more nodes than terms.
         """
         r, terms = (
             (self.x - edge) * inward,
@@ -231,9 +226,7 @@ class FittedMesh:
         return np.abs(x - tips[nearest]) <= hidden[nearest]
 
     def violations(self, state):
-        """[Overlap] of the state between open nodes and, without depth, where a corner in tension has to be
-        open; but for those next to edges.
-        """
+        """[Overlap] of the state, without depth where a corner in tension has to be open, away from edges."""
         problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
         sites = [x[~self.beside_tips(x)] for x in self._sites]
         raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
@@ -265,9 +258,7 @@ class FittedMesh:
 
 
 def _cleaned(solver, zones, near):
-    """Zones whose edges a mesh tells apart from each other, from the axis and from an end of the obstacle, or
-    that are there; without zones and gaps of no width.
-    """
+    """Zones whose edges a mesh tells apart, or that are at the axis or an end of the obstacle."""
     edges = zone_edges(zones)
     width = edges[-1] - edges[0]
 

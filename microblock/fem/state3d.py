@@ -28,11 +28,12 @@ class SurfaceNodes(OnMesh):
     @cached_property
     def micromoment(self) -> Array:
         """M1 and M2 of the corners' forces, or the reaction to psi = 0, array (2, n) (stress x length)."""
-        if self.solver.surface_law.clamped:
-            moments: Array = self.solver.held_moments(self.fields.forces)
-        else:
-            moments = np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
-        return moments / self.weights
+        nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
+        if self.solver.surface_law.clamped:  # not of planes of symmetry
+            held = [nodes.moments_of(name, self.fields.forces) for name in ("psi1", "psi2")]
+            moments = held * np.array([nodes.is_free(name, self.solver.body) for name in ("psi1", "psi2")])
+        found: Array = moments / self.weights
+        return found
 
     @property
     def loads(self) -> Array:
