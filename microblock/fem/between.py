@@ -1,9 +1,7 @@
-"""What the nodes of a contact boundary do not see of an obstacle: its heights and the gaps at places between
-them.
+"""What the nodes of a contact boundary do not see of an obstacle between them: heights and gaps.
 
 A height that is missed by d between nodes w apart, and an overlap of depth d on a width w, are worth ``E*
-d/sqrt(w)`` in L2 of the pressure. Where the slope of the obstacle falls, the pressure of a closed corner
-falls to -inf with the logarithm of the distance: there the zone has to open.
+d/sqrt(w)`` in L2 of the pressure. Where the slope of the obstacle falls a zone has to open.
 """
 
 from dataclasses import dataclass, replace
@@ -21,8 +19,8 @@ LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
 @dataclass(frozen=True)
 class Overlap:
-    """An interval of x1 in which a corner (its number) overlaps the obstacle by `depth` (length), and what
-    that is worth (force per length^(3/2): a pressure in L2)."""
+    """An interval of x1 in which a corner (its number) overlaps the obstacle by `depth` (length), and its
+    worth (force per length^(3/2))."""
 
     corner: int
     left: float
@@ -32,8 +30,8 @@ class Overlap:
 
 
 class Facets:
-    """The facets of a contact boundary from left to right, but for those that are steeper than corners can
-    touch, or than n2 = `steepest`; and functions of x1 on them.
+    """The facets of a contact boundary from left to right, but for those with n2 up to `steepest`, and
+    functions of x1 on them.
 
     Attributes
     ----------
@@ -88,9 +86,8 @@ class Facets:
 
 
 def missed(facets, closed, law, obstacle, sites):
-    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,).
-
-    `closed` is a boolean array (corners, nodes), `sites` are the contact points of each corner to look at.
+    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,), from the
+    `closed` corners, array (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
     at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
@@ -106,9 +103,7 @@ def missed(facets, closed, law, obstacle, sites):
 
 
 def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
-    """[Overlap] of all corners between open nodes, with u.n and psi there; `counter` is the displacement of a
-    second body, a function of x1.
-    """
+    """[Overlap] of all corners between open nodes; `counter` is the displacement of a second body."""
     nodes, found = facets.nodes, []
     ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
     for corner, (own, x) in enumerate(zip(closed, sites)):
@@ -140,13 +135,10 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
 
     Parameters
     ----------
-    problem : Problem
-    zones : {corner number: intervals} of the whole line, on which gaps are closed
+    zones : {corner number: intervals} of the whole line
     x, pressures : arrays (nodes,), (corners, nodes) of the computed part
-    edges : list of float
-        All places at which pressures of the computed part are singular.
-    reach : float
-        Farthest distance at which A and B are read (length).
+    edges : list of float, where pressures are singular
+    reach : float, up to which A and B are read (length)
     """
     found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
@@ -166,12 +158,8 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
 
 
 def of_body(state):
-    """The same of a MeshSolution: what is missed and overlaps, array (facets,).
-
-    Raises
-    ------
-    BadArgument
-        For a height, or a psi0, of which no picture can be made.
+    """What is missed and overlaps of a MeshSolution, array (facets,); BadArgument for a height, or a psi0, of
+    which no picture can be made.
     """
     nodes, law, obstacle = state.nodes, state.law, state.solver.obstacle
     facets, found = Facets(nodes), np.zeros(len(nodes.facets))

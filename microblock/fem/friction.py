@@ -219,12 +219,11 @@ def history(solver, pairs, coupled, rtol, method):
 
 
 def history_to(rtol, solvers, pairs, coupled):
-    """The History through pairs, array (n, 2), of the first of four solvers, on meshes that are halved each
-    time, with an error estimate of rtol at most, from the third on.
+    """The History through pairs, array (n, 2), of the first solver with an error estimate of rtol at most,
+    each on squares half as long as those before; NotConverged without one.
 
-    What the last mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson);
-    half of a state's change before the last counts as well. rtol is that of pressure, micromoment over ell
-    and shear traction over the friction. Raises NotConverged if the last mesh does not do.
+    What a mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson); half of
+    a state's change before the last counts as well.
     """
 
     def changes(coarser, finer):

@@ -18,7 +18,7 @@ from .mesh_fields import BelowOnMesh
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OnMesh(Solution):
-    """Base of solutions on the contact nodes of a body on a mesh, condensed or by Newton's method.
+    """Base of solutions on the contact nodes of a body on a mesh.
 
     Attributes
     ----------
@@ -78,9 +78,7 @@ class OnMesh(Solution):
         return self.found or self.nodes.fields(self.loads)
 
     def reaction_on(self, boundary):
-        """Force and moment about the origin that the body's supports on a boundary exert on it, from nodal
-        forces: in equilibrium to rounding with the load and, where psi is prescribed, the contact's couples.
-        """
+        """Force and moment about the origin that the supports on a boundary exert, from nodal forces."""
         return self.fields.reaction(boundary)
 
 

@@ -1,8 +1,8 @@
 """Monolithic contact in one, two and three dimensions: semismooth Newton on u, psi and the approach at once.
 
-The augmented Lagrangian (37), or the penalty functional (31), is stationary; its first and second variation
-are residual and tangent. In the plane the corner multipliers are unknowns as well. In space corner forces are
-not unique: multipliers are given there, and become (40) when equilibrium holds better than the gaps do.
+The augmented Lagrangian (37), or the penalty functional (31), is stationary. In the plane the corner
+multipliers are unknowns as well; in space, where corner forces are not unique, they are given, and become
+(40) when equilibrium holds better than the gaps do.
 """
 
 from collections import Counter
@@ -278,17 +278,9 @@ class MonolithicNewton:
 
 @dataclass(frozen=True, repr=False)
 class _Iterate:
-    """Unknowns and what they leave.
-
-    Attributes
-    ----------
-    values : array (unknowns,)
-    gaps, stresses, closed : arrays (corners, n), (22) and (40)
-    active : bytes, the flags of closed corners at the points of the rule
-    vector : of the first variation
-    size : float, norm of the internal nodal forces, reactions included: the scale of equilibrium
-    residual, open : float, relative, of the system that a step solves, and of the gaps where multipliers are
-        given
+    """Unknowns and what they leave: gaps (22), stresses (40), flags of closed corners at the points of the
+    rule (`active`), the first variation, the norm of internal forces (`size`), and relative residuals, of the
+    system that a step solves and of gaps whose multipliers are given (`open`).
     """
 
     values: np.ndarray

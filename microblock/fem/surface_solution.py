@@ -44,7 +44,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     forces : array (corners, nodes), of the computed part
     displacement, psi : arrays (n,), -u.n and microrotation at `x`, on the whole line
     zones : {corner number: ((left, right), ...)} of the computed part
-    estimate : Estimate, or None where the mesh does not follow the edges
+    estimate : Estimate, or None
     """
 
     _: KW_ONLY
