@@ -1,13 +1,10 @@
-"""What the nodes of a contact boundary do not see of an obstacle: its heights and the gaps at places between
-them.
+"""What the nodes of a contact boundary do not see of an obstacle between them: heights and gaps.
 
 A height that is missed by d between nodes w apart, and an overlap of depth d on a width w, are worth ``E*
-d/sqrt(w)`` in L2 of the pressure. Where the slope of the obstacle falls, the pressure of a closed corner
-falls to -inf with the logarithm of the distance: there the zone has to open.
+d/sqrt(w)`` in L2 of the pressure. Where the slope of the obstacle falls a zone has to open.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -18,16 +15,12 @@ from ..model.quadrature import lagrange
 from ..model.zones import joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
-AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
-CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
-ROUNDED = 12  # digits of the places of nodes on a facet: those of straight facets of one order are alike
-LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """An interval of x1 in which a corner (its number) overlaps the obstacle by `depth` (length), and what
-    that is worth (force per length^(3/2): a pressure in L2)."""
+    """An interval of x1 in which a corner (its number) overlaps the obstacle by `depth` (length), and its
+    worth (force per length^(3/2))."""
 
     corner: int
     left: float
@@ -37,8 +30,8 @@ class Overlap:
 
 
 class Facets:
-    """The facets of a contact boundary from left to right, but for those that are steeper than corners can
-    touch, or than n2 = `steepest`; and functions of x1 on them.
+    """The facets of a contact boundary from left to right, but for those with n2 up to `steepest`, and
+    functions of x1 on them.
 
     Attributes
     ----------
@@ -69,28 +62,13 @@ class Facets:
         nodes, 0 beyond them.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
-        along = (x - self.left[place]) / (self.right - self.left)[place]
-        for shape, number, members in self._alike:
-            here = (place >= 0) & (number[place] >= 0)
-            if here.any():
-                own = members[number[place[here]]]
-                found[..., here] = np.sum(values[..., own] * lagrange(shape, along[here]), axis=-1)
-        return found
-
-    @cached_property
-    def _alike(self):
-        """[(places of nodes on facets alike, in lengths; number of each facet among these, or -1; their
-        nodes)]: arrays (k,), (facets,), (n, k).
-        """
-        groups = {}
-        for i, (own, left, right) in enumerate(zip(self.members, self.left, self.right)):
-            shape = np.round((self.nodes.points[own, 0] - left) / (right - left), ROUNDED)
-            groups.setdefault(tuple(shape), []).append(i)
-        found = []
-        for shape, alike in groups.items():
-            number = np.full(len(self.members), -1)
-            number[alike] = np.arange(len(alike))
-            found.append((np.array(shape), number, np.array([self.members[i] for i in alike])))
+        counts, abscissae = np.array([len(own) for own in self.members]), self.nodes.points[:, 0]
+        for count in set(counts):
+            here = np.flatnonzero((place >= 0) & (counts[place] == count))
+            facet, own = place[here], np.array([self.members[i] for i in place[here]], int).reshape(-1, count)
+            left, length = self.left[facet], (self.right - self.left)[facet]
+            shares = lagrange((abscissae[own] - left[:, None]) / length[:, None], (x[here] - left) / length)
+            found[..., here] = np.sum(values[..., own] * shares, axis=-1)
         return found
 
     def initial_gaps(self, law, obstacle, corner, x):
@@ -108,31 +86,24 @@ class Facets:
 
 
 def missed(facets, closed, law, obstacle, sites):
-    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,).
-
-    `closed` is a boolean array (corners, nodes), `sites` are the contact points of each corner to look at.
+    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,), from the
+    `closed` corners, array (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
-    at_nodes = np.array(
-        list(law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values())
-    )
+    at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
-        whole = facets.pressed(own) & [np.isfinite(gaps[members]).all() for members in facets.members]
         here = facets.below(x)
-        x, here = (each[(here >= 0) & whole[here]] for each in (x, here))
-        if len(x):
-            smooth = facets.interpolate(np.where(np.isfinite(gaps), gaps, 0.0), x)
-            off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - smooth)
-            deepest = np.zeros(len(found))
-            np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
-            found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
+        x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))
+        with np.errstate(invalid="ignore"):  # gaps of inf, beyond an end of the obstacle
+            off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - facets.interpolate(gaps, x))
+        deepest = np.zeros(len(found))
+        np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
+        found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
     return found
 
 
 def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
-    """[Overlap] of all corners between open nodes, with u.n and psi there; `counter` is the displacement of a
-    second body, a function of x1.
-    """
+    """[Overlap] of all corners between open nodes; `counter` is the displacement of a second body."""
     nodes, found = facets.nodes, []
     ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
     for corner, (own, x) in enumerate(zip(closed, sites)):
@@ -149,15 +120,10 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, cou
             gaps = gaps + counter(x - law.shifts(ell)[corner] * upwards) * upwards
         borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
         for first, last in runs(gaps < 0):
-            left, right, depth = (
-                float(borders[first]),
-                float(borders[last + 1]),
-                float(-gaps[first : last + 1].min()),
-            )
+            left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
             if right > left:
-                found.append(
-                    Overlap(corner, left, right, depth, float(stiffness * depth / np.sqrt(right - left)))
-                )
+                worth = stiffness * depth / np.sqrt(right - left)
+                found.append(Overlap(corner, *map(float, (left, right, depth, worth))))
     return found
 
 
@@ -169,42 +135,31 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
 
     Parameters
     ----------
-    problem : Problem
-    zones : {corner number: intervals} of the whole line, on which gaps are closed
+    zones : {corner number: intervals} of the whole line
     x, pressures : arrays (nodes,), (corners, nodes) of the computed part
-    edges : list of float
-        All places at which pressures of the computed part are singular.
-    reach : float
-        Farthest distance at which A and B are read (length).
+    edges : list of float, where pressures are singular
+    reach : float, up to which A and B are read (length)
     """
     found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
         for corner, K in sizes.get(place, {}).items():
             if K >= 0 or not x[0] <= place <= x[-1]:
                 continue
-            way = min([reach, *(AWAY * abs(edge - place) for edge in edges if edge != place)])
-            sides = [_pulled(pressures[corner], (x - place) * sign, way, K) for sign in (-1, 1)]
-            r0, square = max(sides), 2 * sum(sides) * K**2
-            found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, float(np.sqrt(square))))
+            far = min([reach, *(0.4 * abs(edge - place) for edge in edges if edge != place)])
+            sides = []
+            for r in (place - x, x - place):
+                here = (r > 0.02 * far) & (r < far)  # nearer nodes do not follow the logarithm
+                if np.count_nonzero(here) > 1:
+                    smooth = np.polyfit(r[here], pressures[corner, here] + K * np.log(r[here]), 1)[1]
+                    sides.append(min(far, np.exp(smooth / K)))
+            r0, worth = float(max(sides, default=0.0)), float(np.sqrt(2 * sum(sides)) * abs(K))
+            found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
     return found
 
 
-def _pulled(p, r, reach, K):
-    """Distance from a valley up to which the pressure is negative on one side, 0 where there are no nodes."""
-    here = (r > CLOSE * reach) & (r < reach)
-    if not here.any():
-        return 0.0
-    smooth, line = p[here] + K * np.log(r[here]), np.vander(r[here], min(2, here.sum()), increasing=True)
-    return float(min(reach, np.exp(np.linalg.lstsq(line, smooth, rcond=None)[0][0] / K)))
-
-
 def of_body(state):
-    """The same of a MeshSolution: what is missed and overlaps, array (facets,).
-
-    Raises
-    ------
-    BadArgument
-        For a height, or a psi0, of which no picture can be made.
+    """What is missed and overlaps of a MeshSolution, array (facets,); BadArgument for a height, or a psi0, of
+    which no picture can be made.
     """
     nodes, law, obstacle = state.nodes, state.law, state.solver.obstacle
     facets, found = Facets(nodes), np.zeros(len(nodes.facets))
@@ -233,11 +188,9 @@ def of_body(state):
 def _low(facets, state):
     """((left, right), ...) of x1 of the corners, where their gaps are low."""
     law, obstacle, found = state.law, state.solver.obstacle, []
-    x = np.unique([np.linspace(left, right, LOOKED_AT) for left, right in zip(facets.left, facets.right)])
+    x = np.unique([np.linspace(left, right, 40) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
         low = facets.initial_gaps(law, obstacle, corner, x) < LOW * max(state.approach, 0.0)
-        shift = state.problem.shifts[corner]
-        found += [
-            (float(x[max(i - 1, 0)] - shift), float(x[min(j + 1, len(x) - 1)] - shift)) for i, j in runs(low)
-        ]
+        places = np.concatenate((x[:1], x, x[-1:])) - state.problem.shifts[corner]
+        found += [(float(places[i]), float(places[j + 2])) for i, j in runs(low)]
     return tuple(joined(found))

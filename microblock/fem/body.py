@@ -26,7 +26,7 @@ USUAL_CONTACT = "contact"  # the name of the contact boundary
 FIELDS = ("u1", "u2", "psi")
 FIELDS3D = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PLACES = {name: number for number, name in enumerate(FIELDS3D)} | {"psi": 5}  # among u and psi as vectors
-SOLVERS3D = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton3d.NewtonSolver3D"}
+SOLVERS3D = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton_solver.NewtonSolver3D"}
 HELD = "are rigid motions fixed, and psi where beta = 0?"
 # of a body in space
 HELD3D = HELD + (

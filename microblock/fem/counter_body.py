@@ -12,9 +12,8 @@ from .condensation import condensed
 class CounterBody:
     """The second body of a problem, condensed to the nodes of its contact boundary.
 
-    Nodes need not match those of the first body. The force of a corner at a node is a pressure, the
-    polynomial of that node on its facets, and the displacement of the second body is its mean with this
-    pressure.
+    Nodes need not match. The force of a corner at a node is a pressure, the polynomial of that node, and the
+    displacement of the second body is its mean with this pressure.
 
     Parameters
     ----------

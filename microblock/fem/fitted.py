@@ -1,17 +1,16 @@
 """Contact of the ground with a rigid obstacle by finite elements whose mesh follows the edges of the zones.
 
-A pass closes the gaps of each corner on trial zones, on a mesh with vertices at their edges. At a free edge
+A pass closes the gaps on trial zones, on a mesh with vertices at their edges. At a free edge
 ``p = K0/sqrt(r) + K1 sqrt(r)``, and ``dK0_i/de_j = -delta_ij K1_i/2`` at the solution: to move the edges
 outwards by ``2 K0/K1`` is Newton's method. Mesh and orders are refined until the estimate holds:
 
 discretisation   difference of pressure and micromoment between two refinement levels
 edges            what the next step of the edges would change: p by K1 delta/(2 sqrt r) beside an edge
-truncation       TRUNCATION (outer edge/far)^2 (docs/theory/finite_elements.md)
+truncation       2 (outer edge/far)^2 (docs/theory/finite_elements.md)
 obstacle         what nodes miss of the height, and overlaps that change no zones
 
-The first zones are those of a half-plane: of panels where the obstacle is simple, else of cells on all low
-stretches of its `picture`. The gaps of all corners are looked at wherever the height was, those of the state
-that is returned beyond the contact boundary as well.
+The first zones are those of a half-plane: of panels where the obstacle is simple, else of cells. Gaps are
+looked at wherever the height was.
 """
 
 import math
@@ -38,26 +37,15 @@ from .ground import Within
 from .surface_solution import Estimate, SurfaceSolution, difference, surface_solution
 
 # (order, levels of elements at the edges). Orders from 5 on are odd: an even one has nearly the error of the
-# odd one before it, and their difference would not see it. Where depths are equal, what the depth leaves is a
-# tenth of what order 5 does
+# odd one before it, and their difference would not see it
 LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
-STEPS = 6  # of the edges on one refinement level
-LOCATED = 5.0  # of rtol: error of the edges at which more order helps more than another step
-# of rtol: error of the edges of the first trial, up to which a mesh of low order reads them less accurately
-CONFIRMED = 0.5
-# of rtol, up to which the last mesh is that of an approach: the pressure errs by as much, a hundredth of what
-# the estimate is asked for; and where the order is fixed, by what edges that are settled leave
-LOWERED, SETTLED = 0.01, 1e-11
-TRUNCATION = 2.0  # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
 class FittedSolver(MeshFitter):
-    """States of a Block on fitted meshes, with the options of `Fitted`; `picture` and `obstacle` are those of
-    one load, for which `_pictured` makes a solver.
-    """
+    """States of a Block on fitted meshes; `picture` and `obstacle` are those of one load."""
 
     usual_rtol = 1e-3
 
@@ -66,10 +54,6 @@ class FittedSolver(MeshFitter):
         super().__init__(contact, options)
         if known is not None:
             self.obstacle = picture.seen(self.obstacle, known)
-
-    @cached_property
-    def problem(self):
-        return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         fixed = self.options.order is not None
@@ -82,7 +66,8 @@ class FittedSolver(MeshFitter):
         def at(load, near):
             return self.at(load, wanted, near or initial)
 
-        state = self.at_approach(approach, at, SETTLED if fixed else LOWERED * wanted)
+        # on the mesh of a neighbour the pressure errs by a hundredth of what the estimate is asked for
+        state = self.at_approach(approach, at, 1e-11 if fixed else wanted / 100)
         # its edges stay: they are off by the share of their width by which the load moves, or less
         flexibility, gaps, share = state.body.compliance.corner_system(self.law, state.solver.obstacle)
         found = active_set.solve(flexibility, gaps, approach=approach, c=share)
@@ -93,8 +78,7 @@ class FittedSolver(MeshFitter):
         return FittedPath(self.contact, last, rtol)
 
     def at(self, load, rtol=usual_rtol, near=None):
-        """The SurfaceSolution at a load to a relative L2 error of pressure and micromoment, from a
-        neighbour's zones on, or of the order that is fixed.
+        """The SurfaceSolution at a load to rtol, from a neighbour's zones on, or of the order that is fixed.
 
         Raises
         ------
@@ -120,26 +104,18 @@ class FittedSolver(MeshFitter):
 
     def _from_trials(self, load, rtol, near):
         """The state from a neighbour's zones, else from those of a half-plane."""
-        refined = FittedSolver._refined
-        if self.options.order is not None:  # whose state is the same from wherever it is asked for
-            refined, near = FittedSolver._of_order, None
-        if near is not None:
+        if near is not None and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
-                return refined(self, load, rtol, near.zones)
-        zones, (order, depth) = self.first_zones(load, rtol), self._levels(rtol)[1]
-        ground, parts = self.surface(zones)
-        self.require_few(ground, [*self.features(ground), *zone_edges(zones)], parts, depth, order)
-        try:
-            return refined(self, load, rtol, zones)
-        except NotConverged as failure:
-            if self.options.even:
-                raise
-            # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
-            firm = FittedSolver(self.contact, replace(self.options, even=True), self.picture)
+                return self._refined(load, rtol, near.zones)
+        zones, failures = self.first_zones(load, rtol), []
+        # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
+        for even in sorted({self.options.even, True}):
+            solver = FittedSolver(self.contact, replace(self.options, even=even), self.picture)
             try:
-                return refined(firm, load, rtol, zones)
-            except NotConverged as other:
-                raise min(failure, other, key=lambda one: one.rtol_reached or math.inf) from None
+                return solver._refined(load, rtol, zones)
+            except NotConverged as failure:
+                failures.append(failure)
+        raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
         """Zones of the computed part as a half-plane has them."""
@@ -154,8 +130,8 @@ class FittedSolver(MeshFitter):
         return {corner: tuple(common(own, part)) for corner, own in zones.items()}
 
     def _levels(self, rtol):
-        """Refinement levels from the one before the first that may reach rtol: an order adds half a digit; or
-        the first of all and that of the fixed order.
+        """Refinement levels from the one before the first that may reach rtol, half a digit an order; or the
+        first of all and that of the fixed order.
         """
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
@@ -166,41 +142,26 @@ class FittedSolver(MeshFitter):
         first = sum(top < math.ceil(-2 * math.log10(rtol) - 0.3) for top, _ in levels[1:])
         return levels[min(first, len(levels) - 2) :]
 
-    def _of_order(self, load, rtol, zones):
-        """The state of the order that is fixed: edges move until rounding or ever new meshes stop them."""
-        passes = 0
-        for level, located in zip(self._levels(rtol), (LOCATED * rtol, 0.0)):
-            last = math.inf
-            for _ in range(STEPS):
-                passes += 1
-                mesh, state, other = self._pass(load, zones, level, 1e-3, passes)
-                moved, error = mesh.moved
-                if other is None and error > last / 2:
-                    break
-                zones, last = (moved, error) if other is None else (other, math.inf)
-                if last <= located:
-                    break
-        if other is not None or self._outside(state, mesh) is not None:
-            raise self._unsettled(load, zones, passes)
-        return state
-
     def _refined(self, load, rtol, zones):
-        """The state to rtol from trial zones: on the first level edges move until they are located, then
-        until they add little to the estimate. Where the state shows other zones, the level begins anew.
+        """The state to rtol from trial zones, or of the order that is fixed. Edges move until they are
+        located, then until they add little to the estimate; other zones begin the level anew.
         """
+        fixed = self.options.order is not None
+        tolerance, located = rtol if fixed else CONDITIONS_SHARE * rtol, 5 * rtol
         coarse, best, passes = None, math.inf, 0
         for level in self._levels(rtol):
             last = math.inf
-            for _ in range(STEPS):
+            for _ in range(6):
                 passes += 1
                 try:
-                    mesh, state, other = self._pass(load, zones, level, CONDITIONS_SHARE * rtol, passes)
+                    mesh, state, other = self._pass(load, zones, level, tolerance, passes)
                 except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
                     if best == math.inf:
                         raise
                     raise out_of_reach(rtol, best, f" ({failure})", load=load, iterations=passes) from None
+                parts = state.estimate
                 if other is None and coarse is not None:
-                    parts = replace(state.estimate, discretisation=difference(coarse, state))
+                    parts = replace(parts, discretisation=difference(coarse, state))
                     state = replace(state, estimate=parts)
                     other = self._outside(state, mesh) if parts.total <= rtol else None
                     if other is None and parts.total <= rtol:
@@ -209,17 +170,22 @@ class FittedSolver(MeshFitter):
                     zones, coarse, last = other, None, math.inf
                     continue
                 moved, error = mesh.moved
-                if passes > 1 or error > CONFIRMED * rtol:
+                if passes > 1 or error > rtol / 2:  # a first mesh reads exact edges less accurately
                     zones = moved
-                if coarse is not None:
+                if coarse is None:
+                    settled = error <= located or error > last / 2
+                else:
                     best = min(best, parts.total)
                     settled = parts.total - parts.edges > rtol
-                else:
-                    settled = error <= LOCATED * rtol or error > last / 2
                 if settled:
                     break
                 last = error
-            coarse = state
+            if fixed:  # on the second level to rounding
+                located = 0.0
+            else:
+                coarse = state
+        if fixed and other is None and self._outside(state, mesh) is None:
+            return state
         if best == math.inf or max(map(abs, zone_edges(zones)), default=0.0) > self.furthest:
             raise self._unsettled(load, zones, passes)
         besides = "fix the discretisation, Fitted(order=...)"
@@ -253,7 +219,8 @@ class FittedSolver(MeshFitter):
         start = mesh.closed.ravel()
         found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=start)
         outer = max(map(abs, mesh.tips))
-        truncation = TRUNCATION * (outer / mesh.ground.far) ** 2 if self.domain == math.inf else 0.0
+        # 0.7 to 1.9 of that were seen, most for the unilateral law and nu = 0.45
+        truncation = 2 * (outer / mesh.ground.far) ** 2 if self.domain == math.inf else 0.0
         estimate = Estimate(None, mesh.moved[1], truncation)
         state = surface_solution(self, mesh.body, load, found, mesh.zones, passes, estimate)
         violations = mesh.violations(state)
@@ -261,8 +228,8 @@ class FittedSolver(MeshFitter):
         return replace(state, estimate=replace(estimate, obstacle=missed / _size(state))), violations
 
     def _other_zones(self, state, mesh, violations, tolerance):
-        """None if the state is closed on the zones of its mesh, but for a little next to edges; else its own,
-        with violations worth more than `tolerance` of the pressure amended.
+        """None if the state is closed on the zones of its mesh; else its own, with violations worth more than
+        `tolerance` of the pressure amended.
         """
         closed = state.forces > 0
         wrong = np.any((closed != mesh.closed) & ~mesh.beside_tips(mesh.x))

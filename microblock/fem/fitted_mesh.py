@@ -18,24 +18,11 @@ from .meshes import GRADING, RATIO, SLIVER, Ground, apart, falling_orders, grade
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
 MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
-# of the outer edge: an inner edge this near to the axis is none (p^2 there is below 1e-3 of its size), and
-# zones whose inner edges are as near as that may meet there
-COLLAPSED, MEETING = 1e-5, 0.1
-# of the way to the next edge, or of the layer if that is less: from where K0 and K1 are read, and from where
-# on meshes with too few nodes for that
-FITTED, FURTHEST = 0.4, 0.8
-# K0, K1, ... of the series in which they are read: with 4 edges stay off by up to 5e-5 of the width on all
-# levels, with 6 by less than the elements make of it
-TERMS = 6
-LONGEST_MOVE = 0.4  # of an edge in one step, over the way to the next
-SEEN = 0.05  # of the way to the next edge: sets that differ by more are another topology
 LAYERS = 2.4  # width of a partial zone over the layer length
 
 
 class MeshFitter(GroundSolver):
     """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load."""
-
-    picture = None
 
     @property
     def furthest(self):
@@ -68,8 +55,8 @@ class MeshFitter(GroundSolver):
         places = {abs(x) if self.symmetric else x for x in (*kinks, *self.ends())}
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
-    def require_few(self, ground, tips, parts, levels, order):
-        """`_sizes`; NotConverged for too many contact nodes, which of simple obstacles memory bounds."""
+    def condense(self, ground, tips, parts, levels, order):
+        """The block condensed to the nodes of a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
         count = (elements + len(sizes) / 2) * order
@@ -81,13 +68,7 @@ class MeshFitter(GroundSolver):
                 "the obstacle's features and the edges of the zones ask for some "
                 f"{count:.2g} contact nodes or more, and up to {MOST_NODES} are in reach: {instead}"
             )
-        return sizes
-
-    def condense(self, ground, tips, parts, levels, order):
-        """The block condensed to the nodes of a graded mesh; NotConverged as of `require_few`."""
-        sizes = self.require_few(ground, tips, parts, levels, order)
-        lines = self.options.lines
-        mesh = graded(ground, (*tips, *lines), spacing=parts, levels=levels, sizes=sizes)
+        mesh = graded(ground, (*tips, *self.options.lines), spacing=parts, levels=levels, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
@@ -128,9 +109,7 @@ class FittedMesh:
     system : (flexibility, initial gaps, shares in the load) of the corners
     closed : boolean array (corners, n)
     pressures : array (corners, n)
-    near : float
-        An edge nearer to an end of the obstacle is put there. It changes p by as much, the 1/sqrt(r) there by
-        its root.
+    near : float, below which an edge is put to an end of the obstacle
 
     Raises
     ------
@@ -151,11 +130,8 @@ class FittedMesh:
         self.ground, parts = solver.surface(self.zones)
         tips = {*solver.features(self.ground), *edges}
         if solver.symmetric:
-            tips = {
-                *solver.features(self.ground),
-                *(edge for edge in edges if edge > 0),
-                *self._meeting(edges),
-            }
+            tips = {tip for tip in tips if tip > 0 or tip in solver.features(self.ground)}
+            tips |= self._meeting(edges)
         self.tips = sorted(tips)
         self.body = solver.condense(self.ground, self.tips, parts, levels, order)
         self.system = self.body.compliance.corner_system(solver.law, solver.obstacle)
@@ -166,7 +142,7 @@ class FittedMesh:
 
     def _meeting(self, edges):
         """{0.0} where the zones of two corners are about to meet on the axis, where p is singular then."""
-        near = any(0 < edge < MEETING * edges[-1] for edge in edges)
+        near = any(0 < edge < edges[-1] / 10 for edge in edges)
         meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
         return {0.0} if meet else set()
 
@@ -202,8 +178,8 @@ class FittedMesh:
                     way = self.way(edge) or right - left
                     K0, K1 = self.read(self.pressures[corner], edge, inward, way, right - left)
                     step = 2 * K0 / K1 if K1 > 0 else math.copysign(math.inf, K0)
-                    step = min(max(step, -LONGEST_MOVE * way), LONGEST_MOVE * way)
-                    new.append(float(edge - inward * step))
+                    step = float(np.clip(step, -0.4 * way, 0.4 * way))
+                    new.append(edge - inward * step)
                     if step:
                         square += (K1 * step) ** 2 * (0.5 + 0.25 * math.log(way / abs(step)))
                 moved[corner].append(tuple(new))
@@ -217,20 +193,22 @@ class FittedMesh:
     def read(self, p, edge, inward, way, length):
         """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2.
 
-        They are read beyond the element at the edge, which cannot follow 1/sqrt(r). On coarse meshes the
-        reach grows until there are more nodes than terms.
+        They are read beyond the element at the edge; the reach grows until there are more nodes than terms.
         """
-        r, furthest = (self.x - edge) * inward, FURTHEST * min(way, length)
-        reach = FITTED * min(way, LAYERS * self.solver.solid.layer_length)
+        r, terms = (
+            (self.x - edge) * inward,
+            6,
+        )  # with 4 edges are off by up to 5e-5 of the width on all levels
+        reach = 0.4 * min(way, LAYERS * self.solver.solid.layer_length)
         left, right = self.body.along.left, self.body.along.right
         number = np.argmin(np.abs((left if inward > 0 else right) - edge))
         beside = (1 + 1e-9) * (right[number] - left[number])
-        if np.count_nonzero((r > beside) & (r < reach)) <= TERMS:
+        if np.count_nonzero((r > beside) & (r < reach)) <= terms:
             beside = 0.0
-        while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= TERMS and reach < furthest:
+        while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= terms and reach < 0.8 * min(way, length):
             reach *= 1.5
         here = (r > max(beside, 1e-3 * reach)) & (r < reach)
-        terms = min(TERMS, np.count_nonzero(here) - 1)
+        terms = min(terms, np.count_nonzero(here) - 1)
         if terms < 2:
             raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
         scale = np.sqrt(self.body.weights[here])
@@ -242,15 +220,13 @@ class FittedMesh:
         """Whether a wrong set at x is no other topology, so near to a tip, boolean array."""
         tips, (left, right) = np.array(self.tips), self.ground.reach
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
-        hidden = SEEN * np.minimum(apart.min(axis=1), right - left)
+        hidden = 0.05 * np.minimum(apart.min(axis=1), right - left)
         hidden = np.where(np.isin(tips, self.solver.ends()), np.minimum(hidden, self.near), hidden)
         nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
         return np.abs(x - tips[nearest]) <= hidden[nearest]
 
     def violations(self, state):
-        """[Overlap] of the state between open nodes and, without depth, where a corner in tension has to be
-        open; but for those next to edges.
-        """
+        """[Overlap] of the state, without depth where a corner in tension has to be open, away from edges."""
         problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
         sites = [x[~self.beside_tips(x)] for x in self._sites]
         raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
@@ -282,14 +258,12 @@ class FittedMesh:
 
 
 def _cleaned(solver, zones, near):
-    """Zones whose edges a mesh tells apart from each other, from the axis and from an end of the obstacle, or
-    that are there; without zones and gaps of no width.
-    """
+    """Zones whose edges a mesh tells apart, or that are at the axis or an end of the obstacle."""
     edges = zone_edges(zones)
-    outer, width = max(map(abs, edges)), edges[-1] - edges[0]
+    width = edges[-1] - edges[0]
 
     def placed(edge, ends):
-        if solver.symmetric and edge <= COLLAPSED * outer:
+        if solver.symmetric and edge <= 0:
             return 0.0
         return next((end for end in ends if abs(edge - end) < near), edge)
 

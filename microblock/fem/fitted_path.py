@@ -12,8 +12,6 @@ from ..model.events import Event, LoadPath
 from ..model.zones import zone_changes
 from ..threads import bounded
 
-ORDER, COUNTS = 4, (16, 32)  # order and elements over the reach of the two meshes that see the events
-
 
 class FittedPath(LoadPath):
     """The load path of a block.
@@ -40,7 +38,7 @@ class FittedPath(LoadPath):
     @bounded
     def _seen(self):
         """What each of the two meshes sees."""
-        return [self._on_mesh(self.problem.solver, count) for count in COUNTS]
+        return [self._on_mesh(self.problem.solver, count) for count in (16, 32)]
 
     @property
     def warnings(self):
@@ -54,7 +52,7 @@ class FittedPath(LoadPath):
 
     def _on_mesh(self, solver, count):
         """{(kind, zone, how many of that kind before): (load, x)} on one mesh."""
-        law, body = solver.law, solver.evenly(self.last, ORDER, count)
+        law, body = solver.law, solver.evenly(self.last, 4, count)
         flexibility, gaps, share = body.compliance.corner_system(law, solver.obstacle)
         history = active_set.path(flexibility, gaps, [solver.share(self.last)], c=share).events
         closed, before, found = np.zeros((len(law.corners), len(body.weights)), bool), None, {}

@@ -218,29 +218,29 @@ def history(solver, pairs, coupled, rtol, method):
     return History(solver.contact, states, events(path.changes, contact.friction, edges, pairs))
 
 
-def history_to(rtol, follow):
-    """The History on the first of four meshes with an error estimate of rtol at most, from the third on.
+def history_to(rtol, solvers, pairs, coupled):
+    """The History through pairs, array (n, 2), of the first solver with an error estimate of rtol at most,
+    each on squares half as long as those before; NotConverged without one.
 
-    What the last mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson);
-    half of a state's change before the last counts as well. rtol is that of pressure, micromoment over ell
-    and shear traction over the friction; `follow` returns the History on squares 2**number times shorter.
-    Raises NotConverged if the last mesh does not do.
+    What a mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson); half of
+    a state's change before the last counts as well.
     """
 
     def changes(coarser, finer):
-        pairs = zip(finer.states, coarser.states)
-        found = [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in pairs]
+        both = zip(finer.states, coarser.states)
+        found = [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in both]
         return np.array(found)
 
     best = np.inf
-    for _, finer, _, known in levels(lambda number, _: follow(number), range(4), changes):
+    for _, finer, _, known in levels(lambda own, _: own.history(pairs, coupled, None), solvers, changes):
         if len(known) > 1:
             before, last = known[-2:]
             order = np.clip(np.log2(before.max() / last.max()), 0.5, 1)
             errors = np.maximum(last, before / 2) / (2**order - 1)
             best = min(best, max(errors))
             if best <= rtol:
-                pairs = zip(finer.states, errors)
-                states = [State(one.solution, error_estimate=float(error)) for one, error in pairs]
+                states = [
+                    State(one.solution, error_estimate=float(e)) for one, e in zip(finer.states, errors)
+                ]
                 return History(finer.problem, states, finer.events)
     raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")

@@ -53,6 +53,7 @@ class GroundSolver(Solver):
     """What solvers of a Block have in common, whatever their mesh."""
 
     verifies = True
+    picture = None
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -71,7 +72,7 @@ class GroundSolver(Solver):
     @cached_property
     def problem(self):
         """The problem along x1; of a symmetric one half the body is modelled."""
-        return Problem(self.solid, self.law, self.obstacle, self.symmetric)
+        return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
 
     def at_approach(self, approach, at, tolerance):
         """The solution `at(load, neighbour)` whose approach is the one given, to `tolerance` of the way since

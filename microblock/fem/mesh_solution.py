@@ -4,6 +4,7 @@ from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Any
 
+import ngsolve as ng
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
@@ -17,7 +18,7 @@ from .mesh_fields import BelowOnMesh
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OnMesh(Solution):
-    """Base of solutions on the contact nodes of a body on a mesh, condensed or by Newton's method.
+    """Base of solutions on the contact nodes of a body on a mesh.
 
     Attributes
     ----------
@@ -66,15 +67,18 @@ class OnMesh(Solution):
         """Pressure of each corner, array (corners, n); of corners that move together the mean."""
         return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
 
+    @property
+    def loads(self):
+        """Nodal normal forces and moments of the computed part, array (2 n,)."""
+        return self.nodes.compliance.loads(self.law, self.forces)
+
     @cached_property
     def fields(self):
         """Fields as NGSolve functions, by one back-substitution."""
         return self.found or self.nodes.fields(self.loads)
 
     def reaction_on(self, boundary):
-        """Force and moment about the origin that the body's supports on a boundary exert on it, from nodal
-        forces: in equilibrium to rounding with the load and, where psi is prescribed, the contact's couples.
-        """
+        """Force and moment about the origin that the supports on a boundary exert, from nodal forces."""
         return self.fields.reaction(boundary)
 
 
@@ -145,11 +149,6 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
 
-    @property
-    def loads(self):
-        """Nodal normal forces and moments, array (2 n,)."""
-        return self.nodes.compliance.loads(self.law, self.forces)
-
     def interpolated(self, values, x):
         """Nodal values at x, array (n,): polynomials of a condensed body, else a polygon."""
         if self.method == "condensed":
@@ -181,12 +180,29 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         if not self.has_edges:
             return found
         condensed = self.method == "condensed"
+        found += self.beyond()
         found += self.few_nodes("ask for rtol=" if condensed else "take smaller elements")
         found += self.locking(self.nodes)
         if not condensed:
             return found
         coarse = [] if self.error_estimate is not None else [*self._unresolved(), *self._missed]
         return [*self._far_inside(), *found, *coarse]
+
+    def beyond(self):
+        """A list of a sentence where surface and obstacle go on beyond an end of the contact."""
+        mesh, inside = self.nodes.body.mesh, self.nodes.region.Mask()
+        facets = [facet.vertices for facet in mesh.Elements(ng.BND) if not inside[facet.index]]
+        sides = np.array([[mesh[vertex].point for vertex in own] for own in facets]).reshape(-1, 2, 2)
+        starts, ends = np.concatenate((sides, sides[:, ::-1])).swapaxes(0, 1)
+        for end, way in ((0, -1), (-1, 1)):
+            level = way * (ends - starts)[:, 0] > np.abs(ends - starts)[:, 1]
+            near = np.abs(starts - self.points[end]).max(axis=1) < 1e-9 * np.ptp(self.x)
+            there, upwards = ends[near & level], self.normals[[end] * np.count_nonzero(near & level)]
+            gaps = self.law.initial_gaps(there, upwards, self.solver.solid.ell, self.solver.obstacle)
+            if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
+                words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
+                return [words + f"{self.x[end]:.3g}"]
+        return []
 
     def _far_inside(self):
         """A sentence where the obstacle has moved by a tenth of the body's depth."""

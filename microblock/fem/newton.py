@@ -1,8 +1,8 @@
 """Monolithic contact in one, two and three dimensions: semismooth Newton on u, psi and the approach at once.
 
-The augmented Lagrangian (37), or the penalty functional (31), is stationary; its first and second variation
-are residual and tangent. In the plane the corner multipliers are unknowns as well. In space corner forces are
-not unique: multipliers are given there, and become (40) when equilibrium holds better than the gaps do.
+The augmented Lagrangian (37), or the penalty functional (31), is stationary. In the plane the corner
+multipliers are unknowns as well; in space, where corner forces are not unique, they are given, and become
+(40) when equilibrium holds better than the gaps do.
 """
 
 from collections import Counter
@@ -37,17 +37,6 @@ class NodalState:
     closed : boolean array (corners, n)
     iterations, unknowns : int
     kkt : float, largest relative residual
-
-    Examples
-    --------
-    >>> from microblock.fem import meshes
-    >>> from microblock.fem.facets import ContactFacets
-    >>> from microblock.fem.newton import MonolithicNewton
-    >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
-    ...                order=4, fixed="middle")
-    >>> state = MonolithicNewton(body, ContactFacets(body, mb.Unilateral(), mb.Plane())).solve(0.01)
-    >>> state.approach, bool((state.forces > 0).all())
-    (0.01, True)
     """
 
     approach: float
@@ -84,8 +73,9 @@ class MonolithicNewton:
     >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
     ...                order=4, fixed="middle")
     >>> facets = ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
-    >>> MonolithicNewton(body, facets).solve(0.01).kkt < 1e-9
-    True
+    >>> state = MonolithicNewton(body, facets).solve(0.01)
+    >>> state.approach, state.kkt < 1e-9
+    (0.01, True)
     """
 
     def __init__(self, body, facets, *, loads=Loads(), method="al", rho=None, control="approach"):
@@ -288,17 +278,9 @@ class MonolithicNewton:
 
 @dataclass(frozen=True, repr=False)
 class _Iterate:
-    """Unknowns and what they leave.
-
-    Attributes
-    ----------
-    values : array (unknowns,)
-    gaps, stresses, closed : arrays (corners, n), (22) and (40)
-    active : bytes, the flags of closed corners at the points of the rule
-    vector : of the first variation
-    size : float, norm of the internal nodal forces, reactions included: the scale of equilibrium
-    residual, open : float, relative, of the system that a step solves, and of the gaps where multipliers are
-        given
+    """Unknowns and what they leave: gaps (22), stresses (40), flags of closed corners at the points of the
+    rule (`active`), the first variation, the norm of internal forces (`size`), and relative residuals, of the
+    system that a step solves and of gaps whose multipliers are given (`open`).
     """
 
     values: np.ndarray

@@ -4,11 +4,12 @@ from functools import cached_property
 
 from ..errors import BadArgument
 from ..model.solver import Solver
-from .condensation import with_psi_constrained
+from .condensation import require_pressed, with_psi_constrained
 from .facets import ContactFacets
 from .friction import history
 from .mesh_solution import MeshSolution, of_newton
 from .newton import MonolithicNewton, default_rho
+from .solver3d import Solver3D
 
 
 class NewtonSolver(Solver):
@@ -19,16 +20,17 @@ class NewtonSolver(Solver):
     verifies = True
 
     def __init__(self, contact, options, rule="nodal", length=None):
+        self.rule, self.length = rule, length
         super().__init__(contact, options)
         self.body.pressed(self.body.contact)  # BadArgument where it cannot be
-        self.rule, self.length = rule, length
 
     @cached_property
     def nodes(self):
         """The contact nodes of the body, with psi = 0 there where the law prescribes it."""
         body = self.body
-        supported = with_psi_constrained(body, body.contact) if self.law.clamps_rotation else body
-        return ContactFacets(supported, self.law, self.obstacle, body.contact, self.rule)
+        if self.law.clamps_rotation:
+            body = body.once("clamped", lambda: with_psi_constrained(self.body, self.body.contact))
+        return ContactFacets(body, self.law, self.obstacle, body.contact, self.rule)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
@@ -37,16 +39,19 @@ class NewtonSolver(Solver):
                 rtol,
                 "needs a condensed body or a mesh that the program makes; Newton() takes the mesh as it is",
             )
-        newton = self.newton("load" if approach is None else "approach")
-        known = isinstance(initial, MeshSolution) and initial.fields.body is newton.body
+        known = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         known = known and len(initial.forces) == len(self.law.corners)
-        level, start = load if approach is None else approach, initial if known else None
-        return of_newton(self, newton.solve(level, start))
+        return of_newton(self, self.reached(load, approach, initial if known else None))
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":
             raise BadArgument("kind", self.options.kind, 'does not follow friction: Newton("al") does')
         return history(self, pairs, coupled, rtol, "newton")
+
+    def reached(self, load, approach, start=None):
+        """The NodalState at a load or an approach."""
+        newton = self.newton("load" if approach is None else "approach")
+        return newton.solve(load if approach is None else approach, start)
 
     def newton(self, control):
         """The MonolithicNewton of a control, "load" or "approach", made once."""
@@ -62,3 +67,21 @@ class NewtonSolver(Solver):
     def _systems(self):
         """{control: MonolithicNewton}."""
         return {}
+
+
+class NewtonSolver3D(NewtonSolver, Solver3D):
+    """States of a body in space, without factorisation of the whole body."""
+
+    history = Solver.history
+
+    @cached_property
+    def nodes(self):
+        require_pressed(self.body, self.body.contact, condensed=True)
+        return super().nodes
+
+    def solve(self, load, approach, rtol, initial=None, progress=False):
+        """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
+        self.require_no_rtol(rtol)
+        state = self.reached(load, approach)
+        reached = state.forces, state.closed, state.surface, state.kkt, state.iterations
+        return self.solution(state.load, state.approach, *reached, method="newton", found=state.fields)

@@ -76,9 +76,8 @@ class Direct(Systems):
 
 
 class ConjugateGradients(Systems):
-    """Positive definite systems of a body in space, preconditioned by Cholesky factors of each field.
-
-    Korn's inequality bounds the number of steps, whatever the mesh.
+    """Positive definite systems of a body in space, preconditioned by Cholesky factors of each field: by
+    Korn's inequality in so many steps on any mesh.
     """
 
     rtol, advice = 1e-9, "another rho, or Condensed()"

@@ -179,8 +179,9 @@ def refine_until(solver, load, approach, rtol, progress=False):
             if found.unknowns > MOST:
                 break
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
-            solver = solver.on(triangles or _finer(found, parts, rtol))
-    besides = f"raise the order of the body ({found.unknowns} unknowns)"
+            # an rtol far away asks for all elements alike, and not for the worst ones first
+            solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000)))
+    besides = "".join(found.beyond()) or f"raise the order of the body ({found.unknowns} unknowns)"
     raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach)
 
 

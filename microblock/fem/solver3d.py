@@ -13,8 +13,6 @@ from .condensation import condensed
 from .facets import initial_gaps
 from .state3d import SurfaceNodes
 
-RESIDUAL = 1e-9  # relative, of the contact conditions
-
 
 class Solver3D(Solver):
     """States of a body in space on its contact nodes, exact for the discrete problem."""
@@ -34,14 +32,14 @@ class Solver3D(Solver):
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
-        H = self.nodes.flexibility(self.directions(self.nodes.points))
+        H, residual = self.nodes.flexibility(self.directions(self.nodes.points)), 1e-9
         found = projected_gradients.solve(
-            H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
+            H, self.reachable_gaps(), load=load, approach=approach, rtol=residual
         )
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
-        closed = found.gaps <= 2 * max(found.kkt, RESIDUAL) * np.abs(surface[0]).max()
+        closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
         level = found.load, found.approach
         return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
 
@@ -84,13 +82,6 @@ class Solver3D(Solver):
         """(1, lever) of each corner at points, array (corners, 3, n), the levers being those of phi."""
         levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
-
-    def held_moments(self, exerted):
-        """Nodal moments, array (2, n), that hold psi1 and psi2 on the contact, but for those of planes of
-        symmetry, from what is exerted in all unknowns.
-        """
-        names, nodes = ("psi1", "psi2"), self.nodes
-        return np.array([nodes.moments_of(name, exerted) * nodes.is_free(name, self.body) for name in names])
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n)."""

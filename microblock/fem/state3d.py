@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -29,11 +28,12 @@ class SurfaceNodes(OnMesh):
     @cached_property
     def micromoment(self) -> Array:
         """M1 and M2 of the corners' forces, or the reaction to psi = 0, array (2, n) (stress x length)."""
-        if self.solver.surface_law.clamped:
-            moments: Array = self.solver.held_moments(self.fields.forces)
-        else:
-            moments = np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
-        return moments / self.weights
+        nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
+        if self.solver.surface_law.clamped:  # not of planes of symmetry
+            held = [nodes.moments_of(name, self.fields.forces) for name in ("psi1", "psi2")]
+            moments = held * np.array([nodes.is_free(name, self.solver.body) for name in ("psi1", "psi2")])
+        found: Array = moments / self.weights
+        return found
 
     @property
     def loads(self) -> Array:
@@ -88,15 +88,13 @@ class SurfaceNodes(OnMesh):
 
     def _beyond(self) -> str:
         """Whether the obstacle reaches into the surface beside the contact boundary."""
-        body, numbers = self.nodes.body, self.nodes.beyond
-        places = np.array([body.mesh.vertices[int(number)].point for number in numbers]).reshape(-1, 3)
-        low = self._gaps(places, np.zeros((3, len(numbers)))).min(axis=0, initial=np.inf) < 0
-        if not low.any():
+        mesh, numbers = self.nodes.body.mesh, self.nodes.beyond
+        places = np.array([mesh.vertices[int(number)].point for number in numbers]).reshape(-1, 3)
+        if not self._inside(places, np.zeros((3, len(numbers)))) > 0:
             return ""
         # an unknown of a vertex is the value there
-        own = (getattr(self.fields, name).vec.FV().NumPy() for name in ("u3", "psi1", "psi2"))
-        u3, *psi = (values[numbers[low]] for values in own)
-        inside = -self._gaps(places[low], self._moved(-u3, psi)).min()
+        own = (getattr(self.fields, name).vec.FV().NumPy()[numbers] for name in ("u3", "psi1", "psi2"))
+        inside = self._inside(places, np.array(list(own)) * np.array([[-1], [1], [1]]))
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
             "it may touch"
@@ -105,20 +103,17 @@ class SurfaceNodes(OnMesh):
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
-        moved = self._moved(self.displacement, self.psi)
-        inside = -self._gaps(places, np.array([values @ part for part in moved])).min()
+        inside = self._inside(places, (values @ np.vstack((self.displacement, self.psi)).T).T)
         words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
         return words * bool(inside > 0.05 * np.abs(self.displacement).max())
 
-    def _moved(self, displacement: Array, psi: Any) -> Array:
-        """Returns (u, phi1, phi2) of psi about x1 and x2, array (3, n)."""
-        half = self.solver.solid.ell / 2
-        return np.array((displacement, -half * psi[1], half * psi[0]))
-
-    def _gaps(self, places: Array, surface: Array) -> Array:
-        """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""
-        solver = self.solver
+    def _inside(self, places: Array, moved: Array) -> float:
+        """How deep the obstacle reaches into the surface at places, array (k, 3), of which some displacement
+        into the body, psi1 and psi2 are array (3, k).
+        """
+        solver, (displacement, psi1, psi2) = self.solver, moved
+        half = solver.solid.ell / 2
+        surface = np.array((displacement, -half * psi2, half * psi1))
         gaps = solver.surface_law.initial_gaps(solver.obstacle, solver.solid.ell, *places[:, :2].T)
         added = np.einsum("cin,in->cn", solver.directions(places), surface)
-        found: Array = gaps - places[:, 2] - self.approach + added
-        return found
+        return -float((gaps - places[:, 2] - self.approach + added).min(initial=0.0))

@@ -44,7 +44,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     forces : array (corners, nodes), of the computed part
     displacement, psi : arrays (n,), -u.n and microrotation at `x`, on the whole line
     zones : {corner number: ((left, right), ...)} of the computed part
-    estimate : Estimate, or None where the mesh does not follow the edges
+    estimate : Estimate, or None
     """
 
     _: KW_ONLY
@@ -83,11 +83,6 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     def _unfold(self, values, mirrored):
         """Values at `x` from those of the computed part and mirrored ones, arrays (..., n)."""
         return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if self.mirrored else values
-
-    @property
-    def loads(self):
-        """Nodal normal forces and moments of the computed part, array (2 n,)."""
-        return self.body.compliance.loads(self.law, self.forces)
 
     @cached_property
     def all_zones(self):
@@ -175,15 +170,12 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate):
 
 def difference(coarse, fine):
     """max(|dp|, |dM|/ell)/|p| in L2 over the contact, weighted by the distance to ends of the obstacle."""
-    x, ell = fine.x, fine.problem.solid.ell
-    shifts = fine.problem.law.shifts(ell)
-    weights = fine.weights * distance_to_ends(x, getattr(fine.problem.obstacle, "ends", ()), shifts)
-    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
-    total = fine.pressures.sum(axis=0)
-    moment = np.zeros_like(x)
-    if len(p) == 2:
-        levers = np.array([fine.problem.lever(np.full(len(x), corner), x) for corner in range(2)])
-        moment = np.sum(levers * (p - fine.pressures), axis=0) / 2
-    elif fine.problem.law.clamps_rotation:
-        moment = (coarse.interpolated(coarse.micromoment, x) - fine.micromoment) * (total > 0) / ell
-    return distance(weights, p.sum(axis=0) - total, moment, total)
+    x, ell, law = fine.x, fine.problem.ell, fine.problem.law
+    ends = getattr(fine.problem.obstacle, "ends", ())
+    weights = fine.weights * distance_to_ends(x, ends, law.shifts(ell))
+    p, total = (
+        sum(coarse.pressure(corner, x) for corner in range(len(law.corners))),
+        fine.pressures.sum(axis=0),
+    )
+    moment = (coarse.interpolated(coarse.micromoment, x) - fine.micromoment) / ell
+    return distance(weights, p - total, np.where(law.clamps_rotation & (total <= 0), 0.0, moment), total)

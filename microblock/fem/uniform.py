@@ -22,33 +22,25 @@ from .surface_solution import unfolded
 class UniformSolver(GroundSolver):
     """States of a Block on one mesh of equal squares; its `options` are `Uniform`."""
 
-    @property
-    def method(self):
-        """How the discrete problem is solved: "condensed", "al" or "penalty"."""
-        return "condensed" if self.options.newton is None else self.options.newton.kind
-
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
-            return self.states([load])[0]
+            return self.at(load)
         self.require_approach(approach)
         if self.reach is None:
             condensed = UniformSolver(self.contact, replace(self.options, newton=None, rule="nodal"))
-            load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], 1e-3).load
+            load = condensed.at_approach(approach, lambda load, near: condensed.at(load), 1e-3).load
         solver = self._reaching(load)
         found = solver.on_mesh.solve(None, approach, None)
         return solver._unfolded(found.load / self.share(1.0), found)
 
-    def states(self, loads):
-        """SurfaceSolutions at the loads (force per thickness); NotConverged also where the contact leaves the
+    def at(self, load):
+        """The SurfaceSolution at a load (force per thickness); NotConverged also where the contact leaves the
         region of equal squares.
         """
-        solver, found, last = self._reaching(max(loads)), {}, None
-        for load in sorted(set(loads)):
-            last = solver.on_mesh.solve(self.share(load), None, None, last)
-            found[load] = solver._unfolded(load, last)
-        return [found[load] for load in loads]
+        solver = self._reaching(load)
+        return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.domain == math.inf:
@@ -56,23 +48,16 @@ class UniformSolver(GroundSolver):
                 "body", self.body, "must have a size: histories know displacements, which the far end decides"
             )
         if rtol is not None:
-            return history_to(rtol, lambda number: self._halved(number).history(pairs, coupled, None))
+            shorter = [replace(self.options, h=self.options.h / 2**number) for number in range(4)]
+            return history_to(rtol, [UniformSolver(self.contact, each) for each in shorter], pairs, coupled)
         solver = self._reaching(float(pairs[:, 0].max()))
-        whole = self.contact.with_(body=solver._whole(), method=self.options.newton or methods.Condensed())
+        whole = self.contact.with_(
+            body=solver._body(half=False), method=self.options.newton or methods.Condensed()
+        )
         found = whole.history(pairs, coupled=coupled)
         outer = max(abs(edge) for state in found.states for zone in state.zones["contact"] for edge in zone)
         solver._require_within(outer, float(pairs[:, 0].max()))
         return found
-
-    def _halved(self, number):
-        """The solver on squares 2**number times shorter."""
-        return UniformSolver(self.contact, replace(self.options, h=self.options.h / 2**number))
-
-    def _whole(self):
-        """The body with both halves, whatever the symmetry: shear has another one."""
-        ground = Ground(self.domain, (-self.reach, self.reach), False)
-        mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
-        return Body(mesh, self.solid, self.options.order, fixed=dict(ground.supports))
 
     @property
     def reach(self):
@@ -99,20 +84,21 @@ class UniformSolver(GroundSolver):
 
     def prepare(self):
         """Mesh and matrices, made once: the `NodalSolver.system`, or Newton's, not factorised."""
-        return self.on_mesh.system if self.method == "condensed" else self.on_mesh.newton("load")
+        return self.on_mesh.newton("load") if self.options.newton else self.on_mesh.system
 
     @cached_property
     def on_mesh(self):
         """The solver of the body on its mesh, of a symmetric problem of its half."""
         newton = self.options.newton
-        contact = self.contact.with_(body=self._body(), method=newton or methods.Condensed())
+        contact = self.contact.with_(body=self._body(self.symmetric), method=newton or methods.Condensed())
         return NewtonSolver(contact, newton, self.options.rule, self.reach) if newton else contact.solver
 
-    def _body(self):
+    def _body(self, half):
+        """The body, or its half x1 > 0: shear has another symmetry."""
         if self.reach is None:
             raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")
         far = FAR * self.reach if self.domain == math.inf else self.domain
-        ground = Ground(far, (0.0 if self.symmetric else -self.reach, self.reach), self.symmetric)
+        ground = Ground(far, (0.0 if half else -self.reach, self.reach), half)
         mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
         return Body(mesh, self.solid, self.options.order, fixed=dict(ground.supports))
 

@@ -18,11 +18,13 @@ def gauss_rule(order: int) -> tuple[Array, Array]:
 
 
 def lagrange(points: Array, v: Array) -> Array:
-    """Returns the Lagrange polynomials of the points at v: array v.shape + (points,)."""
-    difference = points[:, None] - points + np.eye(len(points))
+    """Returns the Lagrange polynomials of the points at v: array v.shape + (k,); of points (..., k) those of
+    each row at the entry of v, array (...,).
+    """
+    difference = points[..., :, None] - points[..., None, :] + np.eye(points.shape[-1])
     apart = v[..., None] - points
     apart[np.abs(apart) < 1e-100] = 1e-100  # at a point itself its own term outweighs all others
-    terms: Array = 1 / (difference.prod(axis=1) * apart)
+    terms: Array = 1 / (difference.prod(axis=-1) * apart)
     terms /= terms.sum(axis=-1, keepdims=True)
     return terms
 

@@ -13,7 +13,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
-from microblock.fem import meshes, meshes3d
+from microblock.fem import meshes, meshes3d, recovery
 from microblock.fem.body import Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.meshes import Ground
@@ -301,6 +301,30 @@ WARNED = {  # words, (what does not bring them, what does)
 def test_a_state_says_what_nobody_would_see(words):
     told = [any(words in text for text in pressed(flat(), **options).warnings) for options in WARNED[words]]
     assert told == [False, True]
+
+
+def test_a_contact_that_fills_its_boundary_and_would_go_on_says_so():
+    """It carries twice the pressure at the ends, and no refinement reaches an rtol that means something."""
+    problem = mb.Contact(mb.Body(ground(6.0), UNIT, 3, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
+    words = "contact would go on beyond x1 = "
+    told = [any(words in text for text in problem.solve(load=load).warnings) for load in (P, 8 * P)]
+    assert told == [False, True]
+    on_top = pressed(flat(), obstacle=mb.Plane())  # ends where the surface does
+    assert not any(words in text for text in on_top.warnings)
+    with pytest.raises(mb.NotConverged, match="or name all of the surface.*" + words):
+        problem.solve(load=8 * P, rtol=1e-3)
+
+
+def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
+    """All elements were cut alike for it: 2e-4 was said to be the smallest where 6e-6 was in reach."""
+    monkeypatch.setattr(recovery, "MOST", 10_000)  # so that it does not take long
+    problem = mb.Contact(mb.Body(ground(6.0), UNIT, 5, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
+    with pytest.raises(mb.NotConverged) as far:
+        problem.solve(load=P, rtol=1e-9)
+    with pytest.raises(mb.NotConverged) as near:
+        problem.solve(load=P, rtol=1e-4)
+    # 1.3e-4 both, where 3.7e-3 was said of 1e-9: other meshes may be a third apart
+    assert far.value.rtol_reached < 1.5 * near.value.rtol_reached
 
 
 @pytest.mark.parametrize("side", [1, -1])
