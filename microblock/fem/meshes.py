@@ -76,21 +76,30 @@ def locking(solid, order, depth, half_width):
     return [words] * bool(order <= 2 and stiffer >= LOCKED)
 
 
+def elements_at(mesh, region):
+    """Numbers of the elements at the facets of a boundary, array (facets,)."""
+    beside = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
+    if not all(beside):
+        raise BadArgument("mesh", mesh, "has facets in its boundary that belong to no element")
+    return np.array([elements[0].nr for elements in beside])
+
+
 def thicknesses(mesh, region):
     """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
-    (facets,).
+    (facets,), in space for horizontal facets.
     """
-    above = {edge.nr: element for element in mesh.Elements() for edge in element.edges}
-    areas = ng.Integrate(ng.CF(1), mesh, ng.VOL, element_wise=True).NumPy()
-    numbers, found = [], []
-    for facet in region.Elements():
-        element = above[facet.edges[0].nr]
-        start, end = (np.array(mesh[vertex].point) for vertex in facet.vertices)
-        numbers.append(element.nr)
-        found.append(
-            (2 if len(element.vertices) == 3 else 1) * areas[element.nr] / np.linalg.norm(end - start)
-        )
-    return np.array(numbers), np.array(found)
+    points, numbers, found = (
+        np.array([vertex.point for vertex in mesh.vertices]),
+        elements_at(mesh, region),
+        [],
+    )
+    for facet, number in zip(region.Elements(), numbers):
+        element = mesh[ng.ElementId(ng.VOL, int(number))]
+        own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
+        along = own[1] - own[0]
+        normal = (-along[1], along[0]) / np.linalg.norm(along) if mesh.dim == 2 else (0, 0, 1)
+        found.append(np.abs((below - own.mean(axis=0)) @ normal).max())
+    return numbers, np.array(found)
 
 
 @dataclass
