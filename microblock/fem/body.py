@@ -10,7 +10,7 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, require_finite, require_flag, require_kind, require_whole
+from ..errors import BadArgument, require_finite, require_flag, require_kind, require_whole
 from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
@@ -20,24 +20,11 @@ from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import contact_term
-from .meshes import Travelling, body_anew, require_sound
+from .bulk import Bulk
+from .meshes import require_sound
 
-USUAL_CONTACT = "contact"  # the name of the contact boundary
-FIELDS = ("u1", "u2", "psi")
 FIELDS3D = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PLACES = {name: number for number, name in enumerate(FIELDS3D)} | {"psi": 5}  # among u and psi as vectors
-SOLVERS3D = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton3d.NewtonSolver3D"}
-HELD = "are rigid motions fixed, and psi where beta = 0?"
-# of a body in space
-HELD3D = HELD + (
-    " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
-)
-CURVED = 4  # more integration orders, with which energies of curved elements of order 1 err by 4e-9
-GIVEN = 4  # more integration orders than a field has, for loads, which are functions of the user
-SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
-# of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
-OWN = 0.25
-SAME = 1e-9  # of the largest of prescribed values, within which two of them are one
 
 
 def require_finite_within(**arguments):
@@ -155,7 +142,7 @@ class Body(Shown):
         fixed=(),
         prescribed=None,
         periodic=False,
-        contact=USUAL_CONTACT,
+        contact="contact",
     ):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
@@ -172,7 +159,7 @@ class Body(Shown):
         require_whole(1, order=order)
         require_whole(1, order_psi=order if order_psi is None else order_psi)
         self.order, self.order_psi = order, order if order_psi is None else order_psi
-        self.names = FIELDS3D if mesh.dim == 3 else FIELDS
+        self.names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
         self.fixed = self._patterns(fixed)
@@ -182,18 +169,18 @@ class Body(Shown):
         ]
         self.space = reduce(mul, self.spaces)
         self._require_periodic_values()
-        if contact != USUAL_CONTACT:
+        if contact != "contact":
             self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, see `once`
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
+        return _body_anew, (self._made_of, self.mesh.GetCurveOrder())
 
     def of(self, solid):
         """The same body of another solid; the same one is not factorised again."""
         require_kind(Cosserat, "a Cosserat", solid=solid)
-        return self if solid == self.solid else type(self)(**self._made_of | {"solid": solid})
+        return self if solid == self.solid else self.on(self.mesh, solid=solid)
 
     def once(self, key, make):
         """What `make()` returns, by a key: made once, and kept as long as the body."""
@@ -254,7 +241,19 @@ class Body(Shown):
         """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
         its names, with the name of the argument that it was.
         """
-        return region(self.mesh, pattern, argument)
+        names = sorted(set(self.mesh.GetBoundaries()))
+        if not isinstance(pattern, str):
+            raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
+        try:
+            region = self.mesh.Boundaries(pattern)
+        except RuntimeError as failure:
+            raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
+        missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
+        if missing or not any(region.Mask()):
+            which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
+            words = f"{which}is none of the mesh's boundaries, {', '.join(names)}"
+            raise BadArgument(argument, pattern, words)
+        return region
 
     @property
     def bonus(self):
@@ -262,7 +261,7 @@ class Body(Shown):
         elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
         part of the discretisation.
         """
-        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
+        return 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
 
     def integrated(self, density, **options):
         """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
@@ -284,8 +283,8 @@ class Body(Shown):
             "contact": self.contact,
         }
 
-    def on(self, mesh, fixed=None, solid=None):
-        """The same body on another mesh of its geometry, with other supports or of another solid.
+    def on(self, mesh, **changes):
+        """The same body on another mesh of its geometry, with changes of its arguments.
 
         Only a body with one order for all elements goes to another mesh.
         """
@@ -293,9 +292,7 @@ class Body(Shown):
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        given = {"solid": solid, "fixed": fixed}
-        given = {"mesh": mesh} | {name: one for name, one in given.items() if one is not None}
-        return Body(**self._made_of | given)
+        return Body(**self._made_of | {"mesh": mesh} | changes)
 
     @property
     def methods(self):
@@ -306,7 +303,8 @@ class Body(Shown):
     @property
     def solvers(self):
         """{method: where its solver is}, of those that differ from the plane's."""
-        return {} if self.mesh.dim < 3 else SOLVERS3D
+        solvers = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton3d.NewtonSolver3D"}
+        return solvers if self.mesh.dim == 3 else {}
 
     def unknowns_of(self, name):
         """Slice of the unknowns of a field."""
@@ -386,14 +384,12 @@ class Body(Shown):
             share = ng.GridFunction(component.space)
             share.Set(1, definedon=region)
             shares = share.vec.FV().NumPy()
-            ends = np.abs(shares) > OWN
+            ends = np.abs(shares) > 0.25  # not the rounding of an edge's unknowns
             component.vec.FV().NumPy()[ends] /= shares[ends]
 
-    def values_on(self, region, number, value):
-        """Coefficients of a function in the space of a field (its number) on a region of the boundary, 0
-        elsewhere.
-        """
-        function = ng.GridFunction(self.spaces[number])
+    def values_on(self, region, name, value):
+        """Coefficients of a function in the space of a field on a region of the boundary, 0 elsewhere."""
+        function = ng.GridFunction(self.spaces[self.names.index(name)])
         self.set_on(region, function, value)
         return function.vec.FV().NumPy().copy()
 
@@ -406,7 +402,7 @@ class Body(Shown):
                 for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
                     found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
             largest = max(abs(one) for own in found.values() for one in own.values())
-            if any(np.ptp(list(own.values())) > SAME * largest for own in found.values()):
+            if any(np.ptp(list(own.values())) > 1e-9 * largest for own in found.values()):
                 raise BadArgument(
                     "prescribed",
                     self.prescribed,
@@ -437,7 +433,7 @@ class Body(Shown):
 
     def acting(self, loads=Loads()):
         """The forces of loads in all unknowns, array: what works on their variations in (8)."""
-        more, form = {"bonus_intorder": self.order + GIVEN}, ng.LinearForm(self.space)
+        more, form = {"bonus_intorder": self.order + 4}, ng.LinearForm(self.space)
         works = [("force", loads.force, ng.dx(**more)), ("couple", loads.couple, ng.dx(**more))]
         for name in ("traction", "micromoment"):
             for boundary, value in getattr(loads, name).items():
@@ -490,17 +486,15 @@ class Body(Shown):
             If the supports leave a rigid motion free.
         """
         require_kind(Loads, "Loads", loads=loads)
-        state = ng.GridFunction(self.space)
+        advice, matrix = "take longer elements or a lower order", self.bulk(symmetric=True)
+        what = f"factors of the bulk, {self.space.ndof} unknowns,"
+        cost.require_room(cost.of_factors(self.space.ndof, matrix.mat.nze), what, advice)
+        bulk, state = Bulk(matrix, (), advice), ng.GridFunction(self.space)
         self.prescribe(state.components)
-        matrix, forces = self.bulk(symmetric=True).mat, state.vec.CreateVector()
-        forces.FV().NumPy()[:] = -self.acting(loads)
-        forces.data += matrix * state.vec
-        held = HELD3D if self.mesh.dim == 3 else HELD
-        kind = "sparsecholesky" if self.mesh.dim == 3 else "umfpack"
-        step = solve_linear(matrix, self.space.FreeDofs(), forces, f"the bulk; {held}", kind)
-        state.vec.data -= step
-        forces.data -= matrix * step
-        return Fields(self, state.components, forces.FV().NumPy().copy())
+        prescribed = state.vec.FV().NumPy().copy()
+        exerted = bulk.solve(self.acting(loads) - bulk.matrix @ prescribed, state)
+        state.vec.FV().NumPy()[:] += prescribed
+        return Fields(self, state.components, exerted)
 
 
 def require_heights(obstacle):
@@ -660,79 +654,41 @@ class Fields:
                 None,
                 "must be given to know reactions: take the fields of a state, or of Body.solve",
             )
-        place = self._place()
-        force, moment = [0.0] * 3, [0.0] * 3
-        for name in held:
-            part, number = region * body.boundary(body.fixed[name]), body.names.index(name)
-            exerted, axis = self.forces[body.unknowns_of(name)], PLACES[name] % 3
-            total = exerted @ body.values_on(part, number, 1)
-            if name[0] == "p":
-                moment[axis] += total
-                continue
-            force[axis] = total
-            for turn in range(3) if body.mesh.dim == 3 else (2,):  # u = e x place of a rotation about an axis
-                if turn != axis:
-                    sign = 1 if turn == (axis + 1) % 3 else -1
-                    moment[turn] += sign * (exerted @ body.values_on(part, number, place[3 - turn - axis]))
-        if body.mesh.dim == 3:
-            return Reaction(np.array(force), np.array(moment))
-        return Reaction(np.array(force[:2]), float(moment[2]))
+        parts = {name: region * body.boundary(body.fixed[name]) for name in held}
+
+        def work(u, psi):
+            """Of the supports on a rigid motion."""
+            values = (*u, *psi)
+            return sum(
+                self.forces[body.unknowns_of(name)] @ body.values_on(parts[name], name, values[PLACES[name]])
+                for name in held
+            )
+
+        axes, place = [tuple(map(float, axis)) for axis in np.eye(3)], self._place()
+        turns = [ng.Cross(ng.CF(axis), place) for axis in axes]
+        force = np.array([work(axis, (0.0,) * 3) for axis in axes])
+        moment = np.array([work([turn[i] for i in range(3)], axis) for turn, axis in zip(turns, axes)])
+        return Reaction(force, moment) if body.mesh.dim == 3 else Reaction(force[:2], float(moment[2]))
 
     def _place(self):
-        """(x1, x2, x3) as expressions, for moments: along a period forces have no arm."""
-        if self.body.mesh.dim == 1:
-            return ng.CF(0), ng.x, ng.CF(0)
-        repeated, space = self.body.periodic, self.body.mesh.dim == 3
-        return ng.CF(0) if repeated else ng.x, ng.CF(0) if repeated and space else ng.y, ng.z
+        """The place as an expression, for moments: along a period forces have no arm."""
+        dim, repeated = self.body.mesh.dim, self.body.periodic
+        if dim == 1:
+            return ng.CF((0, ng.x, 0))
+        return ng.CF((0 if repeated else ng.x, 0 if repeated and dim == 3 else ng.y, ng.z if dim == 3 else 0))
 
     def energy(self):
         """Elastic energy of the whole body (in 1D: per area)."""
         return (1 + self.mirrored) * self.body.integrated(self.body.energy(*self))
 
 
-def region(mesh, pattern, argument="boundary"):
-    """The region of the boundaries of a mesh that a pattern names; BadArgument if there are none, also for
-    one of its names.
+def _body_anew(arguments, curve_order):
+    """A body in a copy, or out of a file: its curves are made anew, as NGSolve mixes up those of a refined
+    mesh.
     """
-    names = sorted(set(mesh.GetBoundaries()))
-    if not isinstance(pattern, str):
-        raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
-    try:
-        found = mesh.Boundaries(pattern)
-    except RuntimeError as failure:
-        raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
-    missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
-    if missing or not any(found.Mask()):
-        which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
-        raise BadArgument(argument, pattern, f"{which}is none of the mesh's boundaries, {', '.join(names)}")
-    return found
-
-
-def solve_linear(matrix, freedofs, rhs, what, kind="umfpack"):
-    """Solve matrix x = rhs on freedofs by a direct solver of NGSolve, and check: a singular or too large
-    matrix raises NotConverged.
-    """
-    cost.require_room(
-        cost.of_factors(matrix.height, matrix.nze),
-        f"factors of {what.split(';')[0]}, {matrix.height} unknowns,",
-        "take longer elements or a lower order",
-    )
-    try:
-        inverse = matrix.Inverse(freedofs, kind)
-    except Exception as failure:
-        raise NotConverged(f"no factorisation of {what}: {failure}") from failure
-    solution, left, scale = (rhs.CreateVector() for _ in range(3))
-    solution.data = inverse * rhs
-    left.data = rhs - matrix * solution
-    solution.data += inverse * left  # one step of refinement
-    left.data = rhs - matrix * solution
-    scale.data = rhs
-    kept = ng.Projector(freedofs, True)
-    kept.Project(left)
-    kept.Project(scale)
-    if not left.Norm() <= SINGULAR * max(scale.Norm(), 1e-300):
-        raise NotConverged(f"singular matrix of {what}")
-    return solution
+    if curve_order > 1:
+        arguments["mesh"].Curve(curve_order)
+    return Body(**arguments)
 
 
 def _fields_anew(kind, body, values, forces, mirrored):

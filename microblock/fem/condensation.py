@@ -15,7 +15,7 @@ from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, require_kind
 from ..threads import bounded, released
-from .body import HELD, HELD3D, Body, Fields
+from .body import Body, Fields
 from .bulk import Bulk
 from .facets import ContactNodes
 
@@ -70,7 +70,7 @@ class Condensed(ContactNodes):
         )
         self._require_room()
         self.form = body.bulk(symmetric=True, condense=True)
-        self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
+        self._bulk = Bulk(self.form, self.onto.indices, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
         if self.dim < 3:
             surface, apart = (self.points, self.normals, self.weights), getattr(self, "apart", None)

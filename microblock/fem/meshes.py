@@ -102,25 +102,6 @@ def thicknesses(mesh, region):
     return numbers, np.array(found)
 
 
-@dataclass
-class Travelling:
-    """A mesh in copies and files, where its curves are made anew: NGSolve mixes up those of a refined one."""
-
-    mesh: ng.Mesh
-
-    def __reduce__(self):
-        return _curved_anew, (self.mesh, self.mesh.GetCurveOrder())
-
-
-def _curved_anew(mesh, order):
-    return Travelling(mesh.Curve(order) if order > 1 else mesh)
-
-
-def body_anew(kind, arguments):
-    """A body of this class in a copy, or out of a file: its arguments by name, the mesh as `Travelling`."""
-    return kind(**arguments | {"mesh": arguments["mesh"].mesh})
-
-
 def require_sound(mesh):
     """BadArgument unless the elements of a mesh have an area (a volume) and are all oriented the same way.
 
