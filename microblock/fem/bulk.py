@@ -21,7 +21,7 @@ class Bulk:
     Attributes
     ----------
     matrix : csr_matrix (unknowns, unknowns)
-    contact, block : as of `factors.Factors`
+    contact, block : as of `factors.SuperLU`
 
     Raises
     ------

@@ -24,7 +24,7 @@ from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term
 from .between import Facets
 from .body import PLACES, Body
-from .meshes import thicknesses
+from .meshes import elements_at, thicknesses
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
@@ -110,6 +110,8 @@ class ContactNodes:
         require_kind(str, "the name of a boundary", boundary=boundary)
         self.body, self.boundary, self.region = body, boundary, body.pressed(boundary)
         self.dim = body.mesh.dim
+        if self.dim > 1:
+            elements_at(body.mesh, self.region)  # which checks that there are some
         if self.dim == 3:
             self._require_upwards()
         self._number_nodes()
