@@ -41,9 +41,7 @@ def require_finite_within(**arguments):
 
 @dataclass(frozen=True)
 class Loads:
-    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction.
-
-    In three dimensions forces have three components, and so have couples.
+    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction, in three dimensions three.
 
     Parameters
     ----------
@@ -72,30 +70,27 @@ class Loads:
 class Body(Shown):
     """A linear Cosserat body: mesh, material, spaces and supports.
 
-    In three dimensions it is pressed from above: its contact boundary is horizontal (normal e3, at one height
-    or several), of quadrilaterals, as of hexahedra, of any order, or of triangles with order 1. Obstacles are
-    those over a surface, `Sphere` and the like, or any ``height(x1, x2)``, counted from x3 = 0; laws have
-    four corners as on a `HalfSpace`, and states have three dimensions, see `microblock.State`.
+    In three dimensions its contact boundary is horizontal (normal e3, at one height or several), of
+    quadrilaterals of any order or of triangles of order 1. Obstacles are those over a surface, `Sphere`
+    and the like, or any ``height(x1, x2)``, counted from x3 = 0.
 
     Parameters
     ----------
     mesh : ngsolve.Mesh
-        Triangles, quadrilaterals (curved or not), a 1D mesh of the depth x2 (`meshes.line`), or a mesh in
-        three dimensions; `microblock.fem.meshes3d.block` makes one of hexahedra. The kernel of geometries
-        that makes it has tolerances of 1e-7 in its unit of length: a body of 1e-9 m is drawn in nanometres.
-        Numbers here have no unit, and results do not depend on it.
+        Of triangles and quadrilaterals, a 1D mesh of the depth x2 (`meshes.line`), or one in three dimensions
+        (`microblock.fem.meshes3d.block`). The kernel of geometries has tolerances of 1e-7 in its unit of
+        length: draw a body of 1e-9 m in nanometres.
     solid : Cosserat
     order : int or array (elements,) of int
-        Polynomial order of u. With one for each element all fields have it, and an edge has the larger one of
-        its neighbours.
+        Polynomial order of u. With one for each element all fields have it, edges the larger one of their
+        neighbours.
     order_psi : int, optional
         Polynomial order of psi; without it that of u.
     fixed : str or mapping
         Boundaries on which all fields are 0, or {field: boundaries}; names as NGSolve's patterns. Fields are
         u1, u2 and psi, in three dimensions u1, u2, u3, psi1, psi2 and psi3.
     prescribed : {field: {boundary: value}}, optional
-        Boundaries on which a field has this value (a number or CoefficientFunction); the same at identified
-        points.
+        Boundaries on which a field has this value (a number or CoefficientFunction).
     periodic : bool
         Whether the fields are identified on boundaries that the mesh identifies.
     contact : str
@@ -104,9 +99,9 @@ class Body(Shown):
     Raises
     ------
     BadArgument
-        If an argument is out of range, a boundary is unknown, or the mesh has points that are no numbers,
-        elements without area (volume) or elements of the other orientation; in three dimensions also if the
-        solid lets short waves of a free surface turn by themselves.
+        If an argument is out of range, a boundary is unknown, prescribed values differ at identified points,
+        or the mesh is not sound (`meshes.require_sound`); in three dimensions also if the solid lets short
+        waves of a free surface turn by themselves.
 
     Examples
     --------
@@ -183,7 +178,7 @@ class Body(Shown):
         return self if solid == self.solid else self.on(self.mesh, solid=solid)
 
     def once(self, key, make):
-        """What `make()` returns, by a key: made once, and kept as long as the body."""
+        """What `make()` returns, made once for a key."""
         if key not in self.derived:
             self.derived[key] = make()
         return self.derived[key]
@@ -228,7 +223,7 @@ class Body(Shown):
         return {name: "|".join(named) for name, named in patterns.items()}
 
     def require_held(self):
-        """BadArgument where a displacement is fixed or prescribed on no boundary: a translation is free."""
+        """BadArgument where a displacement is fixed or prescribed nowhere."""
         for name in self.names:
             if name.startswith("u") and name not in self.fixed:
                 raise BadArgument(
@@ -238,8 +233,8 @@ class Body(Shown):
                 )
 
     def boundary(self, pattern, argument="boundary"):
-        """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
-        its names, with the name of the argument that it was.
+        """The region of the boundaries that a pattern names; BadArgument, of this argument, for a name of
+        none.
         """
         names = sorted(set(self.mesh.GetBoundaries()))
         if not isinstance(pattern, str):
@@ -257,10 +252,7 @@ class Body(Shown):
 
     @property
     def bonus(self):
-        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
-        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
-        part of the discretisation.
-        """
+        """Integration orders beyond NGSolve's: on curved elements the energy is no polynomial."""
         return 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
 
     def integrated(self, density, **options):
@@ -283,8 +275,8 @@ class Body(Shown):
             "contact": self.contact,
         }
 
-    def on(self, mesh, **changes):
-        """The same body on another mesh of its geometry, with changes of its arguments.
+    def on(self, mesh, fixed=None, solid=None):
+        """The same body on another mesh of its geometry, with other supports or of another solid.
 
         Only a body with one order for all elements goes to another mesh.
         """
@@ -292,7 +284,8 @@ class Body(Shown):
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        return Body(**self._made_of | {"mesh": mesh} | changes)
+        fixed, solid = (self.fixed if fixed is None else fixed), (self.solid if solid is None else solid)
+        return Body(**self._made_of | {"mesh": mesh, "fixed": fixed, "solid": solid})
 
     @property
     def methods(self):
@@ -312,9 +305,7 @@ class Body(Shown):
         return slice(own.start, own.stop)
 
     def scalar(self, order, **options):
-        """A scalar H1 space of this body, periodic where the body is; of the elements' own orders where it
-        has them.
-        """
+        """A scalar H1 space of this body, periodic or of the elements' own orders where the body is."""
         if self.element_orders is None:
             space = ng.H1(self.mesh, order=order, **options)
             return ng.Periodic(space) if self.periodic else space
@@ -354,9 +345,7 @@ class Body(Shown):
         return [name for name, pattern in self.fixed.items() if any(self.boundary(pattern).Mask() & mask)]
 
     def pressed(self, boundary):
-        """The region of a contact boundary; BadArgument where supports hold u2 on a part of it, which cannot
-        be pressed; in space nodes are looked at one by one.
-        """
+        """The region of a contact boundary; in the plane BadArgument where supports hold u2 there."""
         region = self.boundary(boundary, "contact" if boundary == self.contact else "boundary")
         if self.mesh.dim < 3 and "u2" in self.held_on(boundary):
             raise BadArgument(
@@ -376,8 +365,7 @@ class Body(Shown):
     def set_on(self, region, component, value):
         """Set a component of a grid function of the body on a region of its boundary.
 
-        A facet of a body one element wide has the dof of its identified ends twice: NGSolve's Set counts it
-        twice, but adds its value once. What 1 becomes is its share.
+        Where elements are as wide as the period NGSolve counts an unknown twice: what 1 becomes is its share.
         """
         component.Set(value, definedon=region)
         if self.periodic:
@@ -410,7 +398,7 @@ class Body(Shown):
                 )
 
     def vectors(self, components):
-        """u and psi of components, trial functions or grid functions, as vectors with three components."""
+        """u and psi of components (trial or grid functions), with three components each."""
         parts = [ng.CF(0)] * len(FIELDS3D)
         for name, component in zip(self.names, components):
             parts[PLACES[name]] = component
@@ -458,9 +446,9 @@ class Body(Shown):
         return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
 
     def bulk(self, space=None, nodes=None, **options):
-        """The bilinear form of the second variation of (10), assembled, on the space of the body or on a
-        product of it and others, of which the last one is the approach of an obstacle: the matrix then has
-        places for all that contact nodes couple.
+        """The bilinear form of the second variation of (10), assembled, on the space of the body or a
+        product of it and others. With contact nodes its matrix has places for all that these and the last
+        unknown couple.
         """
         trial, test = (self.space if space is None else space).TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
@@ -503,10 +491,8 @@ def require_heights(obstacle):
 
 
 class Reaction(NamedTuple):
-    """What supports exert on a body: force (f1, f2), array, and moment about the origin, counterclockwise;
-    per thickness. In three dimensions both are arrays (3,).
-
-    The moment is that of force and couple stress together. In 1D both are per area.
+    """What supports exert on a body per thickness (in 1D per area): force (f1, f2) and moment about the
+    origin, counterclockwise, of force and couple stress together; in three dimensions arrays (3,).
     """
 
     force: np.ndarray
@@ -514,20 +500,17 @@ class Reaction(NamedTuple):
 
 
 class Fields:
-    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions; in three
-    dimensions u1, u2, u3, psi1, psi2 and psi3, and the vectors u and psi.
+    """The fields of a state, as NGSolve functions: u1, u2, psi; in three dimensions u1, u2, u3, psi1,
+    psi2, psi3 and the vectors u and psi.
 
-    Stresses are those of the elements. On a boundary they are read from the element beside it (NGSolve's
-    BoundaryFromVolumeCF, which `stress` and `couple_stress` have in them; derivatives of your own need it),
-    and are as good there as the mesh. What a support exerts is better asked from `reaction`: it balances the
-    loads to rounding on any mesh.
+    On a boundary stresses are read from the element beside it (NGSolve's BoundaryFromVolumeCF; derivatives of
+    your own need it), and are as good there as the mesh; `reaction` balances the loads to rounding.
 
     Parameters
     ----------
     body : Body
     components : grid functions of the fields
-    forces : array (unknowns of the body,), internal forces less the loads: what supports exert in each
-        unknown
+    forces : array (unknowns of the body,), internal forces less the loads: what supports exert
 
     Examples
     --------
@@ -538,14 +521,9 @@ class Fields:
     ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
     >>> fields = body.solve(Loads(traction={"contact": (0, -1)}))
     >>> import ngsolve as ng
-    >>> round(ng.Integrate(fields.stress[1, 1], body.mesh)/ng.Integrate(1, body.mesh), 9)
-    -1.0
-
-    The stress on a boundary, and the force and the moment of the support there (the column is 0.5 wide):
-
     >>> round(ng.Integrate(fields.stress[1, 1], body.mesh, definedon=body.mesh.Boundaries("middle")), 9)
     -0.5
-    >>> force, moment = fields.reaction("middle")
+    >>> force, moment = fields.reaction("middle")   # of the support; the column is 0.5 wide
     >>> round(float(force[1]), 9)
     0.5
     """
@@ -624,14 +602,11 @@ class Fields:
         return ng.BoundaryFromVolumeCF(m if self.body.mesh.dim == 3 else ng.CF((m[2, 0], m[2, 1])))
 
     def reaction(self, boundary):
-        """The Reaction: force and moment that the body's supports on a boundary exert on it, from nodal
-        forces.
+        """The Reaction that the body's supports on a boundary exert on it, from nodal forces.
 
-        All supports together balance loads and contact to rounding. What an unknown exerts that lies on two
-        supported boundaries is part of the reaction of each: name them together, "bottom|side", for their
-        sum. The moment is about the origin,
-        of force stress and couple stress together; in 1D and of a periodic body, whose columns are all alike,
-        f2 has no arm.
+        All supports together balance loads and contact to rounding. What is exerted where two supported
+        boundaries meet is part of both: name them together, "bottom|side", for their sum. In 1D and of a
+        periodic body f2 has no arm.
 
         Raises
         ------
@@ -683,9 +658,7 @@ class Fields:
 
 
 def _body_anew(arguments, curve_order):
-    """A body in a copy, or out of a file: its curves are made anew, as NGSolve mixes up those of a refined
-    mesh.
-    """
+    """A body in a copy: its curves are made anew, as NGSolve mixes up those of a refined mesh."""
     if curve_order > 1:
         arguments["mesh"].Curve(curve_order)
     return Body(**arguments)
@@ -704,6 +677,5 @@ def _fields_anew(kind, body, values, forces, mirrored):
 
 
 def dofs_by_element(body):
-    """Numbers of the unknowns of a body, element by element: a copy of a mesh keeps the order of its elements
-    but not that of its edges, of which those of the coarser meshes are forgotten."""
+    """Unknowns of a body, element by element: a copied mesh keeps the order of elements, not of edges."""
     return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

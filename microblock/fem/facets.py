@@ -1,10 +1,8 @@
 """The nodes of a contact boundary, and the contact law on them, (25)-(40), in one, two and three dimensions.
 
 Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's nodal
-quadrature): of segments, of quadrilaterals as tensor products, and of triangles of order 1 the vertices; for
-higher orders these have no such rule with positive weights. `ContactNodes` numbers the nodes, `ContactFacets`
-adds law and obstacle for the contact term. With Gauss's rule (37) is integrated, and gaps are checked, at
-Gauss points, for comparison: pressures then oscillate.
+quadrature), of quadrilaterals as tensor products, and of triangles of order 1 at the vertices. With Gauss's
+rule (37) is integrated, and gaps are checked, at Gauss points, for comparison: pressures then oscillate.
 """
 
 from copy import copy
@@ -67,10 +65,9 @@ def rule_at(places, weights=None):
 
 
 class ContactNodes:
-    """The nodes of the contact boundary of a body, those that facets share once.
+    """The nodes of the contact boundary of a body, in the order of x1, in space in rows of x1.
 
-    Facets have the lower one of the orders of u and psi. Nodes are in the order of x1, in space in rows of
-    x1.
+    Facets have the lower one of the orders of u and psi.
 
     Parameters
     ----------
@@ -79,11 +76,10 @@ class ContactNodes:
 
     Attributes
     ----------
-    points, normals : arrays (n, 2), in space (n, 3); in 1D the contact point is (0, x2) with normal e2
+    points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
     weights : array (n,), lengths or areas (1 in 1D)
-    facets : list of arrays, the nodes of each facet: from one of its ends to the other, of a quadrilateral
-        (k, k) in its tensor product, of a triangle (3,)
-    apart : boolean array (n - 1,), in the plane: whether no facet lies between a node and the next
+    facets : list of arrays, the nodes of each facet from one of its ends to the other, of a quadrilateral
+    (k, k) apart : boolean array (n - 1,), in the plane: whether no facet lies between a node and the next
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
     shares : array (n,), in space: areas by the rule, on skew quadrilaterals others than `weights`
 
@@ -193,16 +189,16 @@ class ContactNodes:
         return points, normals, weights
 
     def _areas(self):
-        """Integrals of the nodal polynomials, array (n,): where a quadrilateral of order 1 is no
-        parallelogram the rule's weights fail the patch test.
+        """Integrals of the nodal polynomials, array (n,): on skew quadrilaterals the rule fails the patch
+        test.
         """
         integral = self.multipliers.TestFunction() * ng.ds(definedon=self.region, bonus_intorder=2)
         values = ng.LinearForm(integral).Assemble().vec.FV().NumPy()
         return self._multiplier[1].solve(values, trans="T")
 
     def _snapped(self, points):
-        """Points with the coordinates of the mesh's vertices where these differ by rounding, which would
-        decide whether a node lies below the face of a punch.
+        """Points with the vertices' coordinates where rounding would decide whether a node lies below a
+        punch.
         """
         vertices = np.array([vertex.point for vertex in self.body.mesh.vertices])
         size = np.ptp(vertices, axis=0).max()
@@ -260,7 +256,7 @@ class ContactNodes:
         return self._onto()
 
     def _onto(self):
-        """R, from all unknowns: (u.n, psi) at the nodes, in space (u, phi1, phi2), u into the body and
+        """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and
         phi = (-psi2, psi1) ell/2; sparse.
         """
         if self.dim < 3:
@@ -268,14 +264,8 @@ class ContactNodes:
         half = self.body.solid.ell / 2
         return vstack((-self.at("u3"), -half * self.at("psi2"), half * self.at("psi1")), format="csr")
 
-    def values(self, name, fields):
-        """A field (its name) of Fields of the body at the nodes, array (n,)."""
-        return self.traces[name] @ getattr(fields, name).vec.FV().NumPy()
-
     def moments_of(self, name, exerted):
-        """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on a component of
-        psi, exact for the nodes' polynomials.
-        """
+        """Nodal moments, array (n,), that do the work of all that is exerted on a component of psi."""
         space = self.body.spaces[-1]  # hierarchical: the first unknowns are those of the lower orders
         counts = [own.size for own in self.facets]
         dofs = [space.GetDofNrs(facet)[:count] for facet, count in zip(self.region.Elements(), counts)]
@@ -289,9 +279,7 @@ class ContactNodes:
         return Facets(self, -np.inf)
 
     def interpolate(self, values, x):
-        """Nodal values (array (..., nodes)) at x1 = x: on each facet the polynomial through its nodes, 0
-        beyond the boundary.
-        """
+        """Nodal values, arrays (..., n), at x1 = x by the facets' polynomials, 0 beyond the boundary."""
         return self.along.interpolate(values, x)
 
     @cached_property
@@ -312,16 +300,16 @@ class ContactNodes:
 
     @cached_property
     def between(self):
-        """(Places between the nodes in space, array (k, 3), values there from those at the nodes, sparse
-        (k, n)).
+        """(Places between the nodes in space, (k, 3), values there from those at the nodes, sparse (k,
+        n)).
         """
         inner = gauss_rule(self.orders[0] + 3)[0]
         square = rule_at([(s, t) for s in inner for t in inner])
         return self.at_points({ng.ET.QUAD: square, ng.ET.TRIG: rule_at([(1 / 3, 1 / 3)])})[::2]
 
     def at_points(self, rules):
-        """At the points of rules, {kind of a facet: NGSolve's}: places, array (k, dim), weights of the
-        integral, array (k,), and values from those at the nodes, sparse (k, n).
+        """At the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights of the integral,
+        (k,), and values from those at the nodes, sparse (k, n).
         """
         places = {kind: np.array([point.point for point in rule])[:, :2] for kind, rule in rules.items()}
         shapes = cache(lambda kind, order: nodal_shapes(kind, order, places[kind]))
@@ -370,10 +358,6 @@ class ContactNodes:
         """Values at the nodes from the unknowns of a multiplier, array."""
         return self._multiplier[0] @ unknowns
 
-    def lowering(self, approach):
-        """The displacement of an obstacle that is lowered by `approach`, an expression."""
-        return -approach * ng.CF((0, 1, 0) if self.dim < 3 else (0, 0, 1))
-
     @cached_property
     def rules(self):
         """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
@@ -396,15 +380,15 @@ class ContactFacets(ContactNodes):
     obstacle : see `microblock.model.obstacles.gap`
     boundary : str, name or pattern of the contact boundary
     rule : "nodal", or "gauss": order + 1 Gauss points a facet, for the augmented Lagrangian on a straight
-        boundary in 2D, all of it below the obstacle, with one order for all fields
+        boundary in 2D below the obstacle, with one order for all fields
 
     Attributes
     ----------
     points, normals, weights, ... : as of `ContactNodes`
     arms : array (corners, n, dim), places of the corners from the centres of their blocks (lengths)
-    g0 : array (corners, n), initial gaps; inf where no obstacle is above the corner, or supports hold the
-        node, and of all corners but the nearest where psi is prescribed, so that the others never get nearer
-    twins : boolean array (n,); there all corners have the same gap, and share the nearest one's multiplier
+    g0 : array (corners, n), initial gaps; inf where a corner cannot touch: no obstacle is above, supports
+        hold the node, or psi is prescribed and another corner is nearer
+    twins : boolean array (n,); there all corners have the same gap, and share one multiplier
     multipliers : the H1 space of one corner's multiplier
 
     Examples
@@ -519,8 +503,10 @@ class ContactFacets(ContactNodes):
 
     def contact(self, components, multipliers, approach, rho):
         """The contact term of (37), or of (31) where multipliers are 0."""
-        vectors, lowering = self.body.vectors(components), self.lowering(approach)
-        total = contact_term.contact(self, self.g0, self.arms, *vectors, multipliers, lowering, rho)
+        vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
+        total = contact_term.contact(
+            self, self.g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho
+        )
         if self.nodal or not self.twins.any():
             return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
@@ -540,8 +526,8 @@ def initial_gaps(law, nodes, obstacle):
 
 
 def at_rules(mesh, region, rules):
-    """At the points of rules on all facets of a boundary: places, array (points, dim), weights of the
-    integral over the boundary, array (points,), and outward normals, array (points, dim).
+    """At the points of rules on a boundary: places, array (points, dim), weights of the integral,
+    (points,), and outward normals, (points, dim).
     """
     dim, there = mesh.dim, mesh.MapToAllElements(rules, region)
     x, normals, slopes = (
@@ -569,8 +555,8 @@ def outward(mesh):
 
 
 def _numbers(kind, dofs, order):
-    """The unknown of each node of a facet in a scalar H1 space of this order: array (order + 1,), of a
-    quadrilateral (order + 1, order + 1), of a triangle (3,).
+    """The unknown of each node of a facet in a scalar H1 space: array (order + 1,), of a quadrilateral
+    (order + 1, order + 1), of a triangle (3,).
     """
     dofs, inner = np.array(dofs), order - 1
     if kind in (ng.ET.POINT, ng.ET.TRIG):

@@ -1,8 +1,8 @@
 """Cholesky factors of a stiffness matrix, with the unknowns of the contact boundary last.
 
-With ``K = L L^T`` in such an order the trailing block of L is the Cholesky factor of the Schur complement of
-the contact boundary. Two libraries are used: CHOLMOD (Chen, Davis, Hager and Rajamanickam, ACM Trans. Math.
-Softw. 35 (2008) 22), supernodal and 3 to 5 times faster, where cvxopt is installed; else SciPy's SuperLU.
+With ``K = L L^T`` the trailing block of L is the factor of the contact's Schur complement. CHOLMOD (Chen,
+Davis, Hager and Rajamanickam, ACM Trans. Math. Softw. 35 (2008) 22) is 3 to 5 times faster, and taken where
+cvxopt is installed; else SciPy's SuperLU.
 """
 
 import importlib.util
@@ -19,9 +19,10 @@ class Singular(ArithmeticError):
 
 
 class SuperLU:
-    """Factors of the part of a matrix that belongs to inner and contact unknowns, by SciPy's SuperLU.
+    """Factors of the part of a matrix that belongs to inner and contact unknowns: ``K = L U``, L =
+    U^T/diag U.
 
-    Of ``K = L U``, L = U^T/diag U. It is called twice, as it gives no order alone.
+    SciPy gives no order alone, and is called twice.
 
     Parameters
     ----------
@@ -30,9 +31,8 @@ class SuperLU:
 
     Attributes
     ----------
-    contact : array (m,), the numbers of the contact unknowns in the order of the block
-    block : array (m, m)
-        Lower triangular, the Cholesky factor of their Schur complement.
+    contact : array (m,), the contact unknowns in the order of the block
+    block : array (m, m), lower triangular, the Cholesky factor of their Schur complement
     least : float, the smallest square of a diagonal entry of L over that of the matrix
 
     Raises
@@ -72,8 +72,7 @@ class SuperLU:
 class Cholmod:
     """The same by CHOLMOD, in the order of AMD for the inner unknowns.
 
-    cvxopt gives L away, and is left without: fields take the factors of the inner unknowns alone, made when
-    they are first asked for, and the block.
+    cvxopt gives L away: fields take the block and factors of the inner unknowns alone, made when asked for.
     """
 
     def __init__(self, matrix, inner, contact):

@@ -27,8 +27,8 @@ SLIVER = 1e-9  # of the reach, below which two edges are one
 
 
 def longest_element(solid, order):
-    """Length of an element beyond which a layer at the surface is wrong by more than a tenth (`cases limits`,
-    maps locking_strip and thin_layer).
+    """Length of an element beyond which a layer at the surface is off by a tenth (`cases limits`, maps
+    locking_strip and thin_layer).
     """
     if solid.beta == 0:
         return math.inf
@@ -37,11 +37,11 @@ def longest_element(solid, order):
 
 
 def locking(solid, order, depth, half_width):
-    """Sentences on elements of this order, `depth` deep below a contact, that are too stiff for a nearly
-    incompressible solid.
+    """Sentences on elements, `depth` deep below a contact, that are too stiff for a nearly incompressible
+    solid.
 
-    They are off by about 0.02 lambda/mu (depth/half_width)^(2 order), by a twentieth here; from order 3 on
-    pressures were good to 2 % up to nu = 0.4999.
+    They are off by about 0.02 lambda/mu (depth/half_width)^(2 order); from order 3 on pressures were good
+    to 2 %.
     """
     stiffer = solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
     words = (
@@ -78,7 +78,7 @@ def thicknesses(mesh, region):
 
 
 def require_sound(mesh):
-    """BadArgument unless the elements of a mesh have an area (a volume) and are all oriented the same way.
+    """BadArgument unless the elements of a mesh have an area (a volume) and one orientation.
 
     Curved ones are looked at inside: in a corner on a smooth curve a quadrilateral is flat.
     """
@@ -117,10 +117,7 @@ def require_sound(mesh):
 
 
 def line(depth, elements):
-    """The depth alone: a 1D mesh of [-depth, 0] for fields that depend on x2 only.
-
-    Boundary points: "contact" at x2 = 0, "middle" at x2 = -depth.
-    """
+    """A 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at -depth."""
     _check(depth, elements)
     mesh = Make1DMesh(elements, mapping=lambda x: depth * (x - 1))
     for number, name in enumerate(("middle", "contact")):
@@ -131,9 +128,8 @@ def line(depth, elements):
 def column(depth, elements, width=None, quads=True):
     """One column of 2D elements over [-depth, 0], periodic sideways.
 
-    Boundaries: "contact" on top, "middle" below, "left" and "right" identified with each other.
-    `width` (length) is that of one element; a square element without it. With ``quads=False`` each
-    element is cut into two triangles.
+    Boundaries: "contact" on top, "middle" below, "left" and "right" identified. `width` (length) is that
+    of an element, by default its height. With ``quads=False`` each element is cut into two triangles.
     """
     _check(depth, elements)
     width = depth / elements if width is None else width
@@ -153,10 +149,9 @@ def _check(depth, elements):
 
 @dataclass(frozen=True)
 class Ground:
-    """A block of ground whose surface is pressed near x1 = 0: the half-plane cut off at a distance.
+    """A block of ground whose surface is pressed near x1 = 0: -far < x2 < 0, 0 < x1 < far or -far < x1 < far.
 
-    The rectangle -far < x2 < 0 with 0 < x1 < far ("half", axis x1 = 0) or -far < x1 < far; boundaries
-    "contact" for x1 in `reach`, "free" beside it, "side", "bottom" and "axis" (the last one of a half only).
+    Boundaries are "contact" for x1 in `reach`, "free" beside it, "side", "bottom", and of a half "axis".
 
     Parameters
     ----------
@@ -200,9 +195,8 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     ----------
     ground : Ground
     edges : abscissae within the reach; those closer than SLIVER of it are one
-    spacing : length of the elements on the boundary "contact"; away from it they grow by `grading`, (0, 1).
-        Or such lengths on parts of it, ((left, right, length), ...), ascending: between these elements grow
-        as well
+    spacing : length of the elements on the boundary "contact", or on parts of it, ((left, right, length),
+        ...), ascending; away from it they grow by `grading`, (0, 1)
     sizes : ((x, length), ...), places on the surface at which elements are no longer, about
 
     Raises
@@ -210,7 +204,7 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     BadArgument
         Also for a spacing that would take more memory than there is.
     NotConverged
-        If netgen fails, or leaves a hole; it is tried with slightly different gradings first.
+        If netgen fails or leaves a hole, also with slightly different gradings.
     """
     parts = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
     surface, reach = ground.reach[1] - ground.reach[0], max(abs(x) for x in ground.reach)
@@ -251,9 +245,7 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
 
 
 def _rounded(length, unit):
-    """A length in a unit, to 12 digits of 1000 or, if it is longer, of itself: the rounding of a unit of
-    length makes no other mesh.
-    """
+    """A length in a unit, to 12 digits of 1000 or, if longer, of itself: as in any other unit."""
     scaled = length / unit
     return round(scaled, 12 - math.ceil(math.log10(max(abs(scaled), 1000))))
 
@@ -281,12 +273,9 @@ def _face(ground, tips, parts):
 
 
 def uniform(ground, h, quads=True):
-    """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the
-    far field.
+    """Squares of side h (length) for 0 < |x1| < reach and as deep, growing geometrically to the far field.
 
-    The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000
-    unknowns. The whole surface is the boundary "contact". With ``quads=False`` each element is cut into two
-    triangles.
+    The whole surface is the boundary "contact". With ``quads=False`` each element is cut into two triangles.
     """
     require_finite(h=h)
     reach = ground.reach[1]
@@ -363,8 +352,8 @@ def uniform_lines(reach, far, h):
 
 
 def falling_orders(mesh, ground, tips, top):
-    """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm
-    of the distance to nearly half of it, at the tips and far away.
+    """Orders of the elements, array (elements,): `top` near the surface, falling with the logarithm of the
+    distance to nearly half of it, at the tips and far away.
     """
     points = np.array([vertex.point for vertex in mesh.vertices])
     corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]

@@ -4,13 +4,12 @@ Gradients averaged in the nodes (Zienkiewicz and Zhu, Int. J. Numer. Methods Eng
 the true ones than those of the elements, so that the difference stands for the error:
 
 energy    that of the difference of gradients over the energy of the state
-surface   difference of the averaged traction and couple -(n.sigma n), m.n from the nodal p and M, max over
-          the two of the L2 norm on the contact boundary over that of p
+surface   difference of the averaged traction and couple from the nodal p and M/ell, the larger L2 norm on the
+          contact boundary over that of p
 
-What neither shows is added to `surface`: an edge between nodes, off by a spacing over sqrt(12), as a shift
-of ``p = K sqrt(r)``, and the obstacle between the nodes (`between`). The larger one is the estimate. Elements
-that make up more than is allowed are cut, deeper at singular points of the surface. Straight quadrilaterals
-become triangles before: NGSolve cuts a quadrilateral one way, again and again.
+Added to `surface` is what neither shows: an edge between nodes, off by a spacing over sqrt(12), and the
+obstacle between the nodes (`between`). The larger one is the estimate. Quadrilaterals become triangles before
+they are cut: NGSolve cuts them one way, again and again.
 """
 
 import math
@@ -26,17 +25,6 @@ from .between import of_body
 from .facets import outward
 from .meshes import elements_at
 
-LEFT = 0.5  # of rtol, what elements that are not cut may add to a part of the estimate
-# times more, elements are cut at singular points of the surface that need it: one a pass would take three
-# times as many passes, for as many unknowns
-DEEPER = 3
-# times the difference from averaged tractions, the error at ends and slope discontinuities of the obstacle:
-# averages of singular fields are hardly better than the fields (2.5 to 4.2 were seen)
-UNSEEN = 4.0
-# times all of the estimate below order 3: errors up to 2.3 times it were seen, of which the coarse elements
-# away from the surface have a part that their energy does not show
-LOW_ORDER = 3.0
-AT = 0.05  # of an element, which is at a point that lies no farther outside
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
 
@@ -65,7 +53,9 @@ def estimate(state):
     """Recovered errors of a MeshSolution."""
     body, fields = state.nodes.body, state.fields
     averaged = _averaged(body, fields)
-    factor = LOW_ORDER if body.order < 3 else 1.0
+    # below order 3 errors up to 2.3 times all of the estimate were seen: coarse elements away from the
+    # surface have a part that their energy does not show
+    factor = 3 if body.order < 3 else 1
     of_energy = factor * _energy_of_difference(body, fields, averaged) / max(state.energy, 1e-300)
     of_surface = factor**2 * _surface(state, averaged)
     return Recovered(float(of_energy.sum()), math.sqrt(of_surface.sum()), of_energy, of_surface)
@@ -102,7 +92,9 @@ def _surface(state, averaged):
     weights = weights * state.tamed(x)
     found = np.zeros((2, mesh.ne))
     np.add.at(found, (slice(None), np.repeat(above, order + 2)), weights * wrong)
-    found[:, above[_at(mesh, nodes.region, _named(state)).any(axis=0)]] *= UNSEEN**2
+    # at ends and slope discontinuities of the obstacle averages of singular fields are hardly better than the
+    # fields: errors of 2.5 to 4.2 times the difference were seen
+    found[:, above[_at(mesh, nodes.region, _named(state)).any(axis=0)]] *= 4**2
     for last, outside, square in _edges(state):
         facet = next(number for number, members in enumerate(nodes.facets) if {last, outside} <= set(members))
         found[:, above[facet]] += square * np.array((1, 1 / 4 if len(state.forces) == 2 else 0))
@@ -140,15 +132,14 @@ def _traction(state, averaged):
 
 
 def refine_until(solver, load, approach, rtol, progress=False):
-    """The solution on a mesh that is cut where the estimate asks for it, until it is at most rtol.
+    """The solution on a mesh that is cut until the estimate is at most rtol.
 
     `progress` shows a bar of passes with the estimate.
 
     Raises
     ------
     NotConverged
-        If that takes more than MOST unknowns or PASSES passes; `rtol_reached` is the smallest
-        estimate, rounded up.
+        If that takes more than MOST unknowns or PASSES passes; `rtol_reached` is the smallest estimate.
     """
     best, found, besides, failed = math.inf, None, "raise the order of the body", None
     with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
@@ -169,35 +160,35 @@ def refine_until(solver, load, approach, rtol, progress=False):
             if found.unknowns > MOST:
                 break
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
-            solver = solver.on(triangles or _finer(found, parts, rtol))
+            solver = solver.on(triangles or _finer(found, parts, rtol / 2))
     raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach) from failed
 
 
-def marked(found, rtol):
-    """Elements (boolean array) without which each part that is above rtol would be LEFT of it."""
+def marked(found, left):
+    """Elements (boolean array) without which each part that is above 2 `left` would be `left`."""
     chosen = np.zeros(len(found.of_energy), bool)
-    for part, added, left in (
-        (found.energy, found.of_energy, LEFT * rtol),
-        (found.surface, found.of_surface, (LEFT * rtol) ** 2),
-    ):
-        if part > rtol:
+    parts = (found.energy, found.of_energy, left), (found.surface, found.of_surface, left**2)
+    for part, added, least in parts:
+        if part > 2 * left:
             order = np.argsort(added)
-            chosen[order[np.searchsorted(np.cumsum(added[order]), left) :]] = True
+            chosen[order[np.searchsorted(np.cumsum(added[order]), least) :]] = True
     return chosen
 
 
-def _finer(state, parts, rtol):
-    """The mesh of a state with the marked elements cut, those at singular points among them more often."""
-    nodes, chosen, named = state.nodes, marked(parts, rtol), _named(state)
+def _finer(state, parts, left):
+    """The mesh of a state with the `marked` elements cut, those at singular points more often: once a pass
+    would take three times as many passes.
+    """
+    nodes, chosen, named = state.nodes, marked(parts, left), _named(state)
     mesh, region = nodes.body.mesh, nodes.region
     between = (state.x[1:] + state.x[:-1]) / 2
     x = np.concatenate([named, *(between[is_edge] for is_edge in _free_edges(state))])
     above = elements_at(mesh, region)
-    wrong = np.sqrt(parts.of_surface * chosen)[above] * _at(mesh, region, x) / (LEFT * rtol)
+    wrong = np.sqrt(parts.of_surface * chosen)[above] * _at(mesh, region, x) / left
     worst = wrong.max(axis=1)
     # where the obstacle names the place the error falls like the square root of the size
-    times = np.where(np.arange(len(x)) < len(named), 2 * np.log2(np.maximum(worst, 1.0)), DEEPER)
-    times = np.where(worst > 0, np.maximum(times, DEEPER), 0).astype(int)
+    times = np.where(np.arange(len(x)) < len(named), 2 * np.log2(np.maximum(worst, 1.0)), 3)
+    times = np.where(worst > 0, np.maximum(times, 3), 0).astype(int)
     finer = ng.Mesh(mesh.ngmesh.Copy())
     cut(finer, chosen)
     for done in range(times.max(initial=0)):
@@ -209,9 +200,7 @@ def _finer(state, parts, rtol):
 
 
 def _beyond(state, pressures, x):
-    """Squares of p and of M/ell, arrays (2, n), of corners beyond the end of the obstacle at x, from the
-    pressures (corners, n) there.
-    """
+    """Squares of p and of M/ell, (2, n), at x beyond the end of the obstacle, of pressures (corners, n)."""
     levers, wrong = list(state.law.levers(x).values()), np.zeros((2, len(x)))
     for corner, (left, right) in state.problem.ends.items():
         p = np.where((x < left) | (x > right), pressures[corner], 0.0)
@@ -233,7 +222,7 @@ def _at(mesh, region, x):
     """
     ends = np.array([[mesh[vertex].point[0] for vertex in facet.vertices] for facet in region.Elements()])
     left, right = ends.min(axis=1), ends.max(axis=1)
-    return np.abs(x[:, None] - (left + right) / 2) <= (0.5 + AT) * (right - left)
+    return np.abs(x[:, None] - (left + right) / 2) <= 0.55 * (right - left)
 
 
 def cut(mesh, chosen):
@@ -243,9 +232,8 @@ def cut(mesh, chosen):
 
 
 def of_triangles(mesh):
-    """A mesh of the same straight-sided domain with each quadrilateral cut along its shorter diagonal.
-
-    None where there are no quadrilaterals, or sides are curved, or would be on a finer mesh.
+    """A mesh with each quadrilateral cut along its shorter diagonal; None without quadrilaterals, or with
+    sides that are curved or would be on a finer mesh.
     """
     old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     if not any(element.type == ng.ET.QUAD for element in mesh.Elements()):
