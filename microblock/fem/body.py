@@ -477,7 +477,7 @@ class Body(Shown):
         advice, matrix = "take longer elements or a lower order", self.bulk(symmetric=True)
         what = f"factors of the bulk, {self.space.ndof} unknowns,"
         cost.require_room(cost.of_factors(self.space.ndof, matrix.mat.nze), what, advice)
-        bulk, state = Bulk(matrix, (), advice), ng.GridFunction(self.space)
+        bulk, state = Bulk(matrix, [], advice), ng.GridFunction(self.space)
         self.prescribe(state.components)
         prescribed = state.vec.FV().NumPy().copy()
         exerted = bulk.solve(self.acting(loads) - bulk.matrix @ prescribed, state)

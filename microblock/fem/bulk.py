@@ -33,7 +33,7 @@ class Bulk:
         self._form, space = form, form.space
         self.matrix, self._free = as_csr(form.mat), np.array(space.FreeDofs(form.condense))
         used = np.zeros(space.ndof, bool)
-        used[seen] = True
+        used[np.asarray(seen, int)] = True
         inner, contact = np.flatnonzero(self._free & ~used), np.flatnonzero(self._free & used)
         try:
             self._factors = factors.usual()(self.matrix, inner, contact)
