@@ -10,7 +10,7 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, require_finite, require_flag, require_kind, require_whole
+from ..errors import BadArgument, require_finite, require_flag, require_kind, require_whole
 from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
@@ -20,24 +20,11 @@ from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import contact_term
-from .meshes import Travelling, body_anew, require_sound
+from .bulk import Bulk
+from .meshes import require_sound
 
-USUAL_CONTACT = "contact"  # the name of the contact boundary
-FIELDS = ("u1", "u2", "psi")
 FIELDS3D = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PLACES = {name: number for number, name in enumerate(FIELDS3D)} | {"psi": 5}  # among u and psi as vectors
-SOLVERS3D = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton_solver.NewtonSolver3D"}
-HELD = "are rigid motions fixed, and psi where beta = 0?"
-# of a body in space
-HELD3D = HELD + (
-    " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
-)
-CURVED = 4  # more integration orders, with which energies of curved elements of order 1 err by 4e-9
-GIVEN = 4  # more integration orders than a field has, for loads, which are functions of the user
-SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
-# of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
-OWN = 0.25
-SAME = 1e-9  # of the largest of prescribed values, within which two of them are one
 
 
 def require_finite_within(**arguments):
@@ -54,9 +41,7 @@ def require_finite_within(**arguments):
 
 @dataclass(frozen=True)
 class Loads:
-    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction.
-
-    In three dimensions forces have three components, and so have couples.
+    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction, in three dimensions three.
 
     Parameters
     ----------
@@ -85,30 +70,27 @@ class Loads:
 class Body(Shown):
     """A linear Cosserat body: mesh, material, spaces and supports.
 
-    In three dimensions it is pressed from above: its contact boundary is horizontal (normal e3, at one height
-    or several), of quadrilaterals, as of hexahedra, of any order, or of triangles with order 1. Obstacles are
-    those over a surface, `Sphere` and the like, or any ``height(x1, x2)``, counted from x3 = 0; laws have
-    four corners as on a `HalfSpace`, and states have three dimensions, see `microblock.State`.
+    In three dimensions its contact boundary is horizontal (normal e3, at one height or several), of
+    quadrilaterals of any order or of triangles of order 1. Obstacles are those over a surface, `Sphere`
+    and the like, or any ``height(x1, x2)``, counted from x3 = 0.
 
     Parameters
     ----------
     mesh : ngsolve.Mesh
-        Triangles, quadrilaterals (curved or not), a 1D mesh of the depth x2 (`meshes.line`), or a mesh in
-        three dimensions; `microblock.fem.meshes3d.block` makes one of hexahedra. The kernel of geometries
-        that makes it has tolerances of 1e-7 in its unit of length: a body of 1e-9 m is drawn in nanometres.
-        Numbers here have no unit, and results do not depend on it.
+        Of triangles and quadrilaterals, a 1D mesh of the depth x2 (`meshes.line`), or one in three dimensions
+        (`microblock.fem.meshes3d.block`). The kernel of geometries has tolerances of 1e-7 in its unit of
+        length: draw a body of 1e-9 m in nanometres.
     solid : Cosserat
     order : int or array (elements,) of int
-        Polynomial order of u. With one for each element all fields have it, and an edge has the larger one of
-        its neighbours.
+        Polynomial order of u. With one for each element all fields have it, edges the larger one of their
+        neighbours.
     order_psi : int, optional
         Polynomial order of psi; without it that of u.
     fixed : str or mapping
         Boundaries on which all fields are 0, or {field: boundaries}; names as NGSolve's patterns. Fields are
         u1, u2 and psi, in three dimensions u1, u2, u3, psi1, psi2 and psi3.
     prescribed : {field: {boundary: value}}, optional
-        Boundaries on which a field has this value (a number or CoefficientFunction); the same at identified
-        points.
+        Boundaries on which a field has this value (a number or CoefficientFunction).
     periodic : bool
         Whether the fields are identified on boundaries that the mesh identifies.
     contact : str
@@ -117,9 +99,9 @@ class Body(Shown):
     Raises
     ------
     BadArgument
-        If an argument is out of range, a boundary is unknown, or the mesh has points that are no numbers,
-        elements without area (volume) or elements of the other orientation; in three dimensions also if the
-        solid lets short waves of a free surface turn by themselves.
+        If an argument is out of range, a boundary is unknown, prescribed values differ at identified points,
+        or the mesh is not sound (`meshes.require_sound`); in three dimensions also if the solid lets short
+        waves of a free surface turn by themselves.
 
     Examples
     --------
@@ -155,7 +137,7 @@ class Body(Shown):
         fixed=(),
         prescribed=None,
         periodic=False,
-        contact=USUAL_CONTACT,
+        contact="contact",
     ):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
@@ -172,7 +154,7 @@ class Body(Shown):
         require_whole(1, order=order)
         require_whole(1, order_psi=order if order_psi is None else order_psi)
         self.order, self.order_psi = order, order if order_psi is None else order_psi
-        self.names = FIELDS3D if mesh.dim == 3 else FIELDS
+        self.names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
         self.fixed = self._patterns(fixed)
@@ -182,21 +164,21 @@ class Body(Shown):
         ]
         self.space = reduce(mul, self.spaces)
         self._require_periodic_values()
-        if contact != USUAL_CONTACT:
+        if contact != "contact":
             self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, see `once`
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
+        return _body_anew, (self._made_of, self.mesh.GetCurveOrder())
 
     def of(self, solid):
         """The same body of another solid; the same one is not factorised again."""
         require_kind(Cosserat, "a Cosserat", solid=solid)
-        return self if solid == self.solid else type(self)(**self._made_of | {"solid": solid})
+        return self if solid == self.solid else self.on(self.mesh, solid=solid)
 
     def once(self, key, make):
-        """What `make()` returns, by a key: made once, and kept as long as the body."""
+        """What `make()` returns, made once for a key."""
         if key not in self.derived:
             self.derived[key] = make()
         return self.derived[key]
@@ -241,7 +223,7 @@ class Body(Shown):
         return {name: "|".join(named) for name, named in patterns.items()}
 
     def require_held(self):
-        """BadArgument where a displacement is fixed or prescribed on no boundary: a translation is free."""
+        """BadArgument where a displacement is fixed or prescribed nowhere."""
         for name in self.names:
             if name.startswith("u") and name not in self.fixed:
                 raise BadArgument(
@@ -251,18 +233,27 @@ class Body(Shown):
                 )
 
     def boundary(self, pattern, argument="boundary"):
-        """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
-        its names, with the name of the argument that it was.
+        """The region of the boundaries that a pattern names; BadArgument, of this argument, for a name of
+        none.
         """
-        return region(self.mesh, pattern, argument)
+        names = sorted(set(self.mesh.GetBoundaries()))
+        if not isinstance(pattern, str):
+            raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
+        try:
+            region = self.mesh.Boundaries(pattern)
+        except RuntimeError as failure:
+            raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
+        missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
+        if missing or not any(region.Mask()):
+            which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
+            words = f"{which}is none of the mesh's boundaries, {', '.join(names)}"
+            raise BadArgument(argument, pattern, words)
+        return region
 
     @property
     def bonus(self):
-        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
-        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
-        part of the discretisation.
-        """
-        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
+        """Integration orders beyond NGSolve's: on curved elements the energy is no polynomial."""
+        return 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
 
     def integrated(self, density, **options):
         """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
@@ -293,9 +284,8 @@ class Body(Shown):
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        given = {"solid": solid, "fixed": fixed}
-        given = {"mesh": mesh} | {name: one for name, one in given.items() if one is not None}
-        return Body(**self._made_of | given)
+        fixed, solid = (self.fixed if fixed is None else fixed), (self.solid if solid is None else solid)
+        return Body(**self._made_of | {"mesh": mesh, "fixed": fixed, "solid": solid})
 
     @property
     def methods(self):
@@ -306,7 +296,8 @@ class Body(Shown):
     @property
     def solvers(self):
         """{method: where its solver is}, of those that differ from the plane's."""
-        return {} if self.mesh.dim < 3 else SOLVERS3D
+        solvers = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton_solver.NewtonSolver3D"}
+        return solvers if self.mesh.dim == 3 else {}
 
     def unknowns_of(self, name):
         """Slice of the unknowns of a field."""
@@ -314,9 +305,7 @@ class Body(Shown):
         return slice(own.start, own.stop)
 
     def scalar(self, order, **options):
-        """A scalar H1 space of this body, periodic where the body is; of the elements' own orders where it
-        has them.
-        """
+        """A scalar H1 space of this body, periodic or of the elements' own orders where the body is."""
         if self.element_orders is None:
             space = ng.H1(self.mesh, order=order, **options)
             return ng.Periodic(space) if self.periodic else space
@@ -356,9 +345,7 @@ class Body(Shown):
         return [name for name, pattern in self.fixed.items() if any(self.boundary(pattern).Mask() & mask)]
 
     def pressed(self, boundary):
-        """The region of a contact boundary; BadArgument where supports hold u2 on a part of it, which cannot
-        be pressed; in space nodes are looked at one by one.
-        """
+        """The region of a contact boundary; in the plane BadArgument where supports hold u2 there."""
         region = self.boundary(boundary, "contact" if boundary == self.contact else "boundary")
         if self.mesh.dim < 3 and "u2" in self.held_on(boundary):
             raise BadArgument(
@@ -378,22 +365,19 @@ class Body(Shown):
     def set_on(self, region, component, value):
         """Set a component of a grid function of the body on a region of its boundary.
 
-        A facet of a body one element wide has the dof of its identified ends twice: NGSolve's Set counts it
-        twice, but adds its value once. What 1 becomes is its share.
+        Where elements are as wide as the period NGSolve counts an unknown twice: what 1 becomes is its share.
         """
         component.Set(value, definedon=region)
         if self.periodic:
             share = ng.GridFunction(component.space)
             share.Set(1, definedon=region)
             shares = share.vec.FV().NumPy()
-            ends = np.abs(shares) > OWN
+            ends = np.abs(shares) > 0.25  # not the rounding of an edge's unknowns
             component.vec.FV().NumPy()[ends] /= shares[ends]
 
-    def values_on(self, region, number, value):
-        """Coefficients of a function in the space of a field (its number) on a region of the boundary, 0
-        elsewhere.
-        """
-        function = ng.GridFunction(self.spaces[number])
+    def values_on(self, region, name, value):
+        """Coefficients of a function in the space of a field on a region of the boundary, 0 elsewhere."""
+        function = ng.GridFunction(self.spaces[self.names.index(name)])
         self.set_on(region, function, value)
         return function.vec.FV().NumPy().copy()
 
@@ -406,7 +390,7 @@ class Body(Shown):
                 for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
                     found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
             largest = max(abs(one) for own in found.values() for one in own.values())
-            if any(np.ptp(list(own.values())) > SAME * largest for own in found.values()):
+            if any(np.ptp(list(own.values())) > 1e-9 * largest for own in found.values()):
                 raise BadArgument(
                     "prescribed",
                     self.prescribed,
@@ -414,7 +398,7 @@ class Body(Shown):
                 )
 
     def vectors(self, components):
-        """u and psi of components, trial functions or grid functions, as vectors with three components."""
+        """u and psi of components (trial or grid functions), with three components each."""
         parts = [ng.CF(0)] * len(FIELDS3D)
         for name, component in zip(self.names, components):
             parts[PLACES[name]] = component
@@ -437,7 +421,7 @@ class Body(Shown):
 
     def acting(self, loads=Loads()):
         """The forces of loads in all unknowns, array: what works on their variations in (8)."""
-        more, form = {"bonus_intorder": self.order + GIVEN}, ng.LinearForm(self.space)
+        more, form = {"bonus_intorder": self.order + 4}, ng.LinearForm(self.space)
         works = [("force", loads.force, ng.dx(**more)), ("couple", loads.couple, ng.dx(**more))]
         for name in ("traction", "micromoment"):
             for boundary, value in getattr(loads, name).items():
@@ -462,9 +446,9 @@ class Body(Shown):
         return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
 
     def bulk(self, space=None, nodes=None, **options):
-        """The bilinear form of the second variation of (10), assembled, on the space of the body or on a
-        product of it and others, of which the last one is the approach of an obstacle: the matrix then has
-        places for all that contact nodes couple.
+        """The bilinear form of the second variation of (10), assembled, on the space of the body or a
+        product of it and others. With contact nodes its matrix has places for all that these and the last
+        unknown couple.
         """
         trial, test = (self.space if space is None else space).TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
@@ -490,17 +474,15 @@ class Body(Shown):
             If the supports leave a rigid motion free.
         """
         require_kind(Loads, "Loads", loads=loads)
-        state = ng.GridFunction(self.space)
+        advice, matrix = "take longer elements or a lower order", self.bulk(symmetric=True)
+        what = f"factors of the bulk, {self.space.ndof} unknowns,"
+        cost.require_room(cost.of_factors(self.space.ndof, matrix.mat.nze), what, advice)
+        bulk, state = Bulk(matrix, [], advice), ng.GridFunction(self.space)
         self.prescribe(state.components)
-        matrix, forces = self.bulk(symmetric=True).mat, state.vec.CreateVector()
-        forces.FV().NumPy()[:] = -self.acting(loads)
-        forces.data += matrix * state.vec
-        held = HELD3D if self.mesh.dim == 3 else HELD
-        kind = "sparsecholesky" if self.mesh.dim == 3 else "umfpack"
-        step = solve_linear(matrix, self.space.FreeDofs(), forces, f"the bulk; {held}", kind)
-        state.vec.data -= step
-        forces.data -= matrix * step
-        return Fields(self, state.components, forces.FV().NumPy().copy())
+        prescribed = state.vec.FV().NumPy().copy()
+        exerted = bulk.solve(self.acting(loads) - bulk.matrix @ prescribed, state)
+        state.vec.FV().NumPy()[:] += prescribed
+        return Fields(self, state.components, exerted)
 
 
 def require_heights(obstacle):
@@ -509,10 +491,8 @@ def require_heights(obstacle):
 
 
 class Reaction(NamedTuple):
-    """What supports exert on a body: force (f1, f2), array, and moment about the origin, counterclockwise;
-    per thickness. In three dimensions both are arrays (3,).
-
-    The moment is that of force and couple stress together. In 1D both are per area.
+    """What supports exert on a body per thickness (in 1D per area): force (f1, f2) and moment about the
+    origin, counterclockwise, of force and couple stress together; in three dimensions arrays (3,).
     """
 
     force: np.ndarray
@@ -520,20 +500,17 @@ class Reaction(NamedTuple):
 
 
 class Fields:
-    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions; in three
-    dimensions u1, u2, u3, psi1, psi2 and psi3, and the vectors u and psi.
+    """The fields of a state, as NGSolve functions: u1, u2, psi; in three dimensions u1, u2, u3, psi1,
+    psi2, psi3 and the vectors u and psi.
 
-    Stresses are those of the elements. On a boundary they are read from the element beside it (NGSolve's
-    BoundaryFromVolumeCF, which `stress` and `couple_stress` have in them; derivatives of your own need it),
-    and are as good there as the mesh. What a support exerts is better asked from `reaction`: it balances the
-    loads to rounding on any mesh.
+    On a boundary stresses are read from the element beside it (NGSolve's BoundaryFromVolumeCF; derivatives of
+    your own need it), and are as good there as the mesh; `reaction` balances the loads to rounding.
 
     Parameters
     ----------
     body : Body
     components : grid functions of the fields
-    forces : array (unknowns of the body,), internal forces less the loads: what supports exert in each
-        unknown
+    forces : array (unknowns of the body,), internal forces less the loads: what supports exert
 
     Examples
     --------
@@ -544,14 +521,9 @@ class Fields:
     ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
     >>> fields = body.solve(Loads(traction={"contact": (0, -1)}))
     >>> import ngsolve as ng
-    >>> round(ng.Integrate(fields.stress[1, 1], body.mesh)/ng.Integrate(1, body.mesh), 9)
-    -1.0
-
-    The stress on a boundary, and the force and the moment of the support there (the column is 0.5 wide):
-
     >>> round(ng.Integrate(fields.stress[1, 1], body.mesh, definedon=body.mesh.Boundaries("middle")), 9)
     -0.5
-    >>> force, moment = fields.reaction("middle")
+    >>> force, moment = fields.reaction("middle")   # of the support; the column is 0.5 wide
     >>> round(float(force[1]), 9)
     0.5
     """
@@ -630,14 +602,11 @@ class Fields:
         return ng.BoundaryFromVolumeCF(m if self.body.mesh.dim == 3 else ng.CF((m[2, 0], m[2, 1])))
 
     def reaction(self, boundary):
-        """The Reaction: force and moment that the body's supports on a boundary exert on it, from nodal
-        forces.
+        """The Reaction that the body's supports on a boundary exert on it, from nodal forces.
 
-        All supports together balance loads and contact to rounding. What an unknown exerts that lies on two
-        supported boundaries is part of the reaction of each: name them together, "bottom|side", for their
-        sum. The moment is about the origin,
-        of force stress and couple stress together; in 1D and of a periodic body, whose columns are all alike,
-        f2 has no arm.
+        All supports together balance loads and contact to rounding. What is exerted where two supported
+        boundaries meet is part of both: name them together, "bottom|side", for their sum. In 1D and of a
+        periodic body f2 has no arm.
 
         Raises
         ------
@@ -660,79 +629,39 @@ class Fields:
                 None,
                 "must be given to know reactions: take the fields of a state, or of Body.solve",
             )
-        place = self._place()
-        force, moment = [0.0] * 3, [0.0] * 3
-        for name in held:
-            part, number = region * body.boundary(body.fixed[name]), body.names.index(name)
-            exerted, axis = self.forces[body.unknowns_of(name)], PLACES[name] % 3
-            total = exerted @ body.values_on(part, number, 1)
-            if name[0] == "p":
-                moment[axis] += total
-                continue
-            force[axis] = total
-            for turn in range(3) if body.mesh.dim == 3 else (2,):  # u = e x place of a rotation about an axis
-                if turn != axis:
-                    sign = 1 if turn == (axis + 1) % 3 else -1
-                    moment[turn] += sign * (exerted @ body.values_on(part, number, place[3 - turn - axis]))
-        if body.mesh.dim == 3:
-            return Reaction(np.array(force), np.array(moment))
-        return Reaction(np.array(force[:2]), float(moment[2]))
+        parts = {name: region * body.boundary(body.fixed[name]) for name in held}
+
+        def work(u, psi):
+            """Of the supports on a rigid motion."""
+            values = (*u, *psi)
+            return sum(
+                self.forces[body.unknowns_of(name)] @ body.values_on(parts[name], name, values[PLACES[name]])
+                for name in held
+            )
+
+        axes, place = [tuple(map(float, axis)) for axis in np.eye(3)], self._place()
+        turns = [ng.Cross(ng.CF(axis), place) for axis in axes]
+        force = np.array([work(axis, (0.0,) * 3) for axis in axes])
+        moment = np.array([work([turn[i] for i in range(3)], axis) for turn, axis in zip(turns, axes)])
+        return Reaction(force, moment) if body.mesh.dim == 3 else Reaction(force[:2], float(moment[2]))
 
     def _place(self):
-        """(x1, x2, x3) as expressions, for moments: along a period forces have no arm."""
-        if self.body.mesh.dim == 1:
-            return ng.CF(0), ng.x, ng.CF(0)
-        repeated, space = self.body.periodic, self.body.mesh.dim == 3
-        return ng.CF(0) if repeated else ng.x, ng.CF(0) if repeated and space else ng.y, ng.z
+        """The place as an expression, for moments: along a period forces have no arm."""
+        dim, repeated = self.body.mesh.dim, self.body.periodic
+        if dim == 1:
+            return ng.CF((0, ng.x, 0))
+        return ng.CF((0 if repeated else ng.x, 0 if repeated and dim == 3 else ng.y, ng.z if dim == 3 else 0))
 
     def energy(self):
         """Elastic energy of the whole body (in 1D: per area)."""
         return (1 + self.mirrored) * self.body.integrated(self.body.energy(*self))
 
 
-def region(mesh, pattern, argument="boundary"):
-    """The region of the boundaries of a mesh that a pattern names; BadArgument if there are none, also for
-    one of its names.
-    """
-    names = sorted(set(mesh.GetBoundaries()))
-    if not isinstance(pattern, str):
-        raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
-    try:
-        found = mesh.Boundaries(pattern)
-    except RuntimeError as failure:
-        raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
-    missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
-    if missing or not any(found.Mask()):
-        which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
-        raise BadArgument(argument, pattern, f"{which}is none of the mesh's boundaries, {', '.join(names)}")
-    return found
-
-
-def solve_linear(matrix, freedofs, rhs, what, kind="umfpack"):
-    """Solve matrix x = rhs on freedofs by a direct solver of NGSolve, and check: a singular or too large
-    matrix raises NotConverged.
-    """
-    cost.require_room(
-        cost.of_factors(matrix.height, matrix.nze),
-        f"factors of {what.split(';')[0]}, {matrix.height} unknowns,",
-        "take longer elements or a lower order",
-    )
-    try:
-        inverse = matrix.Inverse(freedofs, kind)
-    except Exception as failure:
-        raise NotConverged(f"no factorisation of {what}: {failure}") from failure
-    solution, left, scale = (rhs.CreateVector() for _ in range(3))
-    solution.data = inverse * rhs
-    left.data = rhs - matrix * solution
-    solution.data += inverse * left  # one step of refinement
-    left.data = rhs - matrix * solution
-    scale.data = rhs
-    kept = ng.Projector(freedofs, True)
-    kept.Project(left)
-    kept.Project(scale)
-    if not left.Norm() <= SINGULAR * max(scale.Norm(), 1e-300):
-        raise NotConverged(f"singular matrix of {what}")
-    return solution
+def _body_anew(arguments, curve_order):
+    """A body in a copy: its curves are made anew, as NGSolve mixes up those of a refined mesh."""
+    if curve_order > 1:
+        arguments["mesh"].Curve(curve_order)
+    return Body(**arguments)
 
 
 def _fields_anew(kind, body, values, forces, mirrored):
@@ -748,6 +677,5 @@ def _fields_anew(kind, body, values, forces, mirrored):
 
 
 def dofs_by_element(body):
-    """Numbers of the unknowns of a body, element by element: a copy of a mesh keeps the order of its elements
-    but not that of its edges, of which those of the coarser meshes are forgotten."""
+    """Unknowns of a body, element by element: a copied mesh keeps the order of elements, not of edges."""
     return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

@@ -7,24 +7,21 @@ from ..errors import NotConverged
 from ..model.solver import SOLVED
 from . import factors
 
-# of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
-# beta = 2 - 1e-6 and nu = 0.4999 with them
-CANCELLED = 1e-11
-
 
 class Bulk:
-    """The matrix of a bilinear form, interiors of elements eliminated, and its factors.
+    """The matrix of a bilinear form and its factors.
 
     Parameters
     ----------
-    form : BilinearForm, assembled with condense=True
+    form : BilinearForm, assembled; with condense=True interiors of elements are eliminated, and nothing may
+        act on them
     seen : array of int, unknowns that the contact boundary sees
-    advice, held : str, what to do where there is no memory, or the matrix is singular
+    advice : str, what to do where there is no memory
 
     Attributes
     ----------
     matrix : csr_matrix (unknowns, unknowns)
-    contact, block : as of `factors.Factors`
+    contact, block : as of `factors.SuperLU`
 
     Raises
     ------
@@ -32,11 +29,11 @@ class Bulk:
         If there is no memory, or the matrix is not positive definite.
     """
 
-    def __init__(self, form, seen, advice, held):
-        self._form, self._held, space = form, held, form.space
-        self.matrix, self._free = as_csr(form.mat), np.array(space.FreeDofs(True))
+    def __init__(self, form, seen, advice):
+        self._form, space = form, form.space
+        self.matrix, self._free = as_csr(form.mat), np.array(space.FreeDofs(form.condense))
         used = np.zeros(space.ndof, bool)
-        used[seen] = True
+        used[np.asarray(seen, int)] = True
         inner, contact = np.flatnonzero(self._free & ~used), np.flatnonzero(self._free & used)
         try:
             self._factors = factors.usual()(self.matrix, inner, contact)
@@ -44,10 +41,19 @@ class Bulk:
             unknowns = space.FreeDofs().NumSet()
             raise NotConverged(f"no memory to factorise {unknowns} unknowns: {advice}") from failure
         except factors.Singular as failure:
-            raise NotConverged(f"no factorisation of the bulk: {failure}; {held}") from failure
-        if not self._factors.least > CANCELLED:
-            raise NotConverged(f"singular matrix of the bulk; {held}")
+            raise NotConverged(f"no factorisation of the bulk: {failure}; {self._held}") from failure
+        # below, what is left of a diagonal entry is rounding: 1e-12 and less without supports, 1e-6 with them
+        # for beta = 2 - 1e-6 and nu = 0.4999
+        if not self._factors.least > 1e-11:
+            raise NotConverged(f"singular matrix of the bulk; {self._held}")
         self.contact, self.block = self._factors.contact, self._factors.block
+
+    @property
+    def _held(self):
+        """What to look at where the matrix is singular."""
+        words = "are rigid motions fixed, and psi where beta = 0?"
+        space = " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
+        return words + space * (self._form.space.mesh.dim == 3)
 
     def solve(self, right, state):
         """Put the fields under a right-hand side, array, into a grid function; returns what supports
@@ -59,8 +65,9 @@ class Bulk:
         if not np.linalg.norm(left) <= SOLVED * np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {self._held}")
         vector += self._factors.solve(left)  # one step of refinement
-        forces = self.matrix @ vector - right  # inside the elements nothing acts
-        state.vec.data += self._form.harmonic_extension * state.vec
+        forces = self.matrix @ vector - right  # nothing acts on what is eliminated
+        if self._form.condense:
+            state.vec.data += self._form.harmonic_extension * state.vec
         return forces
 
 

@@ -1,8 +1,8 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
-The bulk is factorised with the contact unknowns last: the trailing block L of the Cholesky factor is that of
-their Schur complement, ``S = L L^T``. In the plane, with R the values of u.n and psi at the nodes, the
-compliance is ``R S^-1 R^T``. In space R has (u, phi1, phi2), and the compliance is applied, not formed.
+With the contact unknowns last the trailing block L of the Cholesky factor is that of their Schur complement,
+``S = L L^T``. With R the values of u.n and psi at the nodes the compliance is ``R S^-1 R^T``; in space R has
+(u, phi1, phi2), and it is applied, not formed.
 """
 
 import ngsolve as ng
@@ -15,7 +15,7 @@ from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, require_kind
 from ..threads import bounded, released
-from .body import HELD, HELD3D, Body, Fields
+from .body import Body, Fields
 from .bulk import Bulk
 from .facets import ContactNodes
 
@@ -43,8 +43,7 @@ class Condensed(ContactNodes):
     NotConverged
         If a rigid motion is free, the energy is not positive, or there is no memory.
     BadArgument
-        If a support prescribes values other than 0, or holds u2 on the contact boundary, or none holds u1 or
-        u2; for a periodic body; as of `ContactNodes`.
+        As of `ContactNodes` and `require_pressed`.
 
     Examples
     --------
@@ -70,7 +69,7 @@ class Condensed(ContactNodes):
         )
         self._require_room()
         self.form = body.bulk(symmetric=True, condense=True)
-        self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
+        self._bulk = Bulk(self.form, self.onto.indices, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
         if self.dim < 3:
             surface, apart = (self.points, self.normals, self.weights), getattr(self, "apart", None)
@@ -167,7 +166,9 @@ def of_factors(rows, entries):
 
 
 def require_pressed(body, boundary, condensed=False):
-    """The region of a contact boundary that can be pressed, and `condensed`; else BadArgument."""
+    """The region of a contact boundary that can be pressed, `condensed` with supports that hold 0; else
+    BadArgument.
+    """
     if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random

@@ -1,14 +1,12 @@
 """The nodes of a contact boundary, and the contact law on them, (25)-(40), in one, two and three dimensions.
 
 Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's nodal
-quadrature): of segments, of quadrilaterals as tensor products, and of triangles of order 1 the vertices; for
-higher orders these have no such rule with positive weights. `ContactNodes` numbers the nodes, `ContactFacets`
-adds law and obstacle for the contact term. With Gauss's rule (37) is integrated, and gaps are checked, at
-Gauss points, for comparison: pressures then oscillate.
+quadrature), of quadrilaterals as tensor products, and of triangles of order 1 at the vertices. With Gauss's
+rule (37) is integrated, and gaps are checked, at Gauss points, for comparison: pressures then oscillate.
 """
 
 from copy import copy
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import ngsolve as ng
 import numpy as np
@@ -24,6 +22,7 @@ from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term
 from .between import Facets
 from .body import PLACES, Body
+from .meshes import elements_at, thicknesses
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
@@ -43,20 +42,32 @@ def nodal_rule(kind, order):
     """NGSolve's rule whose points are the nodes of a facet of this kind and order."""
     points, weights = lobatto(order)
     if kind == ng.ET.POINT:
-        return ng.IntegrationRule([(0.0,)], [1.0])
+        return rule_at([(0.0,)], [1.0])
     if kind == ng.ET.TRIG:
-        return ng.IntegrationRule(TRIANGLE, [1 / 6] * 3)
+        return rule_at(TRIANGLE, [1 / 6] * 3)
     if kind == ng.ET.SEGM:
-        return ng.IntegrationRule([(float(t),) for t in points], [float(w) for w in weights])
-    pairs = [(float(s), float(t)) for s in points for t in points]
-    return ng.IntegrationRule(pairs, [float(v * w) for v in weights for w in weights])
+        return rule_at(points[:, None], weights)
+    return rule_at([(s, t) for s in points for t in points], np.outer(weights, weights).ravel())
+
+
+def nodal_shapes(kind, order, places):
+    """The nodal polynomials of such a facet at reference coordinates, (k, 2): array (k, nodes)."""
+    if kind == ng.ET.TRIG:
+        return np.column_stack((places, 1 - places.sum(axis=1)))
+    along = [lagrange(lobatto(order)[0], own) for own in places.T]
+    return along[0] if kind == ng.ET.SEGM else np.einsum("ki,kj->kij", *along).reshape(len(places), -1)
+
+
+def rule_at(places, weights=None):
+    """NGSolve's rule of these reference coordinates, [(s, ...)], and weights, 0 without them."""
+    weights = np.zeros(len(places)) if weights is None else weights
+    return ng.IntegrationRule([tuple(map(float, place)) for place in places], list(map(float, weights)))
 
 
 class ContactNodes:
-    """The nodes of the contact boundary of a body, those that facets share once.
+    """The nodes of the contact boundary of a body, in the order of x1, in space in rows of x1.
 
-    Facets have the lower one of the orders of u and psi. Nodes are in the order of x1, in space in rows of
-    x1.
+    Facets have the lower one of the orders of u and psi.
 
     Parameters
     ----------
@@ -65,11 +76,10 @@ class ContactNodes:
 
     Attributes
     ----------
-    points, normals : arrays (n, 2), in space (n, 3); in 1D the contact point is (0, x2) with normal e2
+    points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
     weights : array (n,), lengths or areas (1 in 1D)
-    facets : list of arrays, the nodes of each facet: from one of its ends to the other, of a quadrilateral
-        (k, k) in its tensor product, of a triangle (3,)
-    apart : boolean array (n - 1,), in the plane: whether no facet lies between a node and the next
+    facets : list of arrays, the nodes of each facet from one of its ends to the other, of a quadrilateral
+    (k, k) apart : boolean array (n - 1,), in the plane: whether no facet lies between a node and the next
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
     shares : array (n,), in space: areas by the rule, on skew quadrilaterals others than `weights`
 
@@ -96,6 +106,8 @@ class ContactNodes:
         require_kind(str, "the name of a boundary", boundary=boundary)
         self.body, self.boundary, self.region = body, boundary, body.pressed(boundary)
         self.dim = body.mesh.dim
+        if self.dim > 1:
+            elements_at(body.mesh, self.region)  # which checks that there are some
         if self.dim == 3:
             self._require_upwards()
         self._number_nodes()
@@ -112,8 +124,8 @@ class ContactNodes:
         return type(self), (self.body, self.boundary)
 
     def _require_upwards(self):
-        """BadArgument unless all facets are horizontal, above their elements, and have a rule."""
-        mesh, kinds = self.body.mesh, {facet.type for facet in self.region.Elements()}
+        """BadArgument unless all facets are horizontal, face upwards, and have a rule."""
+        kinds = {facet.type for facet in self.region.Elements()}
         if self.body.order != self.body.order_psi:
             words = "must be the order of u on a body in space that is pressed"
             raise BadArgument("order_psi", self.body.order_psi, words)
@@ -124,21 +136,9 @@ class ContactNodes:
                 "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
                 "positive weights; take hexahedra, or prisms with quadrilaterals on top",
             )
-        corners = ng.IntegrationRule(TRIANGLE, [0.0] * 3)  # of both kinds of facets
-        places = mesh.MapToAllElements({kind: corners for kind in kinds}, self.region)
-        normals = np.asarray(ng.specialcf.normal(3)(places)).reshape(-1, 3)
-        if not np.all(np.abs(np.abs(normals[:, 2]) - 1) < 1e-9):
-            raise BadArgument("contact", self.boundary, "must be horizontal, its normal e3")
-        faces = {facet.faces[0].nr: _heights(mesh, facet) for facet in self.region.Elements()}
-        below = {
-            face.nr: _heights(mesh, element)
-            for element in mesh.Elements()
-            for face in element.faces
-            if face.nr in faces
-        }
-        if not all(below[face].mean() < own.mean() for face, own in faces.items()):
-            raise BadArgument("contact", self.boundary, "must face upwards, its normal e3")
-        self.depths = np.array([own.mean() - below[face].min() for face, own in faces.items()])
+        normals = at_rules(self.body.mesh, self.region, dict.fromkeys(kinds, rule_at(TRIANGLE)))[2]
+        if not normals[:, 2].min() > 1 - 1e-9:
+            raise BadArgument("contact", self.boundary, "must be horizontal and face upwards, its normal e3")
 
     def _number_nodes(self):
         """A node is numbered by its unknown in a scalar space, which neighbours share."""
@@ -162,8 +162,6 @@ class ContactNodes:
             order = np.lexsort((beside, *points.T[::-1]))
         self.facets = [np.argsort(order)[own] for own in members]
         self.points, self.weights, normals = points[order], weights[order], normals[order]
-        if self.dim == 3:
-            self.shares = self._by_rule[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         own = self._trace(body.spaces[0], elements, u), self._trace(body.spaces[-1], elements, psi)
         self.traces = {name: own[name[0] == "p"] for name in body.names}
@@ -171,62 +169,42 @@ class ContactNodes:
             self.apart = np.ones(len(self.points) - 1, bool)
             for own in self.facets:
                 self.apart[own.min() : own.max()] = False
+        if self.dim == 3:
+            self.shares, self.weights = self.weights, self._areas()
 
     def _measured(self, elements, members, count):
-        """Points, normals times weights, and weights of the nodes."""
-        dim, mesh = max(self.dim, 2), self.body.mesh
-        points, normals, weights = np.zeros((count, dim)), np.zeros((count, dim)), np.zeros(count)
-        if self.dim == 1:
-            for facet, own in zip(elements, members):
-                transformation = mesh.GetTrafo(facet)  # a mapped point does not keep it alive
-                place = transformation(0.0)
-                points[own, 1], weights[own] = place.point[0], 1.0
-                normals[own, 1] = ng.specialcf.normal(1)(place)
-            return points, normals, weights
-        sides, self._by_rule, points[:] = outward_sides(mesh, self.region), np.zeros(count), np.inf
-        kinds = np.array([facet.type == ng.ET.QUAD for facet in elements])
+        """Points, normals times weights, and weights by the rule, of the nodes."""
+        shape = count, max(self.dim, 2)
+        points, normals, weights = np.zeros(shape), np.zeros(shape), np.zeros(count)
+        points[:, -self.dim :] = np.inf
         for order in set(self.orders):
             rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
-            places, sizes, outwards = at_rules(self.body.mesh, self.region, rules)
-            starts = np.cumsum([0, *(len(rules[facet.type]) for facet in elements)])[:-1]
-            for tensor in set(kinds):
-                here = np.flatnonzero((kinds == tensor) & (np.array(self.orders) == order))
-                there = np.array([members[i].ravel() for i in here])
-                flat = starts[here, None] + np.arange(there.shape[1])
-                np.minimum.at(points, there, places[flat])  # of a period its left end
-                outward = sides[here, None, None] * outwards[flat]
-                by_rule = [point.weight for point in rules[elements[here[0]].type]] * sizes[flat]
-                shares = self._areas(order, len(elements))[here] if tensor else by_rule
-                np.add.at(weights, there, shares)
-                np.add.at(self._by_rule, there, by_rule)
-                np.add.at(normals, there, shares[..., None] * outward)
+            own = np.array(self.orders) == order
+            here = np.repeat(own, [len(rules[facet.type]) for facet in elements])
+            there = np.concatenate([members[i].ravel() for i in np.flatnonzero(own)])
+            places, shares, outward = (part[here] for part in at_rules(self.body.mesh, self.region, rules))
+            np.minimum.at(points[:, -self.dim :], there, places)  # of a period its left end
+            np.add.at(weights, there, shares)
+            np.add.at(normals[:, -self.dim :], there, shares[:, None] * outward)
         return points, normals, weights
 
-    def _areas(self, order, count):
-        """Integrals of the nodal polynomials over quadrilaterals, array (facets, nodes): where one of order 1
-        is no parallelogram the rule's weights fail the patch test.
+    def _areas(self):
+        """Integrals of the nodal polynomials, array (n,): on skew quadrilaterals the rule fails the patch
+        test.
         """
-        points, weights = gauss_rule(order + 1)
-        square = [(float(s), float(t)) for s in points for t in points]
-        rule = ng.IntegrationRule(square, [0.0] * len(square))
-        sizes = at_rules(self.body.mesh, self.region, {ng.ET.QUAD: rule, ng.ET.TRIG: rule})[1]
-        shares = weights[:, None] * lagrange(lobatto(order)[0], points)
-        sizes = sizes.reshape(count, len(points), len(points))
-        return np.einsum("si,fst,tj->fij", shares, sizes, shares).reshape(count, -1)
+        integral = self.multipliers.TestFunction() * ng.ds(definedon=self.region, bonus_intorder=2)
+        values = ng.LinearForm(integral).Assemble().vec.FV().NumPy()
+        return self._multiplier[1].solve(values, trans="T")
 
     def _snapped(self, points):
-        """Points with the coordinates of the mesh's vertices where these differ by rounding, which would
-        decide whether a node lies below the face of a punch.
+        """Points with the vertices' coordinates where rounding would decide whether a node lies below a
+        punch.
         """
         vertices = np.array([vertex.point for vertex in self.body.mesh.vertices])
         size = np.ptp(vertices, axis=0).max()
-        for axis in range(3):
-            known = np.unique(vertices[:, axis])
-            after = np.clip(np.searchsorted(known, points[:, axis]), 1, len(known) - 1)
-            for near in (known[after], known[after - 1]):
-                points[:, axis] = np.where(
-                    np.abs(near - points[:, axis]) < FLAT * size, near, points[:, axis]
-                )
+        for known, own in zip(map(np.unique, vertices.T), points.T):
+            near = known[np.searchsorted((known[1:] + known[:-1]) / 2, own)]
+            own[:] = np.where(np.abs(near - own) < FLAT * size, near, own)
         return points
 
     def _trace(self, space, elements, dofs):
@@ -237,7 +215,8 @@ class ContactNodes:
             key = facet.type, len(own), order, *vertices  # functions depend on the directions of edges
             if key not in shapes:
                 fel = space.GetFE(facet)
-                values = np.array([fel.CalcShape(*_place(point)) for point in nodal_rule(facet.type, order)])
+                rule = nodal_rule(facet.type, order)
+                values = np.array([fel.CalcShape(*point.point[:2]) for point in rule])
                 shapes[key] = np.where(np.abs(values) > FLAT, values, 0.0)
             for number, shape in zip(members.ravel(), shapes[key]):
                 rows[number] = own, shape
@@ -277,7 +256,7 @@ class ContactNodes:
         return self._onto()
 
     def _onto(self):
-        """R, from all unknowns: (u.n, psi) at the nodes, in space (u, phi1, phi2), u into the body and
+        """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and
         phi = (-psi2, psi1) ell/2; sparse.
         """
         if self.dim < 3:
@@ -285,14 +264,8 @@ class ContactNodes:
         half = self.body.solid.ell / 2
         return vstack((-self.at("u3"), -half * self.at("psi2"), half * self.at("psi1")), format="csr")
 
-    def values(self, name, fields):
-        """A field (its name) of Fields of the body at the nodes, array (n,)."""
-        return self.traces[name] @ getattr(fields, name).vec.FV().NumPy()
-
     def moments_of(self, name, exerted):
-        """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on a component of
-        psi, exact for the nodes' polynomials.
-        """
+        """Nodal moments, array (n,), that do the work of all that is exerted on a component of psi."""
         space = self.body.spaces[-1]  # hierarchical: the first unknowns are those of the lower orders
         counts = [own.size for own in self.facets]
         dofs = [space.GetDofNrs(facet)[:count] for facet, count in zip(self.region.Elements(), counts)]
@@ -306,39 +279,43 @@ class ContactNodes:
         return Facets(self, -np.inf)
 
     def interpolate(self, values, x):
-        """Nodal values (array (..., nodes)) at x1 = x: on each facet the polynomial through its nodes, 0
-        beyond the boundary.
-        """
+        """Nodal values, arrays (..., n), at x1 = x by the facets' polynomials, 0 beyond the boundary."""
         return self.along.interpolate(values, x)
 
     @cached_property
     def beyond(self):
-        """Numbers of the vertices of nearly horizontal facets beside the contact, array (k,)."""
-        mesh, inside, found = self.body.mesh, self.region.Mask(), set()
-        for facet in mesh.Elements(ng.BND):
-            if not inside[facet.index]:
-                a, b, c = (np.array(mesh[vertex].point) for vertex in facet.vertices[:3])
-                across = np.cross(b - a, c - a)
-                if abs(across[2]) > np.linalg.norm(across) / 2:
-                    found |= {vertex.nr for vertex in facet.vertices}
-        own = {vertex.nr for facet in self.region.Elements() for vertex in facet.vertices}
+        """Numbers of the vertices of facets beside the contact that face upwards, array (k,)."""
+        beside, middle = ~self.region, rule_at([(1 / 3, 1 / 3)])
+        normals = at_rules(self.body.mesh, beside, {ng.ET.TRIG: middle, ng.ET.QUAD: middle})[2]
+        upper = [facet for facet, normal in zip(beside.Elements(), normals) if normal[2] > 0.5]
+        found, own = (
+            {v.nr for facet in some for v in facet.vertices} for some in (upper, self.region.Elements())
+        )
         return np.array(sorted(found - own), int)
 
     @cached_property
+    def depths(self):
+        """How far the elements reach below their facets, array (facets,)."""
+        return thicknesses(self.body.mesh, self.region)[1]
+
+    @cached_property
     def between(self):
-        """(Places between the nodes in space, array (k, 3), values there from those at the nodes, sparse
-        (k, n)).
+        """(Places between the nodes in space, (k, 3), values there from those at the nodes, sparse (k,
+        n)).
         """
-        order, rows, places = self.orders[0], [], []
-        inner = gauss_rule(order + 3)[0]
-        along = lagrange(lobatto(order)[0], inner)
-        square = [(s, t) for s in inner for t in inner], np.kron(along, along)
-        for facet, members in zip(self.region.Elements(), self.facets):
-            there, shares = square if members.ndim == 2 else ([(1 / 3, 1 / 3)], np.full((1, 3), 1 / 3))
-            transformation = self.body.mesh.GetTrafo(facet)  # a mapped point does not keep it alive
-            places += [transformation(*map(float, place)).point for place in there]
-            rows += [(members.ravel(), share) for share in shares]
-        return np.array(places), _rows(rows, len(self.points))
+        inner = gauss_rule(self.orders[0] + 3)[0]
+        square = rule_at([(s, t) for s in inner for t in inner])
+        return self.at_points({ng.ET.QUAD: square, ng.ET.TRIG: rule_at([(1 / 3, 1 / 3)])})[::2]
+
+    def at_points(self, rules):
+        """At the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights of the integral,
+        (k,), and values from those at the nodes, sparse (k, n).
+        """
+        places = {kind: np.array([point.point for point in rule])[:, :2] for kind, rule in rules.items()}
+        shapes = cache(lambda kind, order: nodal_shapes(kind, order, places[kind]))
+        facets = zip(self.region.Elements(), self.facets, self.orders)
+        rows = [(own.ravel(), row) for facet, own, order in facets for row in shapes(facet.type, order)]
+        return *at_rules(self.body.mesh, self.region, rules)[:2], _rows(rows, len(self.points))
 
     @cached_property
     def triangles(self):
@@ -381,10 +358,6 @@ class ContactNodes:
         """Values at the nodes from the unknowns of a multiplier, array."""
         return self._multiplier[0] @ unknowns
 
-    def lowering(self, approach):
-        """The displacement of an obstacle that is lowered by `approach`, an expression."""
-        return -approach * ng.CF((0, 1, 0) if self.dim < 3 else (0, 0, 1))
-
     @cached_property
     def rules(self):
         """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
@@ -407,15 +380,15 @@ class ContactFacets(ContactNodes):
     obstacle : see `microblock.model.obstacles.gap`
     boundary : str, name or pattern of the contact boundary
     rule : "nodal", or "gauss": order + 1 Gauss points a facet, for the augmented Lagrangian on a straight
-        boundary in 2D, all of it below the obstacle, with one order for all fields
+        boundary in 2D below the obstacle, with one order for all fields
 
     Attributes
     ----------
     points, normals, weights, ... : as of `ContactNodes`
     arms : array (corners, n, dim), places of the corners from the centres of their blocks (lengths)
-    g0 : array (corners, n), initial gaps; inf where no obstacle is above the corner, or supports hold the
-        node, and of all corners but the nearest where psi is prescribed, so that the others never get nearer
-    twins : boolean array (n,); there all corners have the same gap, and share the nearest one's multiplier
+    g0 : array (corners, n), initial gaps; inf where a corner cannot touch: no obstacle is above, supports
+        hold the node, or psi is prescribed and another corner is nearer
+    twins : boolean array (n,); there all corners have the same gap, and share one multiplier
     multipliers : the H1 space of one corner's multiplier
 
     Examples
@@ -474,19 +447,13 @@ class ContactFacets(ContactNodes):
         ):
             if excluded:
                 raise BadArgument("rule", "gauss", why)
-        rule = ng.IntegrationRule(ng.SEGM, 2 * self.orders[0] + 1)
-        rows, weights = [], []
-        for facet in self.region.Elements():
-            element, dofs = self.multipliers.GetFE(facet), self.multipliers.GetDofNrs(facet)
-            for point in rule:
-                rows.append((dofs, element.CalcShape(point.point[0])))
-                weights.append(point.weight * body.mesh.GetTrafo(facet)(point.point[0]).measure)
-        self.rules, self._at_rule = {ng.SEGM: rule}, _rows(rows, self.multipliers.ndof)
-        self.extents = abs(self._at_rule).T @ np.array(weights)
+        self.rules = {ng.SEGM: ng.IntegrationRule(ng.SEGM, 2 * self.orders[0] + 1)}
+        _, weights, self._at_rule = self.at_points(self.rules)
+        self.extents = abs(self._at_rule @ self._multiplier[0]).T @ weights
 
     def at_rule(self, values):
         """Values at the rule's points of the polynomial with these values at the nodes, array (n,)."""
-        return values if self.nodal else self._at_rule @ self._multiplier[1].solve(values)
+        return values if self.nodal else self._at_rule @ values
 
     def _reachable(self, gaps):
         """Whether a corner of these initial gaps can touch, boolean array (corners, n)."""
@@ -536,8 +503,10 @@ class ContactFacets(ContactNodes):
 
     def contact(self, components, multipliers, approach, rho):
         """The contact term of (37), or of (31) where multipliers are 0."""
-        vectors, lowering = self.body.vectors(components), self.lowering(approach)
-        total = contact_term.contact(self, self.g0, self.arms, *vectors, multipliers, lowering, rho)
+        vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
+        total = contact_term.contact(
+            self, self.g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho
+        )
         if self.nodal or not self.twins.any():
             return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
@@ -556,61 +525,38 @@ def initial_gaps(law, nodes, obstacle):
     return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
 
 
-def at_all_facets(mesh, region, xis):
-    """All facets of a boundary at reference coordinates, for NGSolve's functions."""
-    rule = ng.IntegrationRule(points=[(float(xi),) for xi in xis], weights=[0.0] * len(xis))
-    return mesh.MapToAllElements({ng.SEGM: rule}, region)
-
-
 def at_rules(mesh, region, rules):
-    """At the points of rules on all facets of a boundary: places, array (points, dim), length (area) of a
-    unit of the reference coordinates, array (points,), and NGSolve's normals, array (points, dim).
+    """At the points of rules on a boundary: places, array (points, dim), weights of the integral,
+    (points,), and outward normals, (points, dim).
     """
     dim, there = mesh.dim, mesh.MapToAllElements(rules, region)
-    points, normals, slopes = (
-        np.asarray(function(there))
-        for function in (
-            ng.CF((ng.x, ng.y, ng.z)[:dim]),
-            ng.specialcf.normal(dim),
-            ng.specialcf.JacobianMatrix(dim, dim - 1),
-        )
+    x, normals, slopes = (
+        ng.CF((ng.x, ng.y, ng.z)[:dim]),
+        outward(mesh),
+        ng.specialcf.JacobianMatrix(dim, dim - 1),
     )
-    slopes = slopes.reshape(-1, dim, dim - 1)
-    sizes = np.sqrt(np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes))
-    return points.reshape(-1, dim), sizes, normals.reshape(-1, dim)
+    x, normals, slopes = (np.asarray(function(there)) for function in (x, normals, slopes))
+    slopes = slopes.reshape(len(x), -1)[:, : dim * (dim - 1)].reshape(len(x), dim, dim - 1)
+    sizes = np.sqrt(np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes))  # 1 for points
+    weights = {kind: [point.weight for point in rule] for kind, rule in rules.items()}
+    weights = np.concatenate([weights[facet.type] for facet in region.Elements()])
+    return x.reshape(-1, dim), weights * sizes, normals.reshape(-1, dim)
 
 
-def mapped(mesh, region, xis):
-    """What `at_rules` returns at reference coordinates of the facets of a 2D mesh: arrays (facets, xis, 2),
-    (facets, xis) and (facets, xis, 2).
-    """
-    rule = ng.IntegrationRule(points=[(float(xi),) for xi in xis], weights=[0.0] * len(xis))
-    points, sizes, normals = at_rules(mesh, region, {ng.SEGM: rule})
-    return points.reshape(-1, len(xis), 2), sizes.reshape(-1, len(xis)), normals.reshape(-1, len(xis), 2)
-
-
-def elements_at(mesh, region):
-    """Numbers of the elements of a 2D mesh at the facets of a boundary, array (facets,)."""
-    return np.array([mesh[facet.edges[0]].elements[0].nr for facet in region.Elements()])
-
-
-def outward_sides(mesh, region):
-    """For each facet 1, or in the plane -1 where NGSolve's normal points inwards, array (facets,)."""
-    if mesh.dim != 2:
-        return np.ones(len(list(region.Elements())))
-    inside = [
-        [mesh[vertex].point for vertex in mesh[ng.ElementId(ng.VOL, int(number))].vertices]
-        for number in elements_at(mesh, region)
-    ]
-    ends = [[mesh[vertex].point for vertex in facet.vertices] for facet in region.Elements()]
-    away = np.mean(ends, axis=1) - [np.mean(own, axis=0) for own in inside]
-    _, _, normals = mapped(mesh, region, (0.5,))
-    return np.where(np.sum(away * normals[:, 0], axis=1) > 0, 1.0, -1.0)
+def outward(mesh):
+    """The outward normal of a boundary, as an expression: NGSolve's may point inwards in the plane."""
+    normal, places = ng.specialcf.normal(mesh.dim), ng.CF((ng.x, ng.y, ng.z)[: mesh.dim])
+    if mesh.dim == 1:
+        return normal
+    middles = ng.GridFunction(ng.L2(mesh, order=0, dim=mesh.dim))
+    middles.Set(places)
+    away = places - ng.BoundaryFromVolumeCF(middles)
+    return ng.IfPos(ng.InnerProduct(normal, away), 1, -1) * normal
 
 
 def _numbers(kind, dofs, order):
-    """The unknown of each node of a facet in a scalar H1 space of this order: array (order + 1,), of a
-    quadrilateral (order + 1, order + 1), of a triangle (3,).
+    """The unknown of each node of a facet in a scalar H1 space: array (order + 1,), of a quadrilateral
+    (order + 1, order + 1), of a triangle (3,).
     """
     dofs, inner = np.array(dofs), order - 1
     if kind in (ng.ET.POINT, ng.ET.TRIG):
@@ -630,20 +576,10 @@ def _numbers(kind, dofs, order):
     return grid
 
 
-def _place(point):
-    """Reference coordinates of a point of a rule for `CalcShape`: two at most."""
-    return [float(coordinate) for coordinate in point.point[:2]]
-
-
 def _in_space(vectors):
     """Vectors of the plane with three components, arrays (..., 3)."""
     missing = 3 - vectors.shape[-1]
     return np.concatenate((vectors, np.zeros((*vectors.shape[:-1], missing))), axis=-1)
-
-
-def _heights(mesh, element):
-    """x3 of the vertices of an element or a facet, array."""
-    return np.array([mesh[vertex].point[2] for vertex in element.vertices])
 
 
 def _rows(rows, width):

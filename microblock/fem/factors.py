@@ -1,29 +1,28 @@
 """Cholesky factors of a stiffness matrix, with the unknowns of the contact boundary last.
 
-With ``K = L L^T`` in such an order the trailing block of L is the Cholesky factor of the Schur complement of
-the contact boundary. Two libraries are used: CHOLMOD (Chen, Davis, Hager and Rajamanickam, ACM Trans. Math.
-Softw. 35 (2008) 22), supernodal and 3 to 5 times faster, where cvxopt is installed; else SciPy's SuperLU.
+With ``K = L L^T`` the trailing block of L is the factor of the contact's Schur complement. CHOLMOD (Chen,
+Davis, Hager and Rajamanickam, ACM Trans. Math. Softw. 35 (2008) 22) is 3 to 5 times faster, and taken where
+cvxopt is installed; else SciPy's SuperLU.
 """
 
 import importlib.util
-from abc import ABC, abstractmethod
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from scipy.linalg import cho_solve
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
 
-# no pivoting: a stiffness is positive definite
-SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-
 
 class Singular(ArithmeticError):
     """The matrix is not positive definite."""
 
 
-class Factors(ABC):
-    """Factors of the part of a matrix that belongs to inner and contact unknowns.
+class SuperLU:
+    """Factors of the part of a matrix that belongs to inner and contact unknowns: ``K = L U``, L =
+    U^T/diag U.
+
+    SciPy gives no order alone, and is called twice.
 
     Parameters
     ----------
@@ -32,11 +31,9 @@ class Factors(ABC):
 
     Attributes
     ----------
-    contact : array (m,), the numbers of the contact unknowns in the order of the block
-    block : array (m, m)
-        Lower triangular, the Cholesky factor of their Schur complement.
+    contact : array (m,), the contact unknowns in the order of the block
+    block : array (m, m), lower triangular, the Cholesky factor of their Schur complement
     least : float, the smallest square of a diagonal entry of L over that of the matrix
-    entries : int, of L and L^T
 
     Raises
     ------
@@ -46,35 +43,19 @@ class Factors(ABC):
         If there is no room for the factors.
     """
 
-    contact: np.ndarray
-    block: np.ndarray
-    least: float
-    entries: int
-
-    @abstractmethod
-    def __init__(self, matrix, inner, contact): ...
-
-    @abstractmethod
-    def solve(self, right):
-        """The solution for a right-hand side, array (unknowns,); 0 where an unknown is none of the two."""
-
-
-class SuperLU(Factors):
-    """By SciPy's SuperLU: of ``K = L U``, L = U^T/diag U. It is called twice, as it gives no order alone."""
-
     def __init__(self, matrix, inner, contact):
+        # no pivoting: a stiffness is positive definite
+        factorise = partial(splu, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         try:
-            first = splu(csc_matrix(matrix[inner][:, inner]), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
-            self._order = np.concatenate((inner[np.argsort(first.perm_c)], contact))
-            del first
+            order = factorise(csc_matrix(matrix[inner][:, inner]), permc_spec="MMD_AT_PLUS_A").perm_c
+            self._order = np.concatenate((inner[np.argsort(order)], contact))
             own = csc_matrix(matrix[self._order][:, self._order])
-            self._factors = splu(own, permc_spec="NATURAL", **SYMMETRIC)
-            straight = np.arange(len(self._order))
-            if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
-                raise Singular("the factorisation pivots")
+            self._factors = factorise(own, permc_spec="NATURAL")
         except RuntimeError as failure:
             raise Singular(str(failure)) from failure
-        self.entries = self._factors.L.nnz + self._factors.U.nnz
+        straight = np.arange(len(self._order))
+        if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
+            raise Singular("the factorisation pivots")
         upper = self._factors.U[len(inner) :, len(inner) :].toarray()
         self.least = float((self._factors.U.diagonal() / own.diagonal()).min())
         if not self.least > 0:
@@ -82,16 +63,16 @@ class SuperLU(Factors):
         self.contact, self.block = contact, (upper / np.sqrt(np.diag(upper))[:, None]).T
 
     def solve(self, right):
+        """The solution for a right-hand side, array (unknowns,); 0 where an unknown is none of the two."""
         found = np.zeros_like(right)
         found[self._order] = self._factors.solve(right[self._order])
         return found
 
 
-class Cholmod(Factors):
-    """By CHOLMOD, in the order of AMD for the inner unknowns.
+class Cholmod:
+    """The same by CHOLMOD, in the order of AMD for the inner unknowns.
 
-    cvxopt gives L away, and is left without: fields take the factors of the inner unknowns alone, made when
-    they are first asked for, and the block.
+    cvxopt gives L away: fields take the block and factors of the inner unknowns alone, made when asked for.
     """
 
     def __init__(self, matrix, inner, contact):
@@ -110,12 +91,12 @@ class Cholmod(Factors):
         self.contact = free[place[last]]
         diagonal = np.array(cholmod.diag(factors)).ravel()
         self.least = float((diagonal**2 / matrix.diagonal()[free[place]]).min())
-        factor = cholmod.getfactor(factors)
-        self.entries, columns = 2 * len(factor), factor[:, _dense(last)]
+        columns = cholmod.getfactor(factors)[:, _dense(last)]
         block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
         self.block = block[last].toarray()
 
     def solve(self, right):
+        """As of `SuperLU`."""
         found, inner, contact, across = np.zeros_like(right), self._inner, self.contact, self._across
         found[inner] = self._of_inner(right[inner])
         found[contact] = cho_solve((self.block, True), right[contact] - across.T @ found[inner])
@@ -171,7 +152,7 @@ def _solved(factors, right, system):
 
 @cache
 def usual():
-    """The class of Factors that is taken: Cholmod where cvxopt is installed."""
+    """The class that is taken: Cholmod where cvxopt is installed."""
     return Cholmod if importlib.util.find_spec("cvxopt") else SuperLU
 
 

@@ -16,7 +16,6 @@ looked at wherever the height was.
 import math
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 

@@ -13,10 +13,7 @@ from ..model.solver import Solver
 from ..model.zones import runs
 
 FAR = 1000.0  # size of an unbounded block over the reach of its contact boundary
-SAMPLES = 4097  # places at which the obstacle is looked at for its lowest point
 WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
-LOADS = 60  # that are tried for an approach
-FLATTEST = 0.05  # slope of log approach over log load, at least: no step is longer than 20 times what is off
 
 
 @dataclass(frozen=True)
@@ -89,14 +86,15 @@ class GroundSolver(Solver):
         depth = approach - lowest
         where, slope, last, state = math.log(self.solid.E_star * depth / 2), 1.0, None, None
         low, high = -math.inf, math.inf  # the bracket before the first load
-        for _ in range(LOADS):
+        for _ in range(60):
             state = at(math.exp(where), state)
             off = math.log(max(state.approach - lowest, tolerance * depth) / depth)
             if abs(off) <= tolerance or high - low <= tolerance:
                 return state
             low, high = (where, high) if off < 0 else (low, where)
             if last is not None:
-                slope = min(max((off - last[1]) / (where - last[0]), FLATTEST), 1.0)
+                # no step is longer than 20 times what is off
+                slope = min(max((off - last[1]) / (where - last[0]), 0.05), 1.0)
             last, where = (where, off), where - off / slope
             if not low < where < high:
                 where = (low + high) / 2
@@ -124,10 +122,10 @@ class GroundSolver(Solver):
         return lowest
 
     def _first_touch(self):
-        places = np.linspace(-1, 1, SAMPLES) * self.domain * WITHIN
+        places = np.linspace(-1, 1, 4097) * self.domain * WITHIN
         # the corner stands at the places
         gaps = [
-            self.problem.initial_gap(np.full(SAMPLES, corner), places + shift)
+            self.problem.initial_gaps(places + shift)[corner]
             for corner, shift in enumerate(self.law.shifts(self.solid.ell))
         ]
         return float(np.min(gaps))

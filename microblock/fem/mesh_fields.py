@@ -38,18 +38,14 @@ class BelowOnMesh:
         import ngsolve as ng
 
         fields, mesh = self.fields, self.fields.body.mesh
-        rules, cuts = {}, {}
-        for kind, points in (
-            (ng.ET.TRIG, [(i, j) for j in range(cut + 1) for i in range(cut + 1 - j)]),
-            (ng.ET.QUAD, [(i, j) for j in range(cut + 1) for i in range(cut + 1)]),
-        ):
-            numbers = {point: number for number, point in enumerate(points)}
-            halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points]
-            halves += [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in points]
-            cuts[kind] = np.array(
-                [[numbers[point] for point in half] for half in halves if numbers.keys() >= {*half}]
-            )
-            rules[kind] = ng.IntegrationRule([(i / cut, j / cut) for i, j in points], [0.0] * len(points))
+        rules, cuts, points = {}, {}, [(i, j) for j in range(cut + 1) for i in range(cut + 1)]
+        halves = [((i, j), (i + 1, j), (i, j + 1)) for i, j in points]
+        halves += [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in points]
+        for kind, most in ((ng.ET.TRIG, cut), (ng.ET.QUAD, 2 * cut)):
+            numbers = {point: number for number, point in enumerate(p for p in points if sum(p) <= most)}
+            own = [half for half in halves if numbers.keys() >= {*half}]
+            cuts[kind] = np.array([[numbers[point] for point in half] for half in own])
+            rules[kind] = ng.IntegrationRule([(i / cut, j / cut) for i, j in numbers], [0.0] * len(numbers))
         places = mesh.MapToAllElements(rules, ng.VOL)
         x1, x2, psi, stress = (
             np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)

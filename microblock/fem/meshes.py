@@ -7,7 +7,7 @@ import netgen.meshing as netgen
 import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
-from ngsolve.meshes import MakeStructured2DMesh
+from ngsolve.meshes import Make1DMesh, MakeStructured2DMesh
 
 from .. import cost
 from ..errors import (
@@ -20,100 +20,65 @@ from ..errors import (
     require_whole,
 )
 
-HELD, POWER = 0.9, 1.6  # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5
 RATIO = 0.15  # of the elements towards a graded vertex
-# of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
-GROWTH = 3.0
 SLIVER = 1e-9  # of the reach, below which two edges are one
-# reach in which meshes are made: netgen has tolerances of 1e-7 and less, whatever the unit of length
-MESHED = 1000.0
-# in which they are made, so that the rounding of a unit of length does not make another mesh
-DIGITS = 12
-# of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever the
-# body ends: what an error far away does to the surface falls with its distance alone. Less on a whole body:
-# errors of a far field that is not symmetric tilt the surface
-FALL = 1.6 / 3, 1 / 3
-LINKED = 80  # entries of a matrix for one square of order 1
-GRADED = 4.0  # elements of a graded mesh for one at the surface: 3 to 6 on meshes of some thousand
-FOLDED = 1e-12  # sine of the angle between two sides, from which on an element has an area
-CORNERS = {
-    ng.SEGM: [(0,), (1,)],
-    ng.TRIG: [(0, 0), (1, 0), (0, 1)],
-    ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)],
-    ng.TET: [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-    ng.PRISM: [(i, j, k) for i, j in ((0, 0), (1, 0), (0, 1)) for k in (0, 1)],
-    ng.PYRAMID: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],  # its tip is singular
-    ng.HEX: [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)],
-}
-LOCKS = 0.02  # see `locking`: 0.01 to 0.04 were seen
-LOCKED = 0.05
-FIRST = 0.4  # of the reach: within it of a tip the orders begin to fall
 
 
 def longest_element(solid, order):
-    """Length of an element beyond which a layer at the surface is wrong by more than a tenth (`cases limits`,
-    maps locking_strip and thin_layer).
+    """Length of an element beyond which a layer at the surface is off by a tenth (`cases limits`, maps
+    locking_strip and thin_layer).
     """
     if solid.beta == 0:
         return math.inf
-    return solid.ell / math.sqrt(solid.eta) if order == 1 else HELD * order**POWER * solid.layer_length
+    # an element of order 2, 4, 6 holds 2.7, 8.3, 16 layers
+    return solid.ell / math.sqrt(solid.eta) if order == 1 else 0.9 * order**1.6 * solid.layer_length
 
 
 def locking(solid, order, depth, half_width):
-    """Sentences on elements of this order, `depth` deep below a contact, that are too stiff for a nearly
-    incompressible solid.
+    """Sentences on elements, `depth` deep below a contact, that are too stiff for a nearly incompressible
+    solid.
 
-    They are off by about LOCKS lambda/mu (depth/half_width)^(2 order); from order 3 on pressures were good to
-    2 % up to nu = 0.4999.
+    They are off by about 0.02 lambda/mu (depth/half_width)^(2 order); from order 3 on pressures were good
+    to 2 %.
     """
-    stiffer = LOCKS * solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
+    stiffer = solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
     words = (
         f"elements of order {order} that reach {depth:.2g} deep below the contact lock where nu = "
         f"{solid.nu:.4g}, so that pressures may be far off: take order 3 or more, or smaller elements"
     )
-    return [words] * bool(order <= 2 and stiffer >= LOCKED)
+    return [words] * bool(order <= 2 and stiffer >= 2.5)
+
+
+def elements_at(mesh, region):
+    """Numbers of the elements at the facets of a boundary, array (facets,)."""
+    beside = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
+    if not all(beside):
+        raise BadArgument("mesh", mesh, "has facets in its boundary that belong to no element")
+    return np.array([elements[0].nr for elements in beside])
 
 
 def thicknesses(mesh, region):
     """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
-    (facets,).
+    (facets,), in space for horizontal facets.
     """
-    above = {edge.nr: element for element in mesh.Elements() for edge in element.edges}
-    areas = ng.Integrate(ng.CF(1), mesh, ng.VOL, element_wise=True).NumPy()
-    numbers, found = [], []
-    for facet in region.Elements():
-        element = above[facet.edges[0].nr]
-        start, end = (np.array(mesh[vertex].point) for vertex in facet.vertices)
-        numbers.append(element.nr)
-        found.append(
-            (2 if len(element.vertices) == 3 else 1) * areas[element.nr] / np.linalg.norm(end - start)
-        )
-    return np.array(numbers), np.array(found)
-
-
-@dataclass
-class Travelling:
-    """A mesh in copies and files, where its curves are made anew: NGSolve mixes up those of a refined one."""
-
-    mesh: ng.Mesh
-
-    def __reduce__(self):
-        return _curved_anew, (self.mesh, self.mesh.GetCurveOrder())
-
-
-def _curved_anew(mesh, order):
-    return Travelling(mesh.Curve(order) if order > 1 else mesh)
-
-
-def body_anew(kind, arguments):
-    """A body of this class in a copy, or out of a file: its arguments by name, the mesh as `Travelling`."""
-    return kind(**arguments | {"mesh": arguments["mesh"].mesh})
+    points, numbers, found = (
+        np.array([vertex.point for vertex in mesh.vertices]),
+        elements_at(mesh, region),
+        [],
+    )
+    for facet, number in zip(region.Elements(), numbers):
+        element = mesh[ng.ElementId(ng.VOL, int(number))]
+        own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
+        along = own[1] - own[0]
+        normal = (-along[1], along[0]) / np.linalg.norm(along) if mesh.dim == 2 else (0, 0, 1)
+        found.append(np.abs((below - own.mean(axis=0)) @ normal).max())
+    return numbers, np.array(found)
 
 
 def require_sound(mesh):
-    """BadArgument unless the elements of a mesh have an area (a volume) and are all oriented the same way.
+    """BadArgument unless the elements of a mesh have an area (a volume) and one orientation.
 
     Curved ones are looked at inside: in a corner on a smooth curve a quadrilateral is flat.
     """
@@ -125,22 +90,20 @@ def require_sound(mesh):
         raise BadArgument(
             "mesh", mesh, "must not be deformed (SetDeformation): finer ones would not be; move its points"
         )
-    curved = mesh.GetCurveOrder()
-    rules = {
-        kind: (
-            ng.IntegrationRule(kind, 2 * curved + 4)
-            if curved > 1
-            else ng.IntegrationRule(ends, [0.0] * len(ends))
-        )
-        for kind, ends in CORNERS.items()
-    }
+    curved, kinds = mesh.GetCurveOrder(), (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)
+    if curved > 1:
+        rules = {kind: ng.IntegrationRule(kind, 2 * curved + 4) for kind in kinds}
+    else:  # the corners, but for the tip of a pyramid, which is singular
+        corners = {kind: ng.fem.ElementTopology(kind).vertices for kind in kinds}
+        corners[ng.PYRAMID] = corners[ng.PYRAMID][:4]
+        rules = {kind: ng.IntegrationRule(ends, [0.0] * len(ends)) for kind, ends in corners.items()}
     # points that are no numbers are what is looked for
     with np.errstate(invalid="ignore", over="ignore"):
         slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
         slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
         areas = np.linalg.det(slopes)
         turned = areas / np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
-    wrong = ~(turned * np.sign(np.nanmedian(turned)) > FOLDED)
+    wrong = ~(turned * np.sign(np.nanmedian(turned)) > 1e-12)  # sine of the angle between two sides
     if wrong.any():
         counts = [len(rules[element.type]) for element in mesh.Elements()]
         numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
@@ -154,29 +117,19 @@ def require_sound(mesh):
 
 
 def line(depth, elements):
-    """The depth alone: a 1D mesh of [-depth, 0] for fields that depend on x2 only.
-
-    Boundary points: "contact" at x2 = 0, "middle" at x2 = -depth.
-    """
+    """A 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at -depth."""
     _check(depth, elements)
-    mesh = netgen.Mesh(dim=1)
-    points = [
-        mesh.Add(netgen.MeshPoint(netgen.Pnt(depth * (i / elements - 1), 0, 0))) for i in range(elements + 1)
-    ]
-    solid = mesh.AddRegion("solid", dim=1)
-    for pair in zip(points, points[1:]):
-        mesh.Add(netgen.Element1D(list(pair), index=solid))
-    for name, point in (("middle", points[0]), ("contact", points[-1])):
-        mesh.Add(netgen.Element0D(point, index=mesh.AddRegion(name, dim=0)))
-    return ng.Mesh(mesh)
+    mesh = Make1DMesh(elements, mapping=lambda x: depth * (x - 1))
+    for number, name in enumerate(("middle", "contact")):
+        mesh.ngmesh.SetBCName(number, name)
+    return ng.Mesh(mesh.ngmesh)
 
 
 def column(depth, elements, width=None, quads=True):
     """One column of 2D elements over [-depth, 0], periodic sideways.
 
-    Boundaries: "contact" on top, "middle" below, "left" and "right" identified with each other.
-    `width` (length) is that of one element; a square element without it. With ``quads=False`` each
-    element is cut into two triangles.
+    Boundaries: "contact" on top, "middle" below, "left" and "right" identified. `width` (length) is that
+    of an element, by default its height. With ``quads=False`` each element is cut into two triangles.
     """
     _check(depth, elements)
     width = depth / elements if width is None else width
@@ -196,10 +149,9 @@ def _check(depth, elements):
 
 @dataclass(frozen=True)
 class Ground:
-    """A block of ground whose surface is pressed near x1 = 0: the half-plane cut off at a distance.
+    """A block of ground whose surface is pressed near x1 = 0: -far < x2 < 0, 0 < x1 < far or -far < x1 < far.
 
-    The rectangle -far < x2 < 0 with 0 < x1 < far ("half", axis x1 = 0) or -far < x1 < far; boundaries
-    "contact" for x1 in `reach`, "free" beside it, "side", "bottom" and "axis" (the last one of a half only).
+    Boundaries are "contact" for x1 in `reach`, "free" beside it, "side", "bottom", and of a half "axis".
 
     Parameters
     ----------
@@ -243,9 +195,8 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     ----------
     ground : Ground
     edges : abscissae within the reach; those closer than SLIVER of it are one
-    spacing : length of the elements on the boundary "contact"; away from it they grow by `grading`, (0, 1).
-        Or such lengths on parts of it, ((left, right, length), ...), ascending: between these elements grow
-        as well
+    spacing : length of the elements on the boundary "contact", or on parts of it, ((left, right, length),
+        ...), ascending; away from it they grow by `grading`, (0, 1)
     sizes : ((x, length), ...), places on the surface at which elements are no longer, about
 
     Raises
@@ -253,30 +204,33 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     BadArgument
         Also for a spacing that would take more memory than there is.
     NotConverged
-        If netgen fails; it is tried with slightly different gradings first.
+        If netgen fails or leaves a hole, also with slightly different gradings.
     """
     parts = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
-    surface = ground.reach[1] - ground.reach[0]
+    surface, reach = ground.reach[1] - ground.reach[0], max(abs(x) for x in ground.reach)
     least = min(length for _, _, length in parts)
     require_positive(spacing=least)
     count = sum((right - left) / length for left, right, length in parts) + len(sizes)
-    _require_room("spacing", least, lambda length: (count * least / length, GRADED * count * least / length))
-    unit = max(abs(x) for x in ground.reach) / MESHED
-    tips = apart(edges, SLIVER * surface)
+    # of a graded mesh, 3 to 6 elements for one at the surface
+    _require_room("spacing", least, lambda length: (count * least / length, 4 * count * least / length))
+    # netgen has tolerances of 1e-7 and less, whatever the unit of length
+    unit, tips = reach / 1000, apart(edges, SLIVER * surface)
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
-    places, parts = (
-        [_rounded(tip, unit) for tip in tips],
-        [tuple(_rounded(x, unit) for x in part) for part in parts],
+    places, lengths, parts = (
+        [tuple(_rounded(x, unit) for x in part) for part in some] for some in ([tips], sizes, parts)
     )
     for trial in (grading, 0.9 * grading, 0.8 * grading):
         wanted = netgen.MeshingParameters(maxh=scaled.far / 3, grading=trial)
-        for place, length in sizes:
-            wanted.RestrictH(_rounded(place, unit), 0, 0, _rounded(length, unit))
+        for place, length in lengths:
+            wanted.RestrictH(place, 0, 0, length)
         try:
-            made = _face(scaled, places, parts).GenerateMesh(mp=wanted)
-            break
+            made = _face(scaled, places[0], parts).GenerateMesh(mp=wanted)
+            missing = 1 - ng.Integrate(1, ng.Mesh(made)) / scaled.far**2 / (1 if ground.half else 2)
+            reason = f"{missing:.1g} of the area is in no element"
         except Exception as failure:
-            reason = failure
+            reason, missing = failure, 1
+        if abs(missing) < SLIVER:
+            break
     else:
         raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
     made.SetGeometry(None)  # which knows the mesh in its own unit alone
@@ -291,52 +245,37 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
 
 
 def _rounded(length, unit):
-    """A length in a unit, to DIGITS of MESHED or, if it is longer, of itself."""
+    """A length in a unit, to 12 digits of 1000 or, if longer, of itself: as in any other unit."""
     scaled = length / unit
-    return round(scaled, DIGITS - math.ceil(math.log10(max(abs(scaled), MESHED))))
+    return round(scaled, 12 - math.ceil(math.log10(max(abs(scaled), 1000))))
 
 
 def _face(ground, tips, parts):
     """The rectangle of a Ground as a geometry, its tips marked for RefineHP."""
     (left, right), far = ground.reach, ground.far
-    start = 0.0 if ground.half else -far
-    ends = [
-        x
-        for part in parts
-        for x in part[:2]
-        if all(abs(x - other) > SLIVER * far * 1e-6 for other in (left, right, *tips))
-    ]
-    surface = sorted({left, right, *tips, *ends, start, far})
+    start, known = 0.0 if ground.half else -far, {left, right, *tips}
+    ends = {x for part in parts for x in part[:2] if min(abs(x - other) for other in known) > SLIVER}
+    surface = sorted({*known, *ends, start, far})
     corners = [(x, 0.0) for x in surface] + [(far, -far), (start, -far)]
-    names = ["contact" if left <= x < right else "free" for x in surface[:-1]] + [
-        "side",
-        "bottom",
-        "axis" if ground.half else "side",
-    ]
-    vertices = [occ.Vertex(occ.Pnt(*point, 0)) for point in corners]
-    edges = []
+    names = ["contact" if left <= x < right else "free" for x in surface[:-1]]
+    names += ["side", "bottom", "axis" if ground.half else "side"]
+    vertices, edges = [occ.Vertex(occ.Pnt(*point, 0)) for point in corners], []
+    for vertex, (x, y) in zip(vertices, corners):
+        vertex.hpref = float(y == 0 and x in tips)
     for i, name in enumerate(names):
         edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
-        edge.name = name
-        middle = (surface[i] + surface[i + 1]) / 2 if name == "contact" else math.inf
+        edge.name, middle = name, (corners[i][0] + corners[(i + 1) % len(corners)][0]) / 2
         for a, b, length in parts:
-            if a < middle < b:
+            if name == "contact" and a < middle < b:
                 edge.maxh = length
         edges.append(edge)
-    face = occ.Face(occ.Wire(edges))
-    for vertex in face.vertices:
-        if abs(vertex.p.y) <= 0 and any(abs(vertex.p.x - tip) <= SLIVER * far * 1e-6 for tip in tips):
-            vertex.hpref = 1
-    return occ.OCCGeometry(face, dim=2)
+    return occ.OCCGeometry(occ.Face(occ.Wire(edges)), dim=2)
 
 
 def uniform(ground, h, quads=True):
-    """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the
-    far field.
+    """Squares of side h (length) for 0 < |x1| < reach and as deep, growing geometrically to the far field.
 
-    The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000
-    unknowns. The whole surface is the boundary "contact". With ``quads=False`` each element is cut into two
-    triangles.
+    The whole surface is the boundary "contact". With ``quads=False`` each element is cut into two triangles.
     """
     require_finite(h=h)
     reach = ground.reach[1]
@@ -344,7 +283,7 @@ def uniform(ground, h, quads=True):
         raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach}")
 
     def elements(length):
-        count = reach / length * (1 + math.log1p(GROWTH * (ground.far / reach - 1)) / GROWTH)  # about
+        count = reach / length * (1 + math.log1p(3 * (ground.far / reach - 1)) / 3)  # about
         return (count, count * count) if ground.half else (2 * count, 2 * count * count)
 
     _require_room("h", h, elements)
@@ -384,14 +323,14 @@ def _require_room(name, length, elements):
     surface and in all.
     """
 
-    def needed(length):
+    def wrong(length):
         surface, count = elements(length)
-        return cost.of_nodes(surface) + cost.of_factors(3 * count, LINKED * count)
+        # a square of order 1 has 80 entries of a matrix
+        return cost.too_much(cost.of_nodes(surface) + cost.of_factors(3 * count, 80 * count))
 
-    words = cost.too_much(needed(length))
-    if words:
+    if words := wrong(length):
         least = length
-        while cost.too_much(needed(least)):
+        while wrong(least):
             least *= 2
         raise BadArgument(
             name,
@@ -402,41 +341,37 @@ def _require_room(name, length, elements):
 
 
 def uniform_lines(reach, far, h):
-    """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
+    """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor, in
+    proportion to h over the reach: 1.03 for the paper's 0.02 of 2 a_Hz.
+    """
     near = np.linspace(0, reach, max(1, round(reach / h)) + 1)
-    growth = 1 + GROWTH * near[1] / reach
+    growth = 1 + 3 * near[1] / reach
     count = max(1, round(np.log1p((far - reach) * (growth - 1) / near[1]) / np.log(growth)))
     steps = growth ** np.arange(1, count + 1)
     return np.concatenate((near, reach + (far - reach) * np.cumsum(steps[:-1]) / steps.sum(), [far]))
 
 
 def falling_orders(mesh, ground, tips, top):
-    """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm
-    of the distance to nearly half of it, at the tips and far away.
+    """Orders of the elements, array (elements,): `top` near the surface, falling with the logarithm of the
+    distance to nearly half of it, at the tips and far away.
     """
-    centres, sizes = _elements(mesh)
-    reach = max(abs(x) for x in ground.reach)
+    points = np.array([vertex.point for vertex in mesh.vertices])
+    corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
+    centres = np.array([own.mean(axis=0) for own in corners])
+    sizes = np.array([np.ptp(own, axis=0).max() for own in corners])
+    reach, lowest = max(abs(x) for x in ground.reach), max(1, (top - 3) // 2)
     decades = np.log10(np.maximum(np.hypot(*centres.T) / reach, 1))
-    at_tips, far = max(1, (top - 3) // 2), max(1, (top - 3) // 2) if ground.half else max(2, (top - 2) // 2)
-    orders = far + (top - far) * np.maximum(1 - FALL[not ground.half] * decades, 0)
+    # what an error far away does to the surface falls with its distance alone, wherever the body ends; errors
+    # of a far field that is not symmetric tilt the surface
+    fall, far = (1.6 / 3, lowest) if ground.half else (1 / 3, max(2, (top - 2) // 2))
+    orders = far + (top - far) * np.maximum(1 - fall * decades, 0)
     if len(tips):
         distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
         smallest = sizes.min()
-        first = max(FIRST * reach, 2 * smallest)
-        along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first / smallest)) / np.log(
-            first / smallest
-        )
-        orders = np.minimum(orders, at_tips + (top - at_tips) * along)
+        first = max(0.4 * reach, 2 * smallest) / smallest
+        along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first)) / np.log(first)
+        orders = np.minimum(orders, lowest + (top - lowest) * along)
     return np.rint(np.minimum(orders, top)).astype(int)
-
-
-def _elements(mesh):
-    """Centres and diameters of all elements."""
-    points = np.array([vertex.point for vertex in mesh.vertices])
-    corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
-    return np.array([own.mean(axis=0) for own in corners]), np.array(
-        [np.ptp(own, axis=0).max() for own in corners]
-    )
 
 
 def apart(places, least):

@@ -6,14 +6,10 @@ import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 
-from ..errors import BadArgument, require_numbers, require_positive
+from ..errors import BadArgument, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
-CONTACT = "contact"
-AROUND = (0, 0), (0, 1), (1, 1), (1, 0)  # corners of a square, one after the other
-WHOLE = 1e-9  # of a step, by which a length may miss a whole number of them
-PLANES = {0: ("u1", "psi2", "psi3"), 1: ("u2", "psi1", "psi3")}  # 0 on a plane of symmetry across the axis
 
 
 def graded(reach, step, far, growth=1.5):
@@ -46,12 +42,12 @@ def graded(reach, step, far, growth=1.5):
         raise BadArgument("far", far, f"must be at least reach = {reach}")
     if growth < 1:
         raise BadArgument("growth", growth, "must be at least 1")
-    count = max(1, math.ceil(reach / step - WHOLE))
+    count = max(1, math.ceil(reach / step - 1e-9))  # of a step, by which it may miss a whole number
     inner, step = np.linspace(0.0, reach, count + 1), reach / count
     if far == reach:
         return inner
     steps = [step * growth]
-    while sum(steps) < (far - reach) * (1 - WHOLE):
+    while sum(steps) < (far - reach) * (1 - 1e-9):
         steps.append(steps[-1] * growth)
     outer = reach + (far - reach) * np.cumsum(steps) / sum(steps)
     outer[-1] = far
@@ -97,17 +93,18 @@ def block(x1, x2, x3, reach=math.inf):
     mesh, numbers = netgen.Mesh(dim=3), np.arange(math.prod(map(len, axes)), dtype=np.int32)
     mesh.AddPoints(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + 0.0)  # no -0.0
     numbers, ends = numbers.reshape([len(x) for x in axes]), (slice(None, -1), slice(1, None))
-    around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in AROUND]
+    square = (0, 0), (0, 1), (1, 1), (1, 0)  # its corners, one after the other
+    around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in square]
     mesh.AddElements(3, mesh.AddRegion("solid", dim=3), np.stack(around, axis=-1).reshape(-1, 8))
-    regions = {name: mesh.AddRegion(name, dim=2) for name in (*SIDES.values(), CONTACT)}
+    regions = {name: mesh.AddRegion(name, dim=2) for name in (*SIDES.values(), "contact")}
     pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles))
     for (axis, end), name in SIDES.items():
         side = np.take(numbers, -end, axis=axis)
-        faces = np.stack([side[ends[j], ends[i]] for i, j in AROUND], axis=-1)
+        faces = np.stack([side[ends[j], ends[i]] for i, j in square], axis=-1)
         # the outward normal is right-handed
         faces = faces if bool(end) != (axis == 1) else faces[..., ::-1]
         within = pressed if name == "top" else np.zeros(faces.shape[:2], bool)
-        for own, chosen in ((CONTACT, within), (name, ~within)):
+        for own, chosen in (("contact", within), (name, ~within)):
             if chosen.any():
                 mesh.AddElements(2, regions[own], np.ascontiguousarray(faces[chosen]))
     mesh.Compress()
@@ -134,13 +131,12 @@ def supports(fixed="bottom", **planes):
     >>> supports("bottom", x1="left")["psi2"], supports("bottom", x1="left")["u3"]
     ('bottom|left', 'bottom')
     """
-    found = {name: [fixed] for name in FIELDS3D}
+    odd = {"x1": ("u1", "psi2", "psi3"), "x2": ("u2", "psi1", "psi3")}  # 0 on a plane across the axis
+    found = dict.fromkeys(FIELDS3D, fixed)
     for axis, pattern in planes.items():
-        if axis not in ("x1", "x2"):
-            raise BadArgument("planes", axis, "must be x1 or x2, the axis across the plane")
-        for name in PLANES[int(axis[1]) - 1]:
-            found[name].append(pattern)
-    return {name: "|".join(patterns) for name, patterns in found.items()}
+        require_choice(tuple(odd), planes=axis)
+        found |= {name: f"{found[name]}|{pattern}" for name in odd[axis]}
+    return found
 
 
 def _ascending(name, values):

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import netgen.meshing as netgen
 import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
@@ -246,6 +247,17 @@ def test_meshes_that_are_none_are_refused(quads, place):
     """NaN, infinite, inverted, folded, without an area."""
     with pytest.raises(BadArgument, match="^mesh.*of its .* elements"):
         Body(spoilt(quads, place), SMOOTH)
+
+
+def test_a_contact_facet_beside_no_element_is_refused():
+    """It was a bare IndexError."""
+    mesh = meshes.rectangles(
+        np.linspace(0, 1, 4), np.linspace(0, 1, 4), names=("b", "r", "contact", "l")
+    ).ngmesh
+    loose = [mesh.Add(netgen.MeshPoint(netgen.Pnt(x, 1, 0))) for x in (1.3, 1.6)]
+    mesh.Add(netgen.Element1D(loose, index=3))
+    with pytest.raises(BadArgument, match="belong to no element"):
+        Contact(Body(ng.Mesh(mesh), SOLID, 2, fixed="b"), Plane(), Unilateral()).solve(load=0.1)
 
 
 @SHAPES

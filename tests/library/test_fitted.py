@@ -7,6 +7,7 @@ import pytest
 
 import microblock as mb
 from microblock import Cylinder, Microblock, Microclamped, NotConverged, Unilateral, Wedge
+from microblock.fem import meshes
 from tests.states import apart
 
 P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
@@ -206,3 +207,12 @@ def test_what_is_too_rough_is_refused_before_it_is_assembled(obstacle, law, matc
     with pytest.raises(mb.MicroblockError, match=match):
         on_block(HARD, obstacle, law, size).solve(load=1.0, rtol=1e-2)
     assert not forms
+
+
+def test_a_mesh_with_a_hole_is_none(monkeypatch):
+    """Netgen may return one; facets beside no element were a bare IndexError."""
+    whole = meshes._face
+    half = lambda ground, *rest: whole(meshes.Ground(ground.far / 2, ground.reach), *rest)  # noqa: E731
+    monkeypatch.setattr(meshes, "_face", half)
+    with pytest.raises(NotConverged, match="0.8 of the area is in no element"):
+        meshes.graded(meshes.Ground(10.0, (0.0, 1.0)), (0.5,), spacing=0.3, levels=1)
