@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
 
-from ..model.closed_forms import hertz
+from ..model.material import hertz
 from ..model.sharp import unbounded
 from . import blocks, plots
 

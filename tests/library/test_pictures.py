@@ -4,7 +4,6 @@ import io
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from PIL import Image
 
 import microblock as mb
@@ -82,16 +81,6 @@ def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["load_0.5.png"]
 
 
-@pytest.mark.parametrize("law, labels", [(LAW, 4), (LINE, 2)], ids=str)
-def test_curves_on_a_given_axis_have_a_legend(law, labels):
-    """Each corner's pressure, their sum where there are two, and the micromoment, as the state has them."""
-    state, axis = solved(law=law), Figure().subplots()
-    state.plot(ax=axis)
-    assert len(axis.get_legend().get_texts()) == labels == len(axis.lines)
-    x, pressure = axis.lines[labels - 2].get_data()
-    assert pressure == pytest.approx(state.surface((x[0], x[-1])).pressures.sum(axis=0), abs=1e-12)  # a sum
-
-
 # fields below
 
 
@@ -107,29 +96,6 @@ def test_fields_are_drawn_with_numbers_beside_the_colours_that_keep_apart(block,
         # those beyond the colours would be drawn on the number that belongs at their end
         low, high = bar.get_ylim()
         assert all(low - 1e-9 <= tick <= high + 1e-9 for tick in bar.get_yticks())
-
-
-def filled(drawing):
-    """(x1, x2) of all corners of the triangles of a picture of a field, and the ends of its colours."""
-    contours = next(each for each in drawing.axes[0].collections if getattr(each, "filled", False))
-    corners = np.concatenate([path.vertices for path in contours.get_paths() if len(path.vertices)])
-    return corners, contours.levels[[0, -1]]
-
-
-def test_a_field_is_drawn_in_all_of_a_body_from_its_least_to_its_largest_value(block):
-    state, angles = on_mesh(block), np.radians(np.arange(0.0, 180.0))
-    corners, (low, high) = filled(state.plot_body("psi"))
-    # the unit block is [-1, 1] x [-1, 0]; its corners are nodes
-    assert corners.min(axis=0) == pytest.approx([-1, -1]) and corners.max(axis=0) == pytest.approx([1, 0])
-    # round numbers around the values, of which 0.4 % may lie beyond
-    assert 0.5 < high / np.degrees(np.abs(state.psi).max()) < 2 and high == -low
-    x1, x2 = np.meshgrid(np.linspace(-0.97, 0.97, 20), np.linspace(-0.97, -0.02, 20))
-    stress = state.fields(x1.ravel(), x2.ravel()).stress
-    normal, along = np.array((np.cos(angles), np.sin(angles))), np.array((-np.sin(angles), np.cos(angles)))
-    shear = np.abs(np.einsum("ik,ijp,jk->pk", along, stress, normal)).max(axis=1)
-    _, (low, high) = filled(state.plot_body("shear"))
-    # next to the edges of the contact, between these places, it is larger
-    assert low == 0 and np.quantile(shear, 0.99) < high < 2 * shear.max()
 
 
 # what stands in pictures and tables
