@@ -35,7 +35,6 @@ from microblock.corners import active_set, projected_gradients
 from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton
 from microblock.halfplane import kernels
 from microblock.view.explorer import Explorer
-from microblock.view.friction_explorer import FrictionExplorer
 
 TABLE = Path(__file__).with_name("refusals.csv")
 COMMAND = "python -m cases "
@@ -108,7 +107,7 @@ def history(kind):
 
 
 explorer = cache(partial(Explorer, PROBLEMS["panels"], 0.1))
-rubbing = cache(partial(FrictionExplorer, PROBLEMS["rubbed"], 0.1))
+rubbing = cache(partial(Explorer, PROBLEMS["rubbed"], 0.1))
 
 
 def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
@@ -266,7 +265,6 @@ CALLS = {
     "Loads": "",
     "Loads3D": "",
     "Explorer": "problem=PROBLEMS['panels'], load=0.1",
-    "FrictionExplorer": "problem=PROBLEMS['rubbed'], load=0.1",
     "friction.FrictionFacets": "body=BODY, law=Unilateral(0.3), obstacle=CYLINDER",
     "explorer().update": "",
     "Condensation": "body=BODY",

@@ -936,8 +936,7 @@ class State(Shown, PlainData):
             return self._saved(surface_figure.draw(self, ax), file, ax)
         if ax is not None:
             return self._saved(state_figure.draw_curves(ax, self, window), file, ax)
-        figure = state_figure.StateFigure(tuple(self.pressures)).update(self, window)
-        return self._saved(figure.drawing, file, ax)
+        return self._saved(state_figure.draw(self, window), file, ax)
 
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
@@ -959,13 +958,12 @@ class State(Shown, PlainData):
         BadArgument
             In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
-        from ..view import surface_blocks
-        from ..view.state_figure import draw_blocks
+        from ..view import blocks, surface_figure
 
         window = self._window(window)
         if not self.flat:
-            return self._saved(surface_blocks.draw(self, ax), file, ax)
-        return self._saved(draw_blocks(ax, self, window), file, ax)
+            return self._saved(surface_figure.draw_blocks(ax, self), file, ax)
+        return self._saved(blocks.draw(ax, self, window), file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
