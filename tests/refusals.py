@@ -190,8 +190,7 @@ NAMED = {
     "pairs": "pairs",
     "angle": "psi0",
     "drawn": (
-        "State.plot.file State.plot_blocks.file State.plot_below.file State.plot_body.file History.plot.file "
-        "LoadPath.plot.file "
+        "State.plot.file State.plot_blocks.file State.plot_below.file History.plot.file LoadPath.plot.file "
     ),
 }
 ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
@@ -248,7 +247,6 @@ CALLS = {
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
     **{f"state('{kind}').plot_below": "" for kind in ("panels", "condensed")},
-    "state('condensed').plot_body": "",
     "state('condensed').reaction": "boundary='bottom'",
     "state('panels').fields": "x1=0.0, x2=-1.0",
     "history('rubbed').plot": "",

@@ -109,9 +109,8 @@ def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: b
     """Returns R of the cells' responses without images in a period of the length; the three of `_held` where
     psi = 0.
     """
-    table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
     found = []
-    for number, quarter in enumerate(table.cells(count, width / solid.ell, clamped)):
+    for number, quarter in enumerate(kernels(solid).cells(count, width / solid.ell, clamped)):
         moment = clamped and number > 0
         quarter *= (width / solid.ell) ** 2 if moment else (1 - solid.nu) / solid.mu / solid.ell
         found.append(embedded(quarter, length, number in (1, 4), number in (2, 4)))  # along x1, along x2

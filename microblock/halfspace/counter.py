@@ -30,7 +30,6 @@ from ..errors import BadArgument
 from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
-from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
 from .cells import wavenumbers
 from .kernels import kernels
@@ -134,13 +133,10 @@ class Counter:
         whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
         centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
         y1, y2, pressed = as_points(*centres, whole)
-        found = np.empty((len(self.offsets), len(x1)))
         nearest = width / (4 * np.arcsinh(1))  # where a point displaces as a cell does its own centre
-        for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
-            for block in in_blocks(len(x1), len(y1)):
-                r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
-                own[block] = kernel(self.solid, np.maximum(r, nearest)) @ pressed
-        return found
+        corners = self.ell / 2 * self.offsets
+        away = (np.hypot(x1[:, None] + a - y1, x2[:, None] + b - y2) for a, b in corners)
+        return np.array([kernel(self.solid, np.maximum(r, nearest)) @ pressed for r in away])
 
     def smooth(self, length: int, width: float) -> Array:
         """Returns U2 at the wavenumbers of a period of so many cells, positive at each."""
@@ -193,7 +189,7 @@ def kernel(solid: Cosserat, r: Array) -> Array:
     c = (1 - solid.nu) / solid.mu
     if is_classical(solid):
         return c / (2 * np.pi * r)
-    found: Array = c / solid.ell * _table(solid)(r / solid.ell)[0]
+    found: Array = c / solid.ell * kernels(solid)(r / solid.ell)[0]
     return found
 
 
@@ -237,14 +233,10 @@ def _without_images(solid: Cosserat, count: int, width: float) -> Array:
         quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
     else:
         scale = (1 - solid.nu) / solid.mu / solid.ell
-        quarter = _table(solid).cells(count, width / solid.ell)[0] * scale
+        quarter = kernels(solid).cells(count, width / solid.ell)[0] * scale
     return embedded(quarter, next_fast_len(2 * count, real=True), False, False)
 
 
 def _love(x: Array, y: Array) -> Array:
     """Returns the integral of 1/r over the rectangle from 0 to (x, y), neither of them 0."""
     return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
-
-
-def _table(solid: Cosserat) -> Any:
-    return kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)

@@ -13,6 +13,7 @@ the real part). They are tabulated in log r, over c/ell with c = (1 - nu)/mu (th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -35,8 +36,7 @@ MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are 
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, for ell = 1 and given nu, beta, gamma', alpha',
-    beta'.
+    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, of a solid with ell = 1.
 
     Raises
     ------
@@ -44,20 +44,9 @@ class Kernels:
         If beta is too small or the layer too thin for the quadrature, or the surface is unstable.
     """
 
-    def __init__(
-        self, nu: float, beta: float, curvature: float, alpha_prime: float, beta_prime: float
-    ) -> None:
-        solid = Cosserat(
-            E=2 * (1 + nu),
-            nu=nu,
-            ell=1.0,
-            beta=beta,
-            curvature=curvature,
-            alpha_prime=alpha_prime,
-            beta_prime=beta_prime,
-        )
+    def __init__(self, solid: Cosserat) -> None:
         if not RATES[0] <= 1 / solid.layer_length <= RATES[1]:
-            raise BadArgument("beta", beta, "must hold the rotation of a half-space: take a larger one")
+            raise BadArgument("beta", solid.beta, "must hold the rotation of a half-space: take a larger one")
         require_stable(solid)
         self._r = np.geomspace(NEAREST, FARTHEST, int(PER_DECADE * np.log10(FARTHEST / NEAREST)) + 1)
         values = _integrals(solid, self._r) * self._r
@@ -93,30 +82,28 @@ class Kernels:
             keep = (np.maximum(i, j) >= near) & (np.maximum(i, j) < far)
             i, j = i[keep], j[keep]
             points, gauss = gauss_rule(order)
-            x, y = ((points - 0.5) * width)[:, None], ((points - 0.5) * width)[None, :]
+            x, y = np.meshgrid((points - 0.5) * width, (points - 0.5) * width, indexing="ij")
             for block in in_blocks(len(i), order**2):
-                places = i[block, None, None] * width + x, j[block, None, None] * width + y
-                values = (self.clamped if clamped else self.components)(*places)
+                values = self.components(
+                    i[block, None, None] * width + x, j[block, None, None] * width + y, clamped
+                )
                 found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
         u, w, held = self._own(width)
         found[:, 0, 0] = (held, 0, 0) if clamped else (u, 0, 0, w, 0, w)
         return found
 
-    def components(self, x: Array, y: Array) -> Array:
-        """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell: array (6, ...)."""
-        x, y = np.broadcast_arrays(x, y)
+    def components(self, x: Array, y: Array, clamped: bool = False) -> Array:
+        """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell, array (6, ...); where
+        psi = 0 on the whole surface u, m1 and m2 from p, array (3, ...).
+        """
         r = np.hypot(x, y)
-        u, v, w0, w2 = self(r)[:4]
+        u, v, w0, w2, held, m = self(r)
         c, s = x / r, y / r
+        if clamped:
+            return np.array((held, m * c, m * s))
         return np.array(
             (u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1))
         )
-
-    def clamped(self, x: Array, y: Array) -> Array:
-        """Returns u, m1 and m2 from p at (x, y)/ell where psi = 0: array (3, ...)."""
-        r = np.hypot(x, y)
-        u, m = self(r)[4:]
-        return np.array((u, m * x / r, m * y / r))
 
     def _own(self, width: float) -> Array:
         """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre; the others
@@ -132,10 +119,12 @@ class Kernels:
         return averages
 
 
-@lru_cache(maxsize=16)
-def kernels(nu: float, beta: float, curvature: float, alpha_prime: float, beta_prime: float) -> Kernels:
-    """Returns the tables of a material, made once."""
-    return Kernels(nu, beta, curvature, alpha_prime, beta_prime)
+_made = lru_cache(maxsize=16)(Kernels)
+
+
+def kernels(solid: Cosserat) -> Kernels:
+    """Returns the tables of a solid of any E and ell, made once."""
+    return _made(replace(solid, E=2 * (1 + solid.nu), ell=1.0))
 
 
 def _integrals(solid: Cosserat, r: Array) -> Array:

@@ -906,8 +906,8 @@ class State(Shown, PlainData):
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and the rotated blocks
-        over x1; in three dimensions of the pressure and of the number of closed corners, from above, with
-        cuts through cells, or with the micromoment at nodes.
+        over x1; in three dimensions of the pressure, of the size of the micromoment and of the number of
+        closed corners, from above.
 
         Parameters
         ----------
@@ -989,30 +989,6 @@ class State(Shown, PlainData):
         from ..view.below import draw_below
 
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
-
-    def plot_body(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
-        """Returns a picture of a field in all of a body on a mesh.
-
-        Parameters
-        ----------
-        field, file, ax : optional
-            As of `plot_below`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        BadArgument
-            If the body has no mesh, or the field is unknown.
-        """
-        self._require_flat("picture of all of the body")
-        if not hasattr(self.solution, "reaction_on"):
-            raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
-        from ..view.below import draw_body
-
-        return self._saved(draw_body(self, field, ax), file, ax)
 
     def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
         """Returns a figure; one of its own says what the state is, and what it warns of."""

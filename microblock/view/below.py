@@ -1,4 +1,4 @@
-"""Pictures of the fields below the surface, and in all of a body on a mesh."""
+"""Pictures of the fields below the surface."""
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
@@ -17,45 +17,27 @@ QUANTITIES = {
 FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress may have no bound
 
 
+@plots.styled
 def draw_below(state, quantity="psi", axis=None):
-    """A Figure of one of QUANTITIES below the contact, of a state whose solution has fields_below(box) ->
-    (x1, x2, triangles (m, 3), psi, stress (2, 2, n)) at points (n,), box ((left, right), depth).
+    """A Figure with contours of one of QUANTITIES below the contact, of a state whose solution has
+    fields_below(box) -> (x1, x2, triangles (m, 3), psi, stress (2, 2, n)) at points (n,), box ((left, right),
+    depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]
     if not contact:
         raise NotConverged("nothing touches: there is no field below a contact")
-    left, right = contact[0][0], contact[-1][1]
-    depth, middle = right - left, (left + right) / 2
-    found = state.solution.fields_below(((middle - depth, middle + depth), depth))
-    ends = (middle - depth, middle + depth), (max(found[1].min(), -depth), max(0.03 * depth, found[1].max()))
-    deep = found[1] <= -FIRST * depth
-    return _filled(2.9, axis, found, quantity, deep, ends, contact)
-
-
-def draw_body(state, quantity="psi", axis=None):
-    """A Figure of one of QUANTITIES in all of a body on a mesh."""
-    require_choice(QUANTITIES, field=quantity)
-    found = state.solution.fields_below(((-np.inf, np.inf), np.inf))
-    ends = [(x.min(), x.max()) for x in found[:2]]
-    wide, deep = (high - low for low, high in ends)
-    height = float(np.clip(4.2 * deep / wide + 0.9, 1.5, 6.0))
-    return _filled(height, axis, found, quantity, slice(None), ends)
-
-
-@plots.styled
-def _filled(height, axis, found, quantity, shown, ends, contact=()):
-    """A Figure with contours of a quantity, the contact in black, and a bar of the colours, whose ends are
-    those of the values at the points `shown`, but for few.
-    """
-    drawing, axis = plots.in_place(axis, height=height, width=5.2)
-    triangulation, field = Triangulation(*found[:3]), values(*found[3:], quantity)
-    # next to edges of the contact and corners of the body a stress may have no bound
-    low, high = np.quantile(field[shown], (2e-3, 1 - 2e-3))
+    depth, middle = contact[-1][1] - contact[0][0], (contact[0][0] + contact[-1][1]) / 2
+    ends = middle - depth, middle + depth
+    x1, x2, triangles, *found = state.solution.fields_below((ends, depth))
+    triangulation, field = Triangulation(x1, x2, triangles), values(*found, quantity)
+    deep = field[x2 <= -FIRST * depth]  # edges of the contact and corners of a body may have no bound
+    low, high = np.quantile(deep, (2e-3, 1 - 2e-3))
     signed, size = quantity in ("psi", "skew"), max(abs(low), abs(high))
     levels = MaxNLocator(20).tick_values(*((-size, size) if signed else (low, high)))
-    for left, right in contact:
-        axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
+    drawing, axis = plots.in_place(axis, height=2.9, width=5.2)
+    for pair in contact:
+        axis.plot(pair, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
     if (
         signed
     ):  # dashed where it is negative: the ends of the colours are equally dark in print; at 0 is noise
@@ -63,7 +45,8 @@ def _filled(height, axis, found, quantity, shown, ends, contact=()):
         axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.4)
     colours = "RdBu_r" if signed else "cividis"  # distinguished by the colour-blind
     drawn = axis.tricontourf(triangulation, field, levels, cmap=colours, extend="both")
-    axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends[0], ylim=ends[1])
+    axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends)
+    axis.set_ylim(max(x2.min(), -depth), max(0.03 * depth, x2.max()))
     drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75)
     return drawing
 

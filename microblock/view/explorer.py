@@ -17,17 +17,16 @@ from ..model.history import pairs_of
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.obstacles import Cylinder
 from ..model.state import State
-from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .history_figure import draw_history
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
 
-class Explorer(Shown):
+class Explorer:
     """A contact problem under changing parameters.
 
-    Parameters are the load (force per thickness), psi0 (radians), the radius of a cylinder and ell (lengths),
+    Parameters are the load (force per thickness), psi0 (radians), R of a cylinder and ell (lengths),
     and the law, by name. Under a law with friction they are the load, at most the first one, and the shear
     force over friction times load; each step goes straight on from the last one, on cells that stay as they
     are: 1e-2 as a rule, without an estimate; `Contact.history` has one.
@@ -98,7 +97,7 @@ class Explorer(Shown):
         psi0 = getattr(problem.law, "psi0", 0.0)
         known = {
             "psi0": None if callable(psi0) else psi0,
-            "radius": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
+            "R": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
             "ell": problem.solid.ell,
             "law": names.get(type(problem.law)),
         }
@@ -121,29 +120,26 @@ class Explorer(Shown):
             if name not in self.choice:
                 words = f"is not a parameter of this problem; it has {', '.join(sorted(self.choice))}"
                 raise BadArgument(name, value, words)
-            if name == "law":
-                require_choice(LAWS, law=value)
-            else:
-                check = require_finite if name in ("psi0", "shear") else require_positive
-                check(**{name: value})
         choice, problem = self.choice | changes, self.problem
+        require_positive(load=choice["load"])
         if self._friction:
             self._require_within(**choice)
         elif changes.keys() - {"load"}:
-            law = LAWS[choice["law"]]()
+            require_choice(LAWS, law=choice["law"])
+            law, changed = LAWS[choice["law"]](), {}
             if choice["law"] == "microblock":
                 first = self._first.law if isinstance(self._first.law, Microblock) else law
                 law = replace(first, psi0=choice["psi0"]) if "psi0" in choice else first
-            changed = {"law": law}
             if "ell" in changes:
                 changed["solid"] = replace(problem.solid, ell=choice["ell"])
-            if "radius" in changes:
-                changed["obstacle"] = replace(problem.obstacle, R=choice["radius"])
-            problem = problem.with_(**changed)
+            if "R" in changes:
+                changed["obstacle"] = replace(problem.obstacle, R=choice["R"])
+            problem = problem.with_(law=law, **changed)
         return self._go(problem, choice, self.state.solution)
 
     def _require_within(self, load, shear):
-        if load > self._load * (1 + 1e-9):  # the end of a slider of logarithms
+        require_finite(shear=shear)
+        if load > self._load * (1 + 1e-9):  # the end of a slider, rounded
             raise BadArgument("load", load, f"must be at most the first one, {self._load}")
         if not abs(shear) <= 1:
             raise BadArgument("shear", shear, "must lie between -1 and 1: it is Q/(f P)")
@@ -164,8 +160,3 @@ class Explorer(Shown):
         """The figure of the state, with friction that of all states, as a PNG, bytes."""
         drawing = draw_history(self.states) if self._friction else self.state.plot()
         return drawing._repr_png_()
-
-    def summary(self):
-        rows = tuple(Row(name, "", value) for name, value in self.choice.items())
-        brief = ", ".join(f"{name} {number(value)}" for name, value in self.choice.items())
-        return Summary("Explorer", brief, rows, tuple(self.state.warnings))

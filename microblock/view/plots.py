@@ -2,6 +2,7 @@
 
 import io
 from textwrap import fill
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -13,7 +14,7 @@ from ..errors import require_kind
 COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
 # Okabe and Ito's palette (2008), ordered for contrast on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.labelsize": 8,
     "axes.titlesize": 8,

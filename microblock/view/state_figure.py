@@ -59,24 +59,18 @@ def draw_curves(axis, state, window=None):
 
 def curves(surface):
     """{panel: [(label, values, look), ...]} of a `Surface`."""
-    looks = [{"color": colour_of(name), "ls": "--" if name == "B" else "-"} for name in surface.corners]
+    looks = [{"color": colour, "ls": "--" if k == 1 else "-"} for k, colour in enumerate(plots.COLOURS)]
     gaps = np.where(np.isfinite(surface.gaps), surface.gaps, np.nan)
     of_corners = {
         name: [(rf"${sign}_{{\rm {corner}}}$", *each) for corner, *each in zip(surface.corners, rows, looks)]
         for name, sign, rows in (("pressure", "p", surface.pressures), ("gap", "g", gaps))
     }
-    if len(looks) > 1:
+    if len(surface.corners) > 1:
         total = surface.pressures.sum(axis=0)
         of_corners["pressure"].append(("$p$", total, {"color": "0.45", "lw": 0.8}))
     moment, turn = surface.micromoment / surface.ell, np.degrees(surface.rotation)
     look = {"color": GREEN}
     return of_corners | {"micromoment": [(r"$M/\ell$", moment, look)], "turn": [("", turn, look)]}
-
-
-def colour_of(corner):
-    """The colour of a corner, the same for the same name."""
-    first = dict(zip("ABC", (plots.COLOURS[0], plots.COLOURS[1], plots.COLOURS[6])))
-    return first.get(corner, plots.COLOURS[sum(map(ord, corner)) % len(plots.COLOURS)])
 
 
 def _bars(axis, zones, corners):
@@ -85,7 +79,7 @@ def _bars(axis, zones, corners):
     words = {corner: f"{corner} closed" for corner in corners} | {"full": everywhere}
     words = words if len(corners) > 1 else {"contact": "contact"}
     for number, name in enumerate(words):
-        colour = colour_of(name) if name in corners else "k"
+        colour = plots.COLOURS[number] if name in corners else "k"
         left, right = np.reshape(zones[name], (-1, 2)).T
         axis.hlines(np.full(len(left), number), left, right, color=colour, linewidth=5)
     axis.set(yticks=range(len(words)), yticklabels=words.values(), ylim=(len(words) - 0.4, -0.6))
@@ -101,11 +95,8 @@ def _cut(axis, surface, contact, places):
     if max(-low, high) <= most:
         return
     axis.set_ylim(max(low, -most), min(high, most))  # the curves beyond are cut off
-    shown = [float(f"{place:.3g}") for place in places]
-    pairs = (f"\u00b1{abs(at):g}" if at and -at in shown else f"{at:g}" for at in shown)
-    words = list(dict.fromkeys(pairs))
-    where = f"unbounded at {', '.join(words[:3])}" + ", ..." * (len(words) > 3)
-    why = where if words else f"largest {max(-low, high):.3g}"
+    where = ", ".join(f"{place:.3g}" for place in places[:4]) + ", ..." * (len(places) > 4)
+    why = f"unbounded at {where}" if len(places) else f"largest {max(-low, high):.3g}"
     axis.text(1, 1.02, f"cut: {why}", transform=axis.transAxes, ha="right", fontsize=6)
 
 

@@ -1,4 +1,4 @@
-"""Figures of a state in three dimensions: from above, along lines, and the blocks as cubes of side ell below
+"""Figures of a state in three dimensions: from above, and the blocks as cubes of side ell below
 their contact points.
 """
 
@@ -25,34 +25,15 @@ def draw(state, axis=None):
         figure, axis = plots.in_place(axis)
         _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
         return figure
-    cells = state.shape is not None
-    second = cells and state.opposite is not None
-    figure, axes = plots.figure(1, 3 + second, height=2.6, width=7.2 + 2.4 * second)
+    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
     figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
     _from_above(axes[0], state, state.pressure, "$p$", cmap="cividis")
+    moment = np.hypot(*state.micromoment.T) / state.solid.ell
+    _from_above(axes[1], state, moment, r"$|M|/\ell$", cmap="cividis")
     # not white at nodes: a mark has to be seen
-    shown = _from_above(
-        axes[1], state, state.closed, "closed corners", **_look(state, "w" if cells else "0.85")
-    )
-    shown.set_ticks(range(len(state.pressures) + 1))
-    if not cells:
-        moment = np.hypot(*state.micromoment.T) / state.solid.ell
-        _from_above(axes[2], state, moment, r"$|M|/\ell$", cmap="cividis")
-        return figure
-    along, across = state.along("x1"), state.along("diagonal")
-    axes[2].plot(along["x1"], along["pressure"], label="$p$ along $x_1$")
-    axes[2].plot(np.sqrt(2) * across["x1"], across["pressure"], label="$p$, diagonal")
-    axes[2].plot(along["x1"], along["m2"] / state.solid.ell, "--C0", label=r"$M_2/\ell$ along $x_1$")
-    axes[2].set(xlabel="distance", ylabel="stress")
-    if second:
-        bodies = (state.displacement, "k", "first body"), (state.opposite, "--k", "second body")
-        for values, look, label in bodies:
-            axes[3].plot(state.x1, _between(state, values, state.x1, state.x2.mean()), look, label=label)
-        axes[3].set(xlabel="$x_1$", title="displacement")
-    for axis in axes[2:]:
-        axis.set(xlim=state.x1[[0, -1]], box_aspect=1)
-    handles = [handle for axis in axes[2:] for handle in axis.get_legend_handles_labels()[0]]
-    figure.legend(handles=handles, loc="outside lower right", ncols=len(handles))
+    look = _look(state, "0.85" if state.shape is None else "w")
+    bar = _from_above(axes[2], state, state.closed, "closed corners", **look)
+    bar.set_ticks(range(len(state.pressures) + 1))
     return figure
 
 

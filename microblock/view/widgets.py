@@ -16,18 +16,11 @@ if TYPE_CHECKING:
     from ..contact import Contact
 
 SLOW = 0.5  # seconds of a state, from which on it waits until a slider is let go
-LABELS = {
-    "load": "load P",
-    "shear": "Q/(fP)",
-    "psi0": "ψ₀ (°)",
-    "radius": "radius R",
-    "ell": "side ℓ",
-    "law": "law",
-}
+LABELS = {"load": "load P", "shear": "Q/(fP)", "psi0": "ψ₀", "R": "radius R", "ell": "side ℓ", "law": "law"}
 
 
 def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
-    """Returns sliders for load, psi0, radius, ell and law with a figure that follows, for Jupyter.
+    """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
 
     Under a law with friction, on a half-plane, there are sliders for the normal and the shear force instead:
     each step goes on from the last one, and the loop of shear and slip is drawn as it is walked. A list has
@@ -93,16 +86,14 @@ class Panel:
         if name == "law":
             return self._widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
         if name in ("psi0", "shear"):
-            value, side = (math.degrees(value), 3.0) if name == "psi0" else (value, 1.0)
-            words |= {"value": value, "min": value - side, "max": value + side, "step": 0.01}
-            return self._widgets.FloatSlider(**words)
-        low, high = (0.05, 1.0) if "shear" in self.explorer.choice else (30**-0.5, 30**0.5)
-        low, high = math.log10(low * value), math.log10(high * value)
-        words |= {"min": low, "max": high, "step": (high - low) / 200, "readout_format": ".3g"}
-        return self._widgets.FloatLogSlider(**words)
+            side = 0.05 if name == "psi0" else 1.0
+            words |= {"min": value - side, "max": value + side, "step": side / 100, "readout_format": ".4f"}
+        else:
+            most = 1 if "shear" in self.explorer.choice else 4
+            words |= {"min": value / 20, "max": most * value, "step": value / 20, "readout_format": ".3g"}
+        return self._widgets.FloatSlider(**words)
 
     def _changed(self, name, value):
-        value = math.radians(value) if name == "psi0" else value
         before = self.explorer.choice[name]
         # what the browser sends of a slider that has not been moved is rounded
         if name == "law" or not math.isclose(value, before, rel_tol=1e-6, abs_tol=1e-8):
@@ -111,7 +102,7 @@ class Panel:
     def _restart(self):
         self._try(self.explorer.restart)
         for name, value in self.explorer.choice.items():
-            self.controls[name].value = math.degrees(value) if name == "psi0" else value
+            self.controls[name].value = value
 
     def _try(self, work):
         """Works, and shows the state; where that cannot be, the pictures stay and a line says why."""

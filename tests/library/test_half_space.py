@@ -90,9 +90,7 @@ def test_lines_of_loads_are_those_of_the_half_plane(name):
     x, (points, weights) = np.array([0.05, 0.3, 1.0, 4.0]), np.polynomial.legendre.leggauss(400)
     x2, lengths = x[:, None] * np.sinh(11 * points), x[:, None] * np.cosh(11 * points) * 11 * weights
     r = np.hypot(x[:, None], x2)
-    u, v, w0, w2, held, reaction = kernels(
-        0.2, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime
-    )(r)
+    u, v, w0, w2, held, reaction = kernels(solid)(r)
     across, twice = x[:, None] / r, 2 * (x[:, None] / r) ** 2 - 1
     U, V, W, clamped, opposite = on_line(0.2, solid.beta, solid.curvature)(x, range(5))
     for values, exact in ((v * across, V), (w0 + w2 * twice, W), (reaction * across, -opposite)):
@@ -222,7 +220,7 @@ def test_gaps_are_those_of_both_surfaces_at_the_corners(law, second):
         1e-3 if second else 1e-8,
     )
     solver = state.problem.solver
-    initial, tilt = solver.initial_gaps(state.x1, state.x2), solver.surface_law.tilt(x1, x2)
+    initial, tilt = solver.gaps(x1, x2), solver.surface_law.tilt(x1, x2)
     phi = np.array((-half * state.psi[1], half * state.psi[0])) * (len(initial) > 1)
     for number, ((a, b), own) in enumerate(zip(solver.surface_law.offsets, state.pressures.values())):
         gap = initial[number] - state.approach + state.displacement - a * phi[0] - b * phi[1]
