@@ -105,7 +105,7 @@ class Counter:
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n, n)."""
-        u2 = self.displacement(self.pressed(forces))
+        u2 = self.displacement(forces)
         gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
         if len(gaps) == len(NONE):
             gaps += np.multiply.outer(NONE, self.held * np.tensordot(NONE, forces, 1))
@@ -117,14 +117,15 @@ class Counter:
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        """Returns u2 on the cells of the second surface from the forces there, arrays (m, m)."""
-        found: Array = self.response(forces[None])[0]
+        """Returns u2 on the cells of the second surface from the forces of the corners."""
+        found: Array = self.response(self.pressed(forces)[None])[0]
         return found
 
-    def over(self, values: Array) -> Array:
-        """Returns values on the cells of the second surface at the contact points alone, array (n, n)."""
-        inside = slice(self.beyond, len(values) - self.beyond)
-        return values[inside, inside]
+    def above(self, forces: Array) -> Array:
+        """Returns u2 at the contact points, array (n, n)."""
+        u2 = self.displacement(forces)
+        inside = slice(self.beyond, len(u2) - self.beyond)
+        return u2[inside, inside]
 
     def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
         """Returns what the second body adds to the gaps of blocks at (x1, x2), anywhere, under the forces of

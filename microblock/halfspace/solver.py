@@ -143,7 +143,7 @@ class SurfaceSolver(Solver):
 
         Which grids and windows are solved does not depend on the goal before it is reached.
         """
-        most, best, blind, last = self.options.nodes or MOST, None, 0.0, self.options.residual
+        most, last, reached = self.options.nodes or MOST, self.options.residual, (np.inf, None, ())
         sizes = [
             most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= FIRST * part
         ]
@@ -154,36 +154,33 @@ class SurfaceSolver(Solver):
 
         for count, state, before, changes in levels(solved, sizes, _change, progress):
             if before is not None:
-                blind = _share_of_spots(before, SPOT)
                 loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
-                state = replace(state, error_estimate=_estimate(changes) + blind + loose)
+                estimate = _estimate(changes) + _share_of_spots(before, SPOT) + loose
+                state = replace(state, error_estimate=estimate)
             if count < most and (self.options.nodes or len(changes) < 2):
                 continue
             cut = self.period is None and _reaches(state, 1)
             outside, hidden = self._touching(state, picture)
             if self._given_window() is None and (cut or len(outside)):
                 return state, np.vstack((_pressing(state), outside))
-            if self.options.nodes or (state.error_estimate <= goal and not len(hidden)):
-                words = {"error_estimate": state.error_estimate, "notes": _warnings(cut, outside, hidden)}
+            notes, estimate = _warnings(cut, outside, hidden), state.error_estimate
+            seen = np.inf if len(hidden) else estimate
+            if self.options.nodes or seen <= goal:
                 if state.residual > last:
                     state = self._solved(state.grid, load, approach, last, state)
-                return replace(state, **words), np.empty((0, 2))
-            if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
-                best = state
+                return replace(state, error_estimate=estimate, notes=notes), np.empty((0, 2))
+            if seen <= reached[0]:
+                reached = seen, state, notes
             finer = np.log2(MOST / count)
             if (
                 _estimate(changes) > goal * 4**finer or _share_of_spots(before, SPOT / 2 / 4**finer) > goal
             ):  # out of reach of MOST
                 break
-        state = best or state
-        outside, hidden = self._touching(state, picture)
-        cut = self.period is None and _reaches(state, 1)
-        why = f" on {state.grid.count} x {state.grid.count} cells", *_warnings(cut, outside, hidden)
-        least = np.inf if len(hidden) else state.error_estimate or 0.0  # where places are left out
-        ways = "fix Cells(nodes=...)"
-        if self.period is None:
-            ways += ", or solve contacts that lie apart each in a Cells(window=(left, right))"
-        raise out_of_reach(goal, least, "; ".join(why), ways, load=state.load)
+        least, state, notes = reached
+        why = "; ".join((f" on {state.grid.count} x {state.grid.count} cells", *notes))
+        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
+        ways = "fix Cells(nodes=...)" + apart * (self.period is None)
+        raise out_of_reach(goal, least, why, ways, load=state.load)
 
     @cached_property
     def _kept(self) -> dict[Any, Flexibility]:
@@ -221,7 +218,7 @@ class SurfaceSolver(Solver):
             raise BadArgument("approach", approach, NOT_YET)
         surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
         if H.counter is not None:
-            other = H.counter.over(H.counter.displacement(H.counter.pressed(forces)))
+            other = H.counter.above(forces)
         least = min(2 * found.kkt, COARSE_RESIDUAL / grid.count)  # beyond that touching is a matter of force
         closed = found.gaps <= least * np.ptp(surface[0] + other)
         if H.counter is None:
@@ -296,10 +293,9 @@ class SurfaceSolver(Solver):
         away = np.abs(low[:, :2] - grid.middle)
         out = away.max(axis=1) > grid.side / 2
         inside, outside = low[~out], low[out]
-        if len(outside) > LOOKED:  # where the displacement of a point load leaves the least gaps
-            r = np.maximum(np.hypot(*away[out].T), grid.width)
-            gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)
-            outside = outside[np.argpartition(gaps, LOOKED)[:LOOKED]]
+        r = np.maximum(np.hypot(*away[out].T), grid.width)
+        gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)  # over a point load
+        outside = outside[np.argsort(gaps)[:LOOKED]]
         least = picture.lowest[2]
         outside = outside[self._overlap(state, least, outside, *self._surface_at(state, *outside[:, :2].T))]
         i, j = grid.nearest(*inside[:, :2].T)

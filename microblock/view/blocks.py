@@ -4,7 +4,8 @@ the picture where its gap (21), (22) is closed.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.collections import PolyCollection
@@ -17,27 +18,6 @@ MOST, LEAST = 25, 10  # blocks in a picture, side by side
 SHOWN_TURN = 0.35  # largest magnified angle (radians)
 ROUNDING = 1e-10  # of displacements, below which gaps and what else comes from them are nothing
 FILLS = {"none closed": "white", "A (left)": "#CFE4F3", "B (right)": "#FBDCC4", "both closed": "#DCD0E8"}
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """What a picture of blocks shows.
-
-    Attributes
-    ----------
-    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
-    closed : boolean array (m, 2), of A and B; False of laws without corners
-    surface, obstacle : arrays (n, 2), lines; nan where there is none
-    window : (left, right)
-    magnification : float
-    """
-
-    squares: np.ndarray
-    closed: np.ndarray
-    surface: np.ndarray
-    obstacle: np.ndarray
-    window: tuple
-    magnification: float
 
 
 def without_rounding(surface):
@@ -60,8 +40,14 @@ def interrupted(surface, x, values):
 
 
 def blocks(surface, contact, frame=None):
-    """The Blocks of a `Surface` with the contact zones [(left, right), ...], in a frame (left, right), or in
-    that of `window`, as far as the surface leaves room for a few blocks.
+    """What a picture of the blocks of a `Surface` with contact zones [(left, right), ...] shows, in a frame
+    (left, right), or in that of `window`, as far as the surface leaves room for a few blocks.
+
+    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
+    closed : boolean array (m, 2), of A and B; False of laws without corners
+    surface, obstacle : arrays (n, 2), lines; nan where there is none
+    window : (left, right)
+    magnification : float
     """
     ell = surface.ell
     if frame is None:
@@ -80,13 +66,13 @@ def blocks(surface, contact, frame=None):
     level, over = (np.interp(line, surface.x, each) for each in (surface.displacement, known))
     magnified = magnification(np.abs(turn).max(initial=0.0), np.ptp(level) / (0.12 * (right - left)))
     points, normals = _along(surface, line)
-    return Blocks(
-        _squares(*_along(surface, x), magnified * turn, magnified * down, ell),
-        _closed(surface, x),
-        interrupted(surface, line, points.T - magnified * level * normals.T)[1].T,
-        (points.T + magnified * over * normals.T).T,
-        frame,
-        magnified,
+    return SimpleNamespace(
+        squares=_squares(*_along(surface, x), magnified * turn, magnified * down, ell),
+        closed=_closed(surface, x),
+        surface=interrupted(surface, line, points.T - magnified * level * normals.T)[1].T,
+        obstacle=(points.T + magnified * over * normals.T).T,
+        window=frame,
+        magnification=magnified,
     )
 
 

@@ -85,7 +85,7 @@ class Explorer:
                 [(load, share * self._friction * load) for share in (0, 0.5, -0.5)], self._friction
             )
             self._solver = FrictionSolver(problem.solver, pairs, True)
-        elif type(problem.law) not in LAWS.values():
+        elif type(problem.law) is not LAWS.get(_name(problem.law)):
             raise BadArgument("law", problem.law, f"must be one of {', '.join(LAWS)}")
         self._load = float(load)
         self.restart()
@@ -93,13 +93,13 @@ class Explorer:
     @bounded
     def restart(self):
         """Goes back to the first parameters; returns the state."""
-        problem, self.states, names = self._first, [], {law: name for name, law in LAWS.items()}
+        problem, self.states = self._first, []
         psi0 = getattr(problem.law, "psi0", 0.0)
         known = {
             "psi0": None if callable(psi0) else psi0,
             "R": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
             "ell": problem.solid.ell,
-            "law": names.get(type(problem.law)),
+            "law": _name(problem.law),
         }
         if self._friction:
             self._walk, known = self._solver.walk(), {"shear": 0.0}
@@ -160,3 +160,7 @@ class Explorer:
         """The figure of the state, with friction that of all states, as a PNG, bytes."""
         drawing = draw_history(self.states) if self._friction else self.state.plot()
         return drawing._repr_png_()
+
+
+def _name(law):
+    return type(law).__name__.lower()

@@ -31,29 +31,22 @@ def draw_history(states):
 
 @plots.styled
 def draw_loop(axis, states):
-    """The figure of an axis, into which the shear force of states is drawn over their slip."""
+    """The figure of an axis, into which Q/(f P) of states is drawn over their mean slip."""
     drawing, axis = plots.in_place(axis)
-    loop = [slip_and_shear(state) for state in states]
-    axis.plot(*np.transpose(loop), color=plots.COLOURS[0], marker="o", markevery=[-1])
+    slips = [state.weights @ (state.pressure * state.slip) / state.load for state in states]
+    shares = [state.shear / (state.law.friction * state.load) for state in states]
+    axis.plot(slips, shares, color=plots.COLOURS[0], marker="o", markevery=[-1])
     axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
     return drawing
 
 
-def slip_and_shear(state):
-    """A point of the loop: the mean slip with the pressure as weight, and Q/(f P)."""
-    slip = float(state.weights @ (state.pressure * state.slip)) / state.load
-    return slip, state.shear / (state.law.friction * state.load)
-
-
 @plots.styled
 def draw_path(path, axis=None):
-    """The figure of the events of a LoadPath: a mark for each kind, a colour for each zone."""
+    """The figure of the events of a LoadPath: a mark for each kind of event."""
     drawing, axis = plots.in_place(axis)
-    zones = list(dict.fromkeys(event.zone for event in path.events))
     for kind, zone in dict.fromkeys((event.kind, event.zone) for event in path.events):
         rows = [(e.x, e.load, e.load_error) for e in path.events if (e.kind, e.zone) == (kind, zone)]
-        colour = plots.COLOURS[zones.index(zone) % len(plots.COLOURS)]
-        axis.errorbar(*np.transpose(rows), fmt=MARKS[kind], color=colour, label=f"{zone} {kind}")
+        axis.errorbar(*np.transpose(rows), fmt=MARKS[kind], label=f"{zone} {kind}")
     axis.set(xlabel="$x_1$ (length)", ylabel="load (force per thickness)", ylim=(0, 1.05 * path.last))
     if path.events:
         plots.legend_below(axis)
