@@ -12,7 +12,7 @@ displacement at the centre of a cell under the pressure on another, of a classic
 1929).
 
 Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and hardly so if the block is
-small. These gaps get HELD of what short waves displace times such forces besides, which falls with the width
+small. These gaps get 0.003 of what short waves displace times such forces besides, which falls with the width
 of the cells as other errors do.
 """
 
@@ -35,7 +35,6 @@ from .cells import wavenumbers
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
-HELD = 3e-3  # see above
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
 FEW = 48  # squares along an axis: cells of a window that is looked for, loads that act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
@@ -99,7 +98,7 @@ class Counter:
         else:
             whole = _without_images(solid, count + 2 * beyond, width)
         response = Waves((len(whole), len(whole)), [[whole]])
-        held, (_, twist) = HELD * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
+        held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
         twisted = held + float(np.max(whole * twist**2))
         return cls(solid, ell, offsets, shares, response, beyond, held, twisted)
 

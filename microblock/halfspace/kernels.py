@@ -29,10 +29,7 @@ from ..model.types import AnyArray as Array
 from .symbol import along, require_stable, spread_rate
 
 NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated
-PER_DECADE = 32  # points of the table, between which a spline of order 7 is good to 1e-11
 PIECE = 0.4  # its width in log t
-GRADED = 40  # halvings of a piece towards a branch point
-MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are symmetric
 
 
 class Kernels:
@@ -48,9 +45,8 @@ class Kernels:
         if not RATES[0] <= 1 / solid.layer_length <= RATES[1]:
             raise BadArgument("beta", solid.beta, "must hold the rotation of a half-space: take a larger one")
         require_stable(solid)
-        self._r = np.geomspace(NEAREST, FARTHEST, int(PER_DECADE * np.log10(FARTHEST / NEAREST)) + 1)
-        values = _integrals(solid, self._r) * self._r
-        self._spline = make_interp_spline(np.log(self._r), values.T, k=7)
+        r = np.geomspace(NEAREST, FARTHEST, 417)  # 32 a decade, between which a spline is good to 1e-11
+        self._spline = make_interp_spline(np.log(r), (_integrals(solid, r) * r).T, k=7)
 
     def __call__(self, r: Array) -> Array:
         """Returns the kernels at r/ell, array (6, ...)."""
@@ -172,7 +168,7 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
     rates = np.sqrt([1 / solid.layer_length**2, spread_rate(solid)])
     low, high = 1e-3 / FARTHEST, 40 / NEAREST
     logs = [np.linspace(np.log(low), np.log(high), int(np.log(high / low) / PIECE) + 1)]
-    halvings = PIECE * 0.5 ** np.arange(GRADED)
+    halvings = PIECE * 0.5 ** np.arange(40)
     b = max(0.25, 2 * solid.beta * (1 - solid.nu))  # see `microblock.halfplane.kernels`
     root = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
     for place in (*np.log(rates), np.log(rates[0] * abs(np.sin(root.real)) + low)):
@@ -181,7 +177,7 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
     edges = edges[np.concatenate(([True], np.diff(edges) > 1e-12))]
     if (pole := _pole(solid)) is not None:  # two pieces, each other's mirror, give the principal value
         place = np.log(pole)
-        reach = min(PIECE / 2**MIRRORED, (place - np.log(rates).max()) / 4)
+        reach = min(PIECE / 2**8, (place - np.log(rates).max()) / 4)
         away = halvings[halvings > reach]
         edges = edges[np.abs(edges - place) > 1.5 * reach]
         edges = np.unique(

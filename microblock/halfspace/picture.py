@@ -31,11 +31,7 @@ NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squa
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
 SEEN = 8**0.5  # of a square's side over its rows: diameter of a disc in which there is a sample
-NEAR = 8.0  # radii of the disc: its side
-BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
-NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
-STEPS = 200  # towards a valley, each a quarter of the one before once less is nearer
 EQUAL = 1e-6  # of their range in question: heights that differ less are the same
 SAME = 0.25  # of the disc's radius, between two valleys
 
@@ -92,7 +88,7 @@ class Picture:
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
         self._draw = np.random.default_rng(0)
         if window is not None:
-            for times in 2.0 ** np.arange(2, 1 if repeats else BESIDE):
+            for times in 2.0 ** np.arange(2, 1 if repeats else 7):
                 self.look(window.middle, times * window.side, COARSE)
             self.look_about(window)
             if not len(self.samples):
@@ -153,8 +149,8 @@ class Picture:
         places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
         ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
         ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
-        for _ in range(STEPS):
-            if not np.any(step > NARROW * self.radius):
+        for _ in range(200):  # at most, a quarter of the one before once less is nearer
+            if not np.any(step > 1e-5 * self.radius):
                 break
             around = places[:, None, :2] + step[:, None, None] * ways
             f = self._least(around[..., 0], around[..., 1])
@@ -191,7 +187,7 @@ class Picture:
         away = 0.0
         while True:  # about what is lower still, and farther while it could touch there
             (*middle, least), reach = self.lowest, FARTHEST * max(self.ell, self.radius, away)
-            self.look(middle, NEAR * self.radius, FINE)
+            self.look(middle, 8 * self.radius, FINE)
             for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
                 self.look(middle, side, COARSE)
             self.follow()

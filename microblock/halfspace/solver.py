@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -41,18 +41,10 @@ from .state import Grid, SurfaceCells
 from .surface_law import closed_corners, on_surface
 from .symbol import symbol
 
-FIRST, MOST = 32, 1024  # cells a side of the coarsest and of the finest grid that rtol may ask for
+MOST = 1024  # cells a side of the finest grid that rtol may ask for
 COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
-FILLED = 0.3  # of such a window, that the contact must fill
-WIDENED = 1.5  # times, where the contact reaches the rim of the window
 TRIES = 60  # windows
-SPARE = 0.08  # of the contact's size, free on either side
-LOOKED = 256  # low places outside of the window at which gaps are computed
-TIP = 0.05  # of the approach: what a place may be lower than the cells about it
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
-USUAL, FASTEST = 1.4, 2.5  # ratio of successive changes from grid to grid
-PLACES = 65  # on an edge of a period, at which they are compared
-SHORTEST = 1e4  # over ell, a wavenumber of which only the short waves' stiffness is felt
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
@@ -86,11 +78,13 @@ class SurfaceSolver(Solver):
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         if period is None:
             return
-        if not _repeats(lambda x1, x2: heights(self.obstacle, x1, x2), period):
-            raise BadArgument("obstacle", self.obstacle, f"must repeat with the period, {period:g}")
-        if not _repeats(self.surface_law.tilt, period):
-            psi0 = getattr(self.law, "psi0", None)
-            raise BadArgument("psi0", psi0, f"must repeat with the period, {period:g}")
+        psi0, height = getattr(self.law, "psi0", None), partial(heights, self.obstacle)
+        for name, given, values in (
+            ("obstacle", self.obstacle, height),
+            ("psi0", psi0, self.surface_law.tilt),
+        ):
+            if not _repeats(values, period):
+                raise BadArgument(name, given, f"must repeat with the period, {period:g}")
 
     def solve(
         self,
@@ -143,10 +137,9 @@ class SurfaceSolver(Solver):
 
         Which grids and windows are solved does not depend on the goal before it is reached.
         """
-        most, last, reached = self.options.nodes or MOST, self.options.residual, (np.inf, None, ())
-        sizes = [
-            most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= FIRST * part
-        ]
+        most, last = self.options.nodes or MOST, self.options.residual
+        reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
+        sizes = [most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= 32 * part]
 
         def solved(count: int, before: Any) -> Any:
             grid, residual = Grid(count, window.side / count, window.middle), COARSE_RESIDUAL / count
@@ -251,7 +244,7 @@ class SurfaceSolver(Solver):
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
         """Returns the Picture of the obstacle for a load or an approach."""
-        second, short = body_of(self.obstacle), np.array([SHORTEST / self.solid.ell])
+        second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
         needed = (plain, softer * plain) if approach is None else approach
@@ -276,10 +269,10 @@ class SurfaceSolver(Solver):
             held = _around(np.vstack((box, _pressing(state))))
             size = np.ptp(held, axis=0).max()
             middle, before = np.rint(2 * held.mean(axis=0) / grid.width) * grid.width / 2, side
-            side = size * (1 + 2 * SPARE) + 2 * 3 * size / FEW
+            side = size * (1.16 + 6 / FEW)  # a twelfth and three cells free on either side
             if _reaches(state, 2) and not len(outside):
-                side = WIDENED * before
-            elif not len(outside) and size >= FILLED * before:
+                side = 1.5 * before
+            elif not len(outside) and size >= 0.3 * before:
                 return Grid(FEW, side / FEW, tuple(middle))
         raise NotConverged(NO_WINDOW)
 
@@ -295,18 +288,16 @@ class SurfaceSolver(Solver):
         inside, outside = low[~out], low[out]
         r = np.maximum(np.hypot(*away[out].T), grid.width)
         gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)  # over a point load
-        outside = outside[np.argsort(gaps)[:LOOKED]]
+        outside = outside[np.argsort(gaps)[:256]]
         least = picture.lowest[2]
         outside = outside[self._overlap(state, least, outside, *self._surface_at(state, *outside[:, :2].T))]
         i, j = grid.nearest(*inside[:, :2].T)
         cells = self.gaps(*grid.places).min(axis=0)
         near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
-        hidden = inside[:, 2] < near - TIP * (state.approach - least)
-        inside, i, j = inside[hidden], i[hidden], j[hidden]
-        half = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1)
-        psi1, psi2 = state.psi[:, i, j]
-        u = (state.displacement + state.opposite)[i, j]
-        phi = np.array((-half * psi2, half * psi1))
+        tip = inside[:, 2] < near - (state.approach - least) / 20
+        inside, (psi1, psi2) = inside[tip], state.psi[:, i[tip], j[tip]]
+        u = (state.displacement + state.opposite)[i[tip], j[tip]]
+        phi = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1) * np.array((-psi2, psi1))
         inside = inside[self._overlap(state, least, inside, u, phi)]
         return outside[:, :2], inside[:, :2]
 
@@ -340,8 +331,9 @@ class SurfaceSolver(Solver):
 
 def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
-    along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
-    inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
+    along = period * np.linspace(-0.5, 0.5, 65)
+    edge = np.full_like(along, period / 2)
+    inside = values(*(x.ravel() for x in np.meshgrid(along, along)))
     finite = inside[np.isfinite(inside)]
     most = EQUAL * np.ptp(finite) if finite.size else 0.0
     pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
@@ -358,18 +350,13 @@ def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
     return float(max(pressure, np.hypot(first, second) / fine.solver.solid.ell) / np.linalg.norm(fine.total))
 
 
-def _spots(state: SurfaceCells) -> Array:
-    """Returns for each cell of how many its spot consists, connected cells that press; array (n, n)."""
+def _share_of_spots(state: SurfaceCells, least: float) -> float:
+    """Returns the share of the load on spots, connected cells that press, of fewer cells."""
     # on a period spots go on beyond its rim
     n, repeats = state.grid.count, 1 if state.solver.period is None else 2
     labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
-    sizes = np.bincount(labels.ravel())[labels] * (labels > 0)
-    return np.asarray(sizes.reshape(repeats, n, repeats, n).max(axis=(0, 2)))
-
-
-def _share_of_spots(state: SurfaceCells, least: float) -> float:
-    """Returns the share of the load on spots of fewer cells."""
-    return float(state.total[_spots(state) < least].sum() / state.total.sum())
+    sizes = np.bincount(labels.ravel())[labels].reshape(repeats, n, repeats, n).max(axis=(0, 2))
+    return float(state.total[(sizes < least) & (state.total > 0)].sum() / state.total.sum())
 
 
 def _estimate(changes: list[float]) -> float:
@@ -378,20 +365,17 @@ def _estimate(changes: list[float]) -> float:
     Errors that fall by a ratio r and are alike leave r - 1 times the finer one as change, those of the edge's
     steps, which have nothing to do with each other, sqrt(1 + r^2) times.
     """
-    ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else USUAL
-    last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]
-    return last / min(max(ratio - 0.5, 0.5), 1.4)
+    *_, before, last = 1.4 * changes[-1], *changes  # as errors fall as a rule
+    ratio = before / last if last > 0 else 1.4
+    return max(last, before / 2.5) / min(max(ratio - 0.5, 0.5), 1.4)
 
 
 def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
     """Returns what a fixed window, or fixed nodes, leave out."""
-    words = ["the window cuts the contact: cells at its rim press"] * cut
-    for places, where in ((outside, "outside of the window"), (hidden, "between cells")):
-        if len(places):
-            words.append(
-                f"the obstacle would touch {where} as well, as at ({places[0, 0]:.4g}, {places[0, 1]:.4g})"
-            )
-    return tuple(words)
+    parts = (outside, "outside of the window"), (hidden, "between cells")
+    at = [(*places[0], where) for places, where in parts if len(places)]
+    words = (f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})" for x1, x2, where in at)
+    return *["the window cuts the contact: cells at its rim press"] * cut, *words
 
 
 def _pressing(state: SurfaceCells) -> Array:

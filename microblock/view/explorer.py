@@ -123,7 +123,11 @@ class Explorer:
         choice, problem = self.choice | changes, self.problem
         require_positive(load=choice["load"])
         if self._friction:
-            self._require_within(**choice)
+            require_finite(shear=choice["shear"])
+            if choice["load"] > self._load * (1 + 1e-9):  # the end of a slider, rounded
+                raise BadArgument("load", choice["load"], f"must be at most the first one, {self._load}")
+            if not abs(choice["shear"]) <= 1:
+                raise BadArgument("shear", choice["shear"], "must lie between -1 and 1: it is Q/(f P)")
         elif changes.keys() - {"load"}:
             require_choice(LAWS, law=choice["law"])
             law, changed = LAWS[choice["law"]](), {}
@@ -136,13 +140,6 @@ class Explorer:
                 changed["obstacle"] = replace(problem.obstacle, R=choice["R"])
             problem = problem.with_(law=law, **changed)
         return self._go(problem, choice, self.state.solution)
-
-    def _require_within(self, load, shear):
-        require_finite(shear=shear)
-        if load > self._load * (1 + 1e-9):  # the end of a slider, rounded
-            raise BadArgument("load", load, f"must be at most the first one, {self._load}")
-        if not abs(shear) <= 1:
-            raise BadArgument("shear", shear, "must lie between -1 and 1: it is Q/(f P)")
 
     def _go(self, problem, choice, near):
         """Solves, from a solution that is near, and keeps the state."""

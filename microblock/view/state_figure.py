@@ -75,9 +75,11 @@ def curves(surface):
 
 def _bars(axis, zones, corners):
     """The zones of each corner, and those in which all are closed, as bars."""
-    everywhere = "both closed" if len(corners) == 2 else "all closed"
-    words = {corner: f"{corner} closed" for corner in corners} | {"full": everywhere}
-    words = words if len(corners) > 1 else {"contact": "contact"}
+    words = (
+        {name: f"{name} closed".replace("full", "all") for name in (*corners, "full")}
+        if len(corners) > 1
+        else {"contact": "contact"}
+    )
     for number, name in enumerate(words):
         colour = plots.COLOURS[number] if name in corners else "k"
         left, right = np.reshape(zones[name], (-1, 2)).T
