@@ -167,7 +167,7 @@ class MonolithicNewton:
             if best is None or now.kkt < best.kkt:
                 best, steps = now, iteration
             # of a system that was solved
-            stalls = now.active == active and not now.residual < before / 2
+            stalls = now.active == active and not now.residual * now.size < before / 2
             if now.kkt <= self._systems.rtol or stalls:
                 break
             if now.residual <= min(now.open, 1e-3):  # equilibrium is the better one
@@ -183,7 +183,7 @@ class MonolithicNewton:
                 active = now.active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free)
-            size, before = np.clip(now.kkt / 100, 1e-10, 1e-4) * now.size, now.residual
+            size, before = np.clip(now.kkt / 100, 1e-10, 1e-4) * now.size, now.residual * now.size
             unknowns.vec.data -= self._systems.solve(now.vector, size)
         if not best.kkt <= SOLVED:
             raise NotConverged(

@@ -121,3 +121,12 @@ def test_states_say_what_they_cannot_estimate(reach, step, ell, words):
     body = quarter(x, [-2.0, -0.5, -0.2, 0.0], reach=reach, ell=ell)
     told = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
     assert words in " ".join(told) and bool(words) == bool(told)
+
+
+def test_a_penalty_leads_back_from_the_approach_to_the_load():
+    """The first residual is measured against pressures of the penalty, far beyond those at rest."""
+    x = np.linspace(0, 1, 6)
+    body = mb.Body(meshes3d.block(x, x, np.linspace(-1, 0, 4)), SOLID, 1, fixed="bottom")
+    problem = mb.Contact(body, lambda x1, x2: 0 * x1, mb.Microblock(), mb.Newton("penalty"))
+    pressed = problem.solve(load=1.0)
+    assert problem.solve(approach=pressed.approach).load == pytest.approx(1.0, rel=1e-8)  # of the residual
