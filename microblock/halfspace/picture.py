@@ -30,7 +30,6 @@ Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
-SEEN = 8**0.5  # of a square's side over its rows: diameter of a disc in which there is a sample
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 EQUAL = 1e-6  # of their range in question: heights that differ less are the same
 SAME = 0.25  # of the disc's radius, between two valleys

@@ -36,7 +36,7 @@ from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
-from .picture import EQUAL, FINE, SEEN, Picture
+from .picture import EQUAL, FINE, Picture
 from .state import Grid, SurfaceCells
 from .surface_law import closed_corners, on_surface
 from .symbol import symbol
@@ -109,7 +109,8 @@ class SurfaceSolver(Solver):
                 picture.look_about(window)
             state, outside = self._refined(picture, window, load, approach, goal, near, progress)
             if not len(outside):
-                return replace(state, seen_width=SEEN * window.side / FINE)
+                # in a disc of so many rows there is a sample
+                return replace(state, seen_width=8**0.5 * window.side / FINE)
             box, window = _around(np.vstack((box, outside))), None
         raise NotConverged(NO_WINDOW)
 

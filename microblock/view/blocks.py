@@ -15,15 +15,13 @@ from ..model import zones
 from . import plots
 
 MOST, LEAST = 25, 10  # blocks in a picture, side by side
-SHOWN_TURN = 0.35  # largest magnified angle (radians)
-ROUNDING = 1e-10  # of displacements, below which gaps and what else comes from them are nothing
 FILLS = {"none closed": "white", "A (left)": "#CFE4F3", "B (right)": "#FBDCC4", "both closed": "#DCD0E8"}
 
 
 def without_rounding(surface):
     """A `Surface` without what rounding leaves of gaps, rotations and differences of displacements."""
     level = surface.displacement
-    size = ROUNDING * np.abs(level).max(initial=0.0)
+    size = 1e-10 * np.abs(level).max(initial=0.0)
     return replace(
         surface,
         gaps=np.where(np.abs(surface.gaps) > max(size, 1e-6 * np.ptp(level)), surface.gaps, 0.0),
@@ -85,10 +83,10 @@ def window(ell, contact):
 
 
 def magnification(turn, depth):
-    """The largest of 1, 2, 5, 10, ... with which an angle stays below SHOWN_TURN, and a depth below 1; 1 of
+    """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1; 1 of
     nothing.
     """
-    most = min((limit / size for limit, size in ((SHOWN_TURN, turn), (1.0, depth)) if size), default=1.0)
+    most = min((limit / size for limit, size in ((0.35, turn), (1.0, depth)) if size), default=1.0)
     decade = 10.0 ** math.floor(math.log10(max(most, 1.0)))
     return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
 

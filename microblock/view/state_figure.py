@@ -5,14 +5,12 @@ import numpy as np
 from ..model.sharp import unbounded
 from . import blocks, plots
 
-GREEN = plots.COLOURS[2]
 LABELS = {
     "pressure": "pressure\n$p$ (stress)",
     "micromoment": "micromoment\n" r"$M/\ell$ (stress)",
     "gap": "gap\n$g$ (length)",
     "turn": "rotation\n{turn} (deg.)",
 }
-PEAK = 4.0  # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
 
 
 @plots.styled
@@ -69,30 +67,28 @@ def curves(surface):
         total = surface.pressures.sum(axis=0)
         of_corners["pressure"].append(("$p$", total, {"color": "0.45", "lw": 0.8}))
     moment, turn = surface.micromoment / surface.ell, np.degrees(surface.rotation)
-    look = {"color": GREEN}
+    look = {"color": plots.COLOURS[2]}
     return of_corners | {"micromoment": [(r"$M/\ell$", moment, look)], "turn": [("", turn, look)]}
 
 
 def _bars(axis, zones, corners):
     """The zones of each corner, and those in which all are closed, as bars."""
-    words = (
-        {name: f"{name} closed".replace("full", "all") for name in (*corners, "full")}
-        if len(corners) > 1
-        else {"contact": "contact"}
-    )
-    for number, name in enumerate(words):
+    names = [*corners, "full"] if len(corners) > 1 else ["contact"]
+    for number, name in enumerate(names):
         colour = plots.COLOURS[number] if name in corners else "k"
         left, right = np.reshape(zones[name], (-1, 2)).T
         axis.hlines(np.full(len(left), number), left, right, color=colour, linewidth=5)
-    axis.set(yticks=range(len(words)), yticklabels=words.values(), ylim=(len(words) - 0.4, -0.6))
+    axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.4, -0.6), ylabel="closed")
     axis.tick_params(axis="y", length=0)
 
 
 def _cut(axis, surface, contact, places):
-    """Ends an axis where pressures are without a bound, next to places, or beyond PEAK, and says so."""
+    """Ends an axis next to places of unbounded pressure, or at 4 times the mean pressure, of which
+    a cylinder has 1.3, and says so.
+    """
     wide = sum(right - left for left, right in contact)
     total = surface.pressures.sum(axis=0)
-    most = PEAK * np.trapezoid(total, surface.x) / wide if wide else np.inf
+    most = 4 * np.trapezoid(total, surface.x) / wide if wide else np.inf
     low, high = axis.dataLim.intervaly
     if max(-low, high) <= most:
         return

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from ..contact import Contact
 
-SLOW = 0.5  # seconds of a state, from which on it waits until a slider is let go
 LABELS = {"load": "load P", "shear": "Q/(fP)", "psi0": "ψ₀", "R": "radius R", "ell": "side ℓ", "law": "law"}
 
 
@@ -55,7 +54,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
         import ipywidgets
     except ImportError as failure:
         raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
-    return Panel(explorer, ipywidgets, time.perf_counter() - start < SLOW).box
+    return Panel(explorer, ipywidgets, time.perf_counter() - start < 0.5).box
 
 
 class Panel:
