@@ -1,8 +1,7 @@
 """The half-space on n x n equal cells, matrix-free: its `microblock.corners.on_cells.Flexibility`, by FFT.
 
 In Fourier space (u, phi) = C (p, m), phi and m as in `microblock.halfspace.symbol`, with C = D R D^H, D =
-diag(1, -i, -i) and R real and symmetric: of R six arrays are kept, and of its inverse, the preconditioner.
-Without images R is that of the cells' responses in a doubled period.
+diag(1, -i, -i) and R real and symmetric. Without images R is that of cells in a doubled period.
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
 """A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
 
 Corner (a, b) of the block at x presses the second body at x + (ell/2)(a, b), where its displacement u2 adds
-to the gap. These places are no multiples of a cell apart: a force on a cell is shared among the cells of the
-second surface about its place, by the weights of the polynomial through five of them along each axis, and the
-displacement is taken with the same weights. With S for these shares
+to the gap. Its force is shared among cells of the second surface by the weights of the polynomial through
+five of them along each axis, and the displacement is taken with the same weights. With S for these shares
 
     gaps = S^T U2 S forces
 
-is symmetric and positive, and keeps force and moment. U2 is that of cells: on a period the symbol, else the
-displacement at the centre of a cell under the pressure on another, of a classical solid in closed form (Love
-1929).
+is symmetric and positive, and keeps force and moment. U2 is on a period the symbol, else the displacement at
+the centre of a cell under the pressure on another, of a classical solid in closed form (Love 1929).
 
 Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and hardly so if the block is
 small. These gaps get 0.003 of what short waves displace times such forces besides, which falls with the width
@@ -127,8 +125,8 @@ class Counter:
         return u2[inside, inside]
 
     def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
-        """Returns what the second body adds to the gaps of blocks at (x1, x2), anywhere, under the forces of
-        corners on cells with these centres along the axes, taken as points: array (corners, k).
+        """Returns what the second body adds to the gaps at places anywhere, array (corners, k), under the
+        forces on cells with these centres, taken as points.
         """
         whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
         centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
@@ -162,9 +160,7 @@ class Counter:
         return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
 
     def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
-        """Returns what short waves displace, twist and turn, over what the pressure displaces the first body
-        by: of the second body in the mean over all waves of such a length.
-        """
+        """Returns what short waves displace, twist and turn, over the displacement of the first body."""
         v, twist = _seen(self.ell, length, width)
         seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
         seen *= short_waves(self.solid)[0] / displaced

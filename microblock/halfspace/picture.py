@@ -6,12 +6,11 @@ radius a, under the load P,
     approach <= P/(2 E* a) + <h>_A,
 
 <h>_A the mean of the height under the punch's pressure, that over a hemisphere projected on A. No place with
-f above the least over all discs can touch. With corners one of a block may carry all, which yields at most
-`softer` times as much, and the bound is doubled, as the energy of the least forces is convex in P.
+f above the least over all discs can touch. One corner of a block may carry all, which yields more, and the
+bound is doubled, as the energy of the least forces is convex in P.
 
-Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances:
-whatever is two spacings wide has a sample. Samples that no neighbour undercuts are followed down to their
-valley, and squares about valleys below the bound look for others beside them.
+Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances.
+Samples that no neighbour undercuts are followed down to their valley.
 """
 
 from __future__ import annotations
@@ -48,22 +47,19 @@ class Picture:
     Parameters
     ----------
     gaps : function
-        Initial gaps of the corners of blocks at places (x1, x2), array (corners, ...) (lengths).
+        Initial gaps of corners at places (x1, x2), array (corners, ...) (lengths).
     ell : float
-        Side of the blocks (length).
     needed : (float, float) or float
-        P/(2 E*) for all corners of a block alike and for one of them (length^2); or the approach (length).
+        P/(2 E*) for all corners of a block alike and for one (length^2); or the approach (length).
     obstacle : object
-        To be named in errors.
-    window : optional
-        Square with a `middle` and a `side`, in which a contact is looked for.
+    window : Grid, optional
     repeats : bool
-        Whether it is a period.
+        Whether the window is a period.
 
     Attributes
     ----------
     samples, valleys : arrays (n, 3), (k, 3)
-        x1, x2 and f where f was below the bound as it stood then.
+        x1, x2 and f.
     bound, radius : float
         Approach that is not exceeded, and radius of the disc that says so (lengths).
 
@@ -165,9 +161,7 @@ class Picture:
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
-        """Looks at squares about the middle, in more rows if none meets the obstacle, then about the lowest
-        place, as far as the bound asks for.
-        """
+        """Looks at squares about the middle, then about the lowest place, as far as the bound asks for."""
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):
             self.look(np.zeros(2), side, count)

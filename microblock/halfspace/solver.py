@@ -1,10 +1,9 @@
 """Contact on square cells of the half-space, from coarse grids to finer ones.
 
-1. The picture of the obstacle (`microblock.halfspace.picture`) says where a contact can be. A window about
-   its lowest places grows while cells press near its rim, or a gap outside is negative, and shrinks to the
-   contact until that fills it.
-2. Grids of 32, 64, ... cells a side are solved, each started from the one before, until the estimate is below
-   rtol and no place between the cells would touch. Then places outside are looked at again.
+1. A window about the lowest places of the picture (`microblock.halfspace.picture`) grows while cells press
+   near its rim, or a gap outside is negative, and shrinks to the contact.
+2. Grids of 32, 64, ... cells a side are solved until the estimate is below rtol and no place between the
+   cells would touch.
 
 Two grids whose contacts have few cells agree by themselves, so the load on such spots counts as error.
 """
@@ -133,10 +132,8 @@ class SurfaceSolver(Solver):
         near: SurfaceCells | None,
         progress: bool,
     ) -> tuple[SurfaceCells, Array]:
-        """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
-        many nodes as are fixed; and, array (k, 2), places that a wider window must hold, none if it does.
-
-        Which grids and windows are solved does not depend on the goal before it is reached.
+        """Returns the state of a window on the first grid with an estimate below the goal, or on that of the
+        fixed nodes; and, array (k, 2), places that a wider window must hold.
         """
         most, last = self.options.nodes or MOST, self.options.residual
         reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
@@ -257,8 +254,7 @@ class SurfaceSolver(Solver):
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of least and largest
-        x1 and x2."""
+        """Returns the square that holds the contact and a box, array (2, 2) of least and largest x1, x2."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
         width = side / FEW
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
@@ -312,8 +308,8 @@ class SurfaceSolver(Solver):
         return np.asarray(gaps.min(axis=0) < -EQUAL * (state.approach - least))
 
     def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
-        """Returns u with that of a second body, array (n,) or (corners, n), and the phi that corners see,
-        array (2, n), at places outside, under the forces of the cells as points.
+        """Returns u of both bodies, array (n,) or (corners, n), and phi, array (2, n), at places outside,
+        under the forces of the cells as points.
         """
         solid, law, (grid, area) = self.solid, self.surface_law, (state.grid, state.grid.width**2)
         scale, (M1, M2) = area * (1 - solid.nu) / solid.mu / solid.ell, 2 / solid.ell * state.micromoment

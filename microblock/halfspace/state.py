@@ -58,16 +58,15 @@ class SurfaceCells(Solution):
         Force, on a period that of one period; approach as of `microblock.State` (length).
     grid : Grid
     pressures : array (corners, n, n)
-        Those of least norm: of four closed corners the resultants alone are unique.
+        Those of least norm.
     psi, micromoment : arrays (2, n, n)
-        About x1 and x2 (radians), and couples of the corners' forces, or the reaction to psi = 0 (stress x
-        length).
+        About x1 and x2 (radians), and couples or the reaction to psi = 0 (stress x length).
     displacement, opposite : arrays (n, n)
-        Normal displacement into the body, and that of a second body along x3, 0 of a rigid one (lengths).
+        Into the body, and of a second body along x3 (lengths).
     closed : array (n, n) of int
-        Number of closed corners at each cell: those with a force, and all four where no gap is open.
+        Number of closed corners.
     residual, iterations : float, int
-        Largest relative residual of the contact conditions, and products with the flexibility on this grid.
+        Of the contact conditions, relative, and products with the flexibility.
     error_estimate : float or None
         None where there is no coarser grid.
     notes : tuple of str
