@@ -95,7 +95,7 @@ def _cut(axis, surface, contact, places):
     axis.set_ylim(max(low, -most), min(high, most))  # the curves beyond are cut off
     where = ", ".join(f"{place:.3g}" for place in places[:4]) + ", ..." * (len(places) > 4)
     why = f"unbounded at {where}" if len(places) else f"largest {max(-low, high):.3g}"
-    axis.text(1, 1.15, f"cut: {why}", transform=axis.transAxes, ha="right", fontsize=6)
+    axis.text(1, 1.2, f"cut: {why}", transform=axis.transAxes, ha="right", fontsize=6)
 
 
 def _around(contact, ell):
