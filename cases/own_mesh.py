@@ -20,7 +20,7 @@ import ngsolve as ng
 import numpy as np
 
 import microblock as mb
-from microblock.model.closed_forms import ThinLayer
+from cases.closed_forms import ThinLayer
 
 # %%
 # With E* = 2 R and P = pi/2 both scales of Hertz are 1.

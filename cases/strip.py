@@ -18,7 +18,6 @@ import numpy as np
 
 import microblock as mb
 from microblock.fem import meshes
-from microblock.model.zones import layer_lengths
 
 # %%
 # The upper half of the strip; at the approach 0 the plane touches the corner that sticks out
@@ -73,9 +72,12 @@ def below(state, x2):
 
 
 def lengths(state):
-    """Layer lengths L_psi and L_u over H: field over derivative at the surface, (48)."""
-    psi, u1, _ = below(state, [1.0])
-    return layer_lengths(state.solid, psi[0], u1[0], state.micromoment[0], -state.pressure[0])
+    """Layer lengths L_psi and L_u over H: field over derivative at the surface, (48), with the derivatives
+    of the fluxes ``M = gamma' ell^2 mu psi'`` and ``0 = sigma_12 = (mu + mu_c) u1' + 2 mu_c psi``.
+    """
+    solid, ((psi,), (u1,), _) = state.solid, below(state, [1.0])
+    slope = -2 * solid.mu_c * psi / (solid.mu + solid.mu_c)
+    return psi * solid.curvature * solid.ell**2 * solid.mu / state.micromoment[0], u1 / slope
 
 
 def full_contact(contact):
@@ -96,7 +98,7 @@ def full_contact(contact):
 
 def closed_form(state):
     """The closed form (46)-(49) at the approach of a state."""
-    from microblock.model.closed_forms import Strip  # for comparison alone: the computation does without it
+    from cases.closed_forms import Strip  # for comparison alone: the computation does without it
 
     solid = state.solid
     return Strip(solid.ell, state.law.psi0, solid.nu, solid.beta, state.approach, solid.curvature)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-__version__ = "0.2.2"
+__version__ = "0.3.0"
 
 _HOME = {
     "Contact": "contact",

@@ -1,20 +1,16 @@
 """Any rigid obstacle on a half-plane: its height as a formula in x, or as samples in a file.
 
-Geometry   half-plane x2 < 0; an obstacle of the given height over x1, pressed down by a force per thickness;
-           blocks of side ell at each point of the surface, rotated by psi0.
+Geometry   half-plane x2 < 0, pressed by an obstacle; blocks of side ell at each point, rotated by psi0.
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
-Method     panels fitted to the zones of each corner; between the ends of a window uniform cells, which take
-           many samples or waves in a second.
-Reference  the cylinder x**2/(2 R) and the wedge, whose classical limits have closed forms.
-Units      as given, any that go together, such as mm, MPa and N/mm: nothing is scaled.
+Method     panels fitted to the zones of each corner; between the ends of a window uniform cells.
+Units      as given, any that go together, such as mm, MPa and N/mm.
 EXPR       numbers, x, pi, e, inf (no obstacle there), + - * / **, parentheses, and of numpy abs sqrt cbrt exp
            log sin cos tan arcsin arccos arctan sinh cosh tanh sign floor ceil minimum maximum hypot arctan2
            power clip, where(x < 0, 1, 2). An expression that begins with a minus is written --height=EXPR.
 FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header and
-           lines that begin with # are left out. The height is that of the obstacle's lower side, upwards: of
-           a profile z measured from above, outwards from its body, it is -z. Straight lines between the
-           samples, no obstacle beyond them. Each sample is a jump of the slope: a hundred in contact take
-           seconds, a thousand minutes, with a window they cost nothing.
+           lines that begin with # are left out. The height is that of the obstacle's lower side, upwards.
+           Straight lines between the samples, no obstacle beyond them. Each sample is a jump of the slope:
+           a thousand in contact take minutes, with a window seconds.
 """
 
 import os
@@ -45,8 +41,6 @@ from .model.plain_data import plain_data  # noqa: E402
 from .model.sharp import unbounded  # noqa: E402
 from .model.summary import number  # noqa: E402
 
-LAWS = {"unilateral": Unilateral, "microclamped": Microclamped}
-
 
 def solve(
     height: str | None = None,
@@ -67,8 +61,9 @@ def solve(
     Parameters
     ----------
     height : height of the obstacle, a formula in x such as 'x**2/20' (length)
-    samples : file with samples x and height (lengths) of the obstacle's lower side; a profile z that was
-        measured from above has the heights -z
+    samples : file with samples x and height (lengths) of the obstacle's lower side; a profile z measured from
+    above
+        has the heights -z
     window : both ends of the part of x1 in which the obstacle may touch: uniform cells in place of panels
     loads : forces per thickness
     E : Young's modulus (stress)
@@ -77,8 +72,7 @@ def solve(
     ell : length scale of the material, and side of a block (length)
     psi0_deg : initial rotation of the blocks in degrees, counterclockwise
     contact : the contact law
-    rtol : relative L2 error of pressure and of micromoment over ell, both over the pressure (0.001 if not
-        given, 0.01 with a window)
+    rtol : relative L2 error of pressure and micromoment (0.001 if not given, 0.01 with a window)
     path : whether to follow the events from first touch to the largest load
     """
     if height is not None and samples is not None:
@@ -95,7 +89,9 @@ def solve(
         raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
-    law = Microblock(radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()
+    law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(
+        contact, Microblock(radians(psi0_deg))
+    )
     states: list[State] = []
     try:
         problem = Contact(HalfPlane(Cosserat(E, nu, ell, beta=beta)), obstacle, law, method)
@@ -129,7 +125,7 @@ def to_dict(result):
 
 
 def table(result):
-    """What is printed: the parameters as they are taken, and a row for each state."""
+    """What is printed: the parameters as taken, and a row a state."""
     first = result["states"][0]
     solid, ends = first.solid, getattr(first.solution.problem.obstacle, "ends", None)
     words = {name: getattr(solid, name) for name in ("E", "nu", "beta", "ell")}
@@ -147,11 +143,10 @@ def table(result):
 
 def row(load, state):
     """The numbers of a state that a table has."""
-    contact = state.zones["contact"]
     return {
         "load": load,
-        "contact_length": sum(right - left for left, right in contact),
-        "zones": len(contact),
+        "contact_length": state.contact_area,
+        "zones": len(state.zones["contact"]),
         "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
         "approach": state.approach,
         "error_estimate": state.error_estimate,

@@ -1,13 +1,11 @@
 """Functions as commands: options from the signature of a function, one JSON object, figures, and exit
 statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
 
-A command is a module with ``solve(**options)``; default values give the types of its options, or annotations
-(``rtol: float | None = None``), `Literal` names choices, and a section "Parameters" in its docstring explains
-them, a line each (``rtol : tolerance``). A module may have ``figure(result)``, a figure or {name: figure};
-``to_dict(result)`` where its JSON object is not the plain data of the result; and ``table(result)`` where
-less of it is printed. What lists of the name "warnings" hold goes to standard error. A `solve` that writes
-files itself takes the folder as its argument `out`; `OUT` of the module is the folder where none is named. An
-entry "parameters" of the object says what was resolved.
+A command is a module with ``solve(**options)``; default values or annotations give the types of its options,
+`Literal` the choices, the section "Parameters" of its docstring a line each. The module may have
+``figure(result)``, a figure or {name: figure}; ``to_dict(result)`` for its JSON object; ``table(result)`` for
+what is printed; `OUT`, the usual folder. A `solve` that writes files takes the folder as `out`. Lists named
+"warnings" go to standard error.
 """
 
 import argparse
@@ -23,7 +21,7 @@ import typing
 from difflib import get_close_matches
 from pathlib import Path
 
-from .data.records import json_text, versions, write_json
+from .data.records import json_text, versions, write_text
 from .errors import (
     BadArgument,
     MicroblockError,
@@ -32,6 +30,7 @@ from .errors import (
     require_size,
     shortened,
     shown,
+    writing,
 )
 from .model.plain_data import plain_data
 
@@ -46,7 +45,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def did_you_mean(word, known):
-    """Returns a question after an unknown word; it is empty if no known word is near."""
+    """Returns a question after an unknown word, empty if no known word is near."""
     near = get_close_matches(word, list(known), n=1)
     return f": did you mean {near[0]}?" if near else ""
 
@@ -57,14 +56,9 @@ def flag(name):
 
 
 class Option:
-    """A parameter of a function as an option of the command line.
-
-    Attributes
-    ----------
-    name, default, text : of the parameter; the text is its line in the docstring
-    kind : float, int, str or bool, of each value
-    many : False of one value, else how many there must be, "+" for any number
-    choices : tuple of the words that are allowed, empty where any is
+    """A parameter of a function as an option: `name`, `default`, `text` of its line in the docstring, the
+    `kind` of each value, `many` (False of one value, else how many, "+" for any number), `choices` of
+    words.
     """
 
     def __init__(self, parameter, hint, text):
@@ -85,22 +79,16 @@ class Option:
         given = default not in ((None,), ()) and default[0] is not False
         text = self.text + f" (default {' '.join(map(str, default))})" * given
         if self.choices:
-            text = f"{', '.join(map(str, self.choices))}: {text}"
-        several = (
-            {"nargs": self.many} if self.many else {"nargs": "?", "const": "yes"} if self.kind is bool else {}
-        )
-        word = "yes|no" if self.kind is bool else self.name.rpartition("_")[2].upper()
-        parser.add_argument(
-            flag(self.name),
-            dest=self.name,
-            metavar=word,
-            help=text.replace("%", "%%"),
-            default=argparse.SUPPRESS,
-            **several,
-        )
+            text = f"{', '.join(self.choices)}: {text}"
+        more = {"help": text.replace("%", "%%"), "metavar": self.name.rpartition("_")[2].upper()}
+        if self.many:
+            more["nargs"] = self.many
+        elif self.kind is bool:
+            more |= {"nargs": "?", "const": "yes", "metavar": "yes|no"}
+        parser.add_argument(flag(self.name), dest=self.name, default=argparse.SUPPRESS, **more)
 
     def value(self, text):
-        """Returns the value that a text, or a list of texts, stands for; raises BadArgument if it is none."""
+        """Returns the value of a text or a list of texts; raises BadArgument if it is none."""
         return tuple(map(self._one, text)) if self.many else self._one(text)
 
     def _one(self, text):
@@ -147,15 +135,10 @@ def parser(program, module, known):
     for option in known:
         option.add_to(command)
     folder = getattr(module, "OUT", None)
-    command.add_argument(
-        "--json", metavar="FILE", help="write the result as one JSON object (-: standard output)"
-    )
-    text = (
-        f"folder for figures (default {folder})"
-        if folder
-        else "folder for figures; without it none are drawn"
-    )
-    command.add_argument("--out", metavar="DIR", default=folder, help=text)
+    usual = f"default {folder}" if folder else "without it none are drawn"
+    whole = "write the result as one JSON object (-: standard output)"
+    command.add_argument("--json", metavar="FILE", help=whole)
+    command.add_argument("--out", metavar="DIR", default=folder, help=f"folder for figures ({usual})")
     return command
 
 
@@ -172,8 +155,8 @@ def _wrapped(text):
 
 
 def run(program, module, words, setup=0.0):
-    """Runs a command, called `program`, of a module with `solve`, with the words of its command line; returns
-    the exit status. `setup` are the seconds that the import of the module took.
+    """Runs a command, called `program`, of a module, with the words of its command line; returns the exit
+    status. `setup` are the seconds that the import of the module took.
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())
@@ -188,27 +171,24 @@ def run(program, module, words, setup=0.0):
         if place not in (None, "-"):
             require_place(place, "json")
         folder = None if out is None else _folder(out)
+        more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
-        if "out" in inspect.signature(module.solve).parameters:
-            arguments["out"] = folder
-        result = module.solve(**arguments)
-        arguments.pop("out", None)
+        result = module.solve(**arguments, **more)
         seconds = {"setup": setup, "solve": time.perf_counter() - start}
-        entries = _entries(module, result)
-        resolved = {name: option.default for name, option in known.items()} | arguments
-        resolved = plain_data(resolved) | entries.pop("parameters", {})
-        entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | entries
+        found = module.to_dict(result) if hasattr(module, "to_dict") else plain_data(result)
+        found = found if isinstance(found, dict) else {"states": found}
+        usual = {name: option.default for name, option in known.items()}
+        resolved = plain_data(usual | arguments) | found.pop("parameters", {})
+        entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | found
         if place != "-":
-            head = "parameters", "versions", "seconds"
-            rest = {key: entries[key] for key in entries if key not in head}
-            print("\n".join(summary(module.table(result) if hasattr(module, "table") else rest)))
+            print("\n".join(summary(module.table(result) if hasattr(module, "table") else found)))
         files = _draw(module, result, folder, program.split()[-1]) if folder else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
             print(json_text(entries))
         elif place:
-            _write(place, entries)
+            write_text(place, json_text(entries) + "\n", "json")
             files.append(place)
         if files and place != "-":
             print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
@@ -224,14 +204,6 @@ def run(program, module, words, setup=0.0):
     return 0
 
 
-def _entries(module, result):
-    """The JSON object of a result, without what `run` adds."""
-    if hasattr(module, "to_dict"):
-        return module.to_dict(result)
-    data = plain_data(result)
-    return data if isinstance(data, dict) else {"states": data}
-
-
 def _warnings(data):
     """The sentences of all lists named "warnings" within plain data, in their order."""
     found = []
@@ -244,7 +216,7 @@ def _warnings(data):
 
 
 def summary(entries, within=""):
-    """Returns lines with the numbers and words of a result; of a list of records a table of them."""
+    """Returns lines with the numbers and words of a result, tables of lists of records."""
     lines = []
     for name, value in entries.items():
         name = within + name
@@ -293,20 +265,11 @@ def _draw(module, result, folder, name):
     return files
 
 
-def _write(place, entries):
-    try:
-        write_json(place, entries)
-    except BadArgument as failure:
-        raise BadArgument("json", place, failure.allowed) from failure
-
-
 def _folder(out):
-    try:
-        if not out:
-            raise BadArgument("out", repr(out), "must name a folder")
+    if not out:
+        raise BadArgument("out", repr(out), "must name a folder")
+    with writing(out, "out"):
         Path(out).mkdir(parents=True, exist_ok=True)
-    except OSError as failure:
-        raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
     require_place(Path(out) / "figure", "out")
     return Path(out)
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -48,15 +48,14 @@ class Contact(Shown):
 
     Parameters
     ----------
-    body : HalfPlane, Block or Body
+    body : HalfPlane, HalfSpace, Block or Body
     obstacle : obstacle or callable
         One of `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; one of these as shape of a
         second body, `Deformable`; or a function height(x1) of an array (lengths). An object with a method
-        ``height(x)`` may also have, as attributes or properties, `kinks` (ascending abscissae at which its
-        slope or a higher derivative is discontinuous), `jumps` (by how much the slope jumps at each of them),
-        `ends` (left and right edge of the obstacle, beyond which there is none) and `even` (whether it is
+        ``height(x)`` may also have `kinks` (ascending abscissae at which its slope or a higher derivative is
+        discontinuous), `jumps` (of the slope there), `ends` (left and right edge) and `even` (whether it is
         symmetric about x1 = 0).
-    law : Microblock, Unilateral or Microclamped
+    law : Microblock, Unilateral, Microclamped, or a `Law` of your own
         With friction the loads are followed by `history`, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
         Without it the usual one of the body is taken: `Panels` on a half-plane, `Cells` on one with a period,
@@ -92,7 +91,7 @@ class Contact(Shown):
         require_same_kind(self.body, self.obstacle)
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
         (check or obstacles.check)(self.obstacle)
-        laws.check(self.law)
+        laws.check(self.law, in_space=check is not None)
         solid, law = self.body.solid, self.law
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
             raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
@@ -125,8 +124,7 @@ class Contact(Shown):
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
-        made: Solver = solver(self, options)
-        return made
+        return cast("Solver", solver(self, options))
 
     @property
     def solid(self) -> Cosserat:
@@ -153,10 +151,9 @@ class Contact(Shown):
             Approach of the obstacle (length), in place of the load. A half-plane without a period and an
             unbounded block do not take it, since their rigid-body constant is arbitrary.
         rtol : float, optional
-            Relative error that is asked for, in L2 over the surface, of what the state's `pressure_at`
-            returns and of the micromoment over ell, both over the pressure; for punches and wedges with the
-            weight that makes the norm finite. Without it the usual one of the method is taken (1e-3; 1e-2 of
-            cells), or the discretisation that the method or the mesh fixes; those refuse it.
+            Relative error that is asked for, that of `State.error_estimate`. Without it the usual one of the
+            method is taken (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes;
+            those refuse it.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool
@@ -171,8 +168,7 @@ class Contact(Shown):
         BadArgument
             If an argument is out of range, or the method does not take it.
         NotConverged
-            If the accuracy is out of reach or no zones are found; the message says where the computation
-            stood and what to try.
+            If the accuracy is out of reach or no zones are found; the message says what to try.
 
         Examples
         --------
@@ -216,11 +212,10 @@ class Contact(Shown):
         >>> [state.load for state in problem.states([0.5, 1.0])]
         [0.5, 1.0]
         """
-        found: list[State] = []
+        states: list[Any] = [None]
         for load in require_values(loads=loads):
-            near = found[-1] if found else None
-            found.append(self.solve(load, rtol=rtol, initial=near, progress=progress))
-        return found
+            states.append(self.solve(load, rtol=rtol, initial=states[-1], progress=progress))
+        return states[1:]
 
     def _require_frictionless(self) -> None:
         friction = getattr(self.law, "friction", 0.0)
@@ -265,7 +260,7 @@ class Contact(Shown):
         rtol : float, optional
             Relative error of the states `at` a load, as of `solve`; events have their own `load_error`.
         progress : bool
-            Whether a bar counts what the events take; of panels as they are asked for, else at once.
+            Whether a bar counts the steps to the events.
 
         Returns
         -------
@@ -308,8 +303,8 @@ class Contact(Shown):
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
         Without a method `Panels()` follow it where they can: between two equal half-planes under the law
-        `Unilateral`, while shear grows no faster than friction times a normal force that grows. `Cells()`
-        follow all others on a half-plane; the states' `method` says which did.
+        `Unilateral`, while shear grows no faster than friction times a growing normal force. `Cells()` follow
+        all others on a half-plane; the states' `method` says which did.
 
         Parameters
         ----------
@@ -319,9 +314,8 @@ class Contact(Shown):
         coupled : bool
             Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
         rtol : float, optional
-            Relative error as of `solve`, and of the shear traction over the friction, too. Without it
-            half-planes take their usual one, and blocks stay on the mesh of their method; bodies on meshes of
-            your own take none.
+            Relative error as of `solve`. Without it half-planes take their usual one, and blocks stay on the
+            mesh of their method; bodies on meshes of your own take none.
         progress : bool
             Whether a bar counts the steps of the method.
 
@@ -392,7 +386,7 @@ class Contact(Shown):
         if solid is not None:
             require_kind(Cosserat, "a Cosserat", solid=solid)
         if body is None:
-            body = self.body if solid is None or solid == self.solid else self.solver.resized(solid)
+            body = self.body if solid is None or solid == self.solid else self.body.of(solid)
         return replace(
             self,
             body=body,

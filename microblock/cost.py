@@ -1,7 +1,6 @@
 """What a computation would take, of time and of memory, is estimated before it is begun."""
 
 import math
-import os
 from pathlib import Path
 
 from .errors import NotConverged
@@ -16,10 +15,6 @@ def available():
         lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text().splitlines())
         return 1024 * int(lines["MemAvailable"].split()[0])
     except (OSError, KeyError, ValueError):
-        pass
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):
         return 8e9  # of a system that does not tell
 
 

@@ -138,9 +138,7 @@ class MissingExtra(MicroblockError, ImportError):
 
 
 class Named(dict[str, Any]):
-    """Values by the names that are known; another name raises BadArgument, `what` saying what the names are
-    of.
-    """
+    """Values by the names that are known; another name raises BadArgument by the name `what`."""
 
     def __init__(self, what: str, values: Any) -> None:
         super().__init__(values)
@@ -154,7 +152,7 @@ class Named(dict[str, Any]):
 
 
 def at_least(value: float, rounding: str = ROUND_CEILING) -> str:
-    """Returns a positive number in two digits, rounded up: as a bound, it holds for the number itself."""
+    """Returns a positive number in two digits, rounded up: as a bound it holds for the number."""
     return f"{float(Context(prec=2, rounding=rounding).create_decimal(repr(float(value)))):.1e}"
 
 
@@ -173,8 +171,8 @@ def out_of_reach(
     load: float | None = None,
     approach: float | None = None,
 ) -> NotConverged:
-    """Returns the NotConverged of an rtol where the smallest error estimate is `best`, at a load or an
-    approach: it advises an rtol that is met, if there is one below 1, and what `besides` names.
+    """Returns the NotConverged of an rtol where the smallest error estimate is `best`: it advises an rtol
+    that is met, if there is one below 1, and what `besides` names.
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
@@ -190,9 +188,7 @@ def out_of_reach(
 
 
 def shown(value: Any) -> str:
-    """Returns a value on one short line: of a long sequence its length and first entries, of a function its
-    name.
-    """
+    """Returns a value on one short line: of a long sequence its first entries, of a function its name."""
     if callable(value) and hasattr(value, "__name__"):
         return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
     sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
@@ -214,22 +210,15 @@ def _require(holds: Callable[[Any], object], words: str, arguments: dict[str, An
             raise BadArgument(name, value, words)
 
 
-def _is_number(value: Any) -> bool:
-    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    return real and bool(abs(cast(Any, value)) < float("inf"))
-
-
 def plain(value: Any) -> Any:
-    """Returns a number of numpy as Python's, since products of narrow integers would overflow; all else as it
-    is.
-    """
+    """Returns a number of numpy as Python's, since narrow integers overflow; all else as it is."""
     scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
     return value.item() if scalar else value
 
 
 class Checked:
-    """Base of dataclasses whose numbers become Python's; a field's metadata "check" is called with its value
-    by its name, but for None where that is the default.
+    """Base of dataclasses whose numbers become Python's; "check" in a field's metadata is called with its
+    value by its name, but for None where that is the default.
     """
 
     def __post_init__(self) -> None:
@@ -241,15 +230,23 @@ class Checked:
 
 
 def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
-    """Returns the metadata of a field of a `Checked` class: a function such as `require_positive`, and what
-    it takes before the argument.
+    """Returns the metadata of a `Checked` field: a function such as `require_positive`, and its first
+    arguments.
     """
     return {"check": partial(check, *limits)}
 
 
 def require_finite(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no finite real number, or too large for products."""
-    _require(_is_number, "must be a finite number", arguments)
+    _require(
+        lambda value: (
+            isinstance(value, (int, float, np.integer, np.floating))
+            and not isinstance(value, bool)
+            and abs(cast(Any, value)) < float("inf")
+        ),
+        "must be a finite number",
+        arguments,
+    )
     require_size(least=0.0, **cast("dict[str, Number]", arguments))
 
 
@@ -299,18 +296,21 @@ def require_place(
     """
     if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
         raise BadArgument(name, path, "must name a file")
-    where = Path(path)
-    if where.is_dir():
-        raise BadArgument(name, str(path), "must name a file, and is a folder")
-    if not os.access(where.parent, os.W_OK):
-        raise BadArgument(
-            name, str(path), f"must lie in a folder that can be written to, and {where.parent} is none"
-        )
+    where, known = Path(path), sorted(endings or ())
     ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
-    if endings is not None and ending.isalpha() and ending not in endings:
-        raise BadArgument(
-            name, str(path), f"must end in .{', .'.join(sorted(endings))} or in none of its own"
-        )
+    for wrong, words in (
+        (where.is_dir(), "must name a file, and is a folder"),
+        (
+            not os.access(where.parent, os.W_OK),
+            f"must lie in a folder that can be written to, and {where.parent} is none",
+        ),
+        (
+            known and ending.isalpha() and ending not in known,
+            f"must end in .{', .'.join(known)} or in none of its own",
+        ),
+    ):
+        if wrong:
+            raise BadArgument(name, str(path), words)
 
 
 @contextmanager
@@ -322,6 +322,25 @@ def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
         raise BadArgument(
             name, str(path), f"cannot be written to ({failure.strerror or failure})"
         ) from failure
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path]:
+    """Context in which a file is written, whole or not at all: it gives another path beside it, which
+    takes the place at the end; of a device or pipe its own. Raises BadArgument as `writing` does.
+    """
+    whole = Path(path)
+    direct = whole.exists() and not whole.is_file()  # a device or pipe
+    # with an ending that numpy leaves as it is
+    part = whole if direct else whole.with_name(f".{whole.name}.{os.getpid()}.npz")
+    with writing(path, name):
+        try:
+            yield part
+            if not direct:
+                part.replace(whole)
+        finally:
+            if not direct:
+                part.unlink(missing_ok=True)
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
@@ -350,9 +369,7 @@ def require_flag(**arguments: object) -> None:
 
 
 def require_numbers(**arguments: Any) -> Any:
-    """Returns the one argument as an array (n,) of floats, one number as n = 1; raises BadArgument where it
-    holds anything but finite numbers, or has more dimensions.
-    """
+    """Returns the one argument as an array (n,) of floats; raises BadArgument unless it is finite numbers."""
     ((name, values),) = arguments.items()
     try:
         found = np.atleast_1d(np.asarray(values, float))

@@ -30,14 +30,6 @@ from .model.types import Array, ContactLike, Interval, Zones
 from .model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
 from .threads import bounded
 
-FACTOR = 2.5  # between the loads of the scan
-START = 0.2  # of ell: the contact is that narrow where the scan begins
-SKIPPED = 2  # loads of the scan, at most, at which no state is found before it goes on
-FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
-# of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
-BENT = 0.02
-# of a load: coarse states miss by less an event that no topology leads to, as at an end of a punch, by 2e-3
-BLURRED = 1e-2
 NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
 SAME = 1e-9  # of a load, a width or the pressure that is left at an edge: less is nothing
@@ -46,19 +38,7 @@ SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
 class ZonePath(LoadPath):
-    """The load path on fitted panels.
-
-    Parameters
-    ----------
-    problem : Contact
-        A problem that `PanelSolver` solves.
-    last : float
-        Load at the end of the path (force per thickness).
-    rtol : float, optional
-        Relative error of the states as of `Contact.solve`.
-    progress : bool
-        Whether a bar counts the steps to the events.
-    """
+    """The load path on fitted panels; arguments are as of `Contact.path`."""
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None, progress: bool = False) -> None:
         self._solver, self._progress = cast(PanelSolver, problem.solver), progress
@@ -74,18 +54,20 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
-        """States at geometric loads, ascending."""
+        """States at geometric loads, ascending. Where none is found at two loads and the third the path
+        begins, if that is below a hundredth of its last load.
+        """
         states, skipped, still = [self._coarse(self.last)], 0, False
         while not (still or _is_small(states[0])) and states[0].load > SAME * self.last:
             try:
-                state = self._coarse(states[0].load / FACTOR ** (1 + skipped), states[0])
+                state = self._coarse(states[0].load / 2.5 ** (1 + skipped), states[0])
                 still, skipped = _is_still(state, states[0]), 0
                 states.insert(0, state)
             except NotConverged:
                 skipped += 1
-                if skipped > SKIPPED and states[0].load > FOLLOWED * self.last:
-                    raise
-                if skipped > SKIPPED:
+                if skipped > 2:
+                    if states[0].load > self.last / 100:
+                        raise
                     break
         return states
 
@@ -126,13 +108,14 @@ class ZonePath(LoadPath):
                 return [*self._between(low, between), *self._between(between, high)]
         except NotConverged:  # the two are all that is known
             pass
-        return _events(low, high, low.load + half, half + BLURRED * high.load)
+        # no topology leads to it, as at an end of a punch: coarse states miss it by 2e-3 of the load
+        return _events(low, high, low.load + half, half + high.load / 100)
 
     def _sides(
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
     ) -> tuple[PanelSolution, PanelSolution, float] | None:
-        """Returns the zones before and after the only change between two states, at its load, and the error
-        of that; None if there are several. Two that mirror each other happen at once.
+        """Returns the states before and after the only change between two, at its load, and the error of
+        that; None if there are several. Two that mirror each other happen at once.
         """
         kind, places = changes[0][1], [x for _, _, x in changes]
         twins = len(changes) == 2 and changes[1][1] == kind and abs(sum(places)) < NEAR * _width(high)
@@ -188,7 +171,7 @@ class ZonePath(LoadPath):
         low, high : states between whose loads it lies
         states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
-        ends : {load: (number, place)} at events, next to which a zone may be too small to be fitted
+        ends : {load: (number, place)} at events, next to which a zone may be too small
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
@@ -240,7 +223,7 @@ class ZonePath(LoadPath):
 
 def _is_small(state: PanelSolution) -> bool:
     """Returns whether all that touches is narrow, and did so at first."""
-    narrow = START * state.problem.solid.ell
+    narrow = state.problem.solid.ell / 5
     return all(right - left < narrow for left, right in _zones(state)["contact"]) and not any(
         event.load for event in _births(state)
     )
@@ -253,7 +236,7 @@ def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
 
 
 def _births(first: PanelSolution) -> list[Event]:
-    """Returns events up to a load: at first touch for the nearest corners, else between it and 0."""
+    """Returns events up to a load: at first touch for the nearest corners, else between 0 and it."""
     problem, lows, found = first.problem, [], []
     for corner, intervals in _opened(first).items():
         for left, right in intervals:
@@ -283,9 +266,7 @@ def _zones(state: PanelSolution) -> Zones:
 
 
 def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
-    """Returns the zones of all corners by number. Under a valley the pressure is never positive: with the
-    load the gap only gets too narrow to matter.
-    """
+    """Returns the zones of all corners by number, open at valleys, where the pressure is never positive."""
     found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
         for corner in [each for each, jump in jumps.items() if jump < 0 and each in found]:
@@ -323,7 +304,8 @@ def _hides(low: PanelSolution, high: PanelSolution) -> bool:
             return True
         for left, right in low.all_zones[corner]:
             parts = tuple(without(parts, left, right))
-        for left, right in parts if step > BENT else ():
+        # steps are halved down to a fiftieth of the load where a zone may be born and merge
+        for left, right in parts if 50 * step > 1 else ():
             gaps = low.gaps(corner, np.linspace(left, right, SAMPLES))
             if np.diff(gaps, 2).min() < -FINE * np.ptp(gaps):
                 return True
@@ -338,8 +320,9 @@ def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interva
 
 
 def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
-    """Returns (least gap of a corner near a span that does not touch, or least pressure in one that does,
-    over what it grows like from the edges beside it; place); raises NotConverged if these are elsewhere.
+    """Returns the least gap of a corner near a span that does not touch, or the least pressure in one that
+    does, over what it grows like from the edges beside it, and its place; raises NotConverged if zones leave
+    it.
     """
     (left, right), zones = span, [-np.inf, *np.ravel(state.zones[corner]), np.inf]
     number = int(np.searchsorted(zones, (left + right) / 2))

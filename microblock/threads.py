@@ -1,14 +1,9 @@
-"""BLAS threads: one while the library works on small problems, those that were there for large dense
-matrices.
-
-More threads gain nothing on many small matrices, and wait for each other where cores are not idle: a product
-of a millisecond takes up to a hundred. So from the outermost entry on, each `bounded`, BLAS (numpy's, scipy's
-and NGSolve's own) and OpenMP have one thread; what was there before is given back when it is left. Within,
-`released` gives it to matrices that gain by it, and `workers` says how many threads Fourier transforms take.
-NGSolve's own tasks stay as they are.
-
-BLAS has one number of threads for the whole process, so that entries of all Python threads are counted
-together; OpenMP, and a BLAS built on it, has one for each of them.
+"""BLAS threads: one while the library works on small problems, those that were there for large matrices.
+ More threads gain nothing on many small matrices, and wait for each other where cores are busy. So from the
+outermost entry on, each `bounded`, BLAS (also NGSolve's own) and OpenMP have one thread; what was there
+before is given back afterwards, and inside to what is `released`. BLAS has one number of threads for the
+whole process, so that entries of all Python threads are counted together; OpenMP, and a BLAS built on it, has
+one for each.
 """
 
 from __future__ import annotations
@@ -16,21 +11,16 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# rows of a dense matrix from which threads gain: 1.4 to 2 on two idle cores at 2400, up to 1600 they lose
-LARGE = 2000
-MANY = 2**16  # values of a Fourier transform from which threads gain
-
 _lock = threading.Lock()
-_libraries: dict[str, list[Any]] = {"blas": [], "openmp": []}  # all that were ever seen, in this order
 # number of modules when libraries were last looked for: that takes a millisecond, and they come by imports
 _seen = 0
 
@@ -48,12 +38,10 @@ class _Hold:
         if self.inside and not self.large:
             for library in self.libraries[len(self.before) :]:
                 self.before.append(library.get_num_threads() or 1)
-                if self.before[-1] > 1:
-                    _set(library, 1)
-        elif self.before:
+                _set(library, 1)
+        else:
             for library, number in zip(self.libraries, self.before):
-                if number > 1:
-                    _set(library, number)
+                _set(library, number)
             self.before.clear()
 
 
@@ -61,11 +49,11 @@ class _OwnHold(_Hold, threading.local):
     """The same for each Python thread."""
 
 
-_holds = _Hold(_libraries["blas"]), _OwnHold(_libraries["openmp"])
+_holds = _Hold([]), _OwnHold([])  # BLAS and OpenMP, with all libraries that were ever seen
 
 
 def _set(library, number):
-    """Set a library's threads from whatever Python thread: threadpoolctl leaves OpenBLAS to the first that
+    """Sets a library's threads from whatever Python thread: threadpoolctl leaves OpenBLAS to the first that
     did.
     """
     free = getattr(library, "clear_controlling_thread", lambda force: None)
@@ -75,55 +63,49 @@ def _set(library, number):
 
 
 def _change(inside: int = 0, large: int = 0) -> None:
+    global _seen
     with _lock:
         if len(sys.modules) != _seen:
-            _look()
+            known = {library.filepath for hold in _holds for library in hold.libraries}
+            for library in ThreadpoolController().lib_controllers:
+                if library.filepath not in known:
+                    own = "openmp" in (library.user_api, getattr(library, "threading_layer", None))
+                    _holds[own].libraries.append(library)
+            _seen = len(sys.modules)
         for hold in _holds:
             hold.change(inside, large)
 
 
-def _look():
-    """Find libraries that were loaded since the last look."""
-    global _seen
-    known = {library.filepath for own in _libraries.values() for library in own}
-    for library in ThreadpoolController().lib_controllers:
-        if library.filepath not in known:
-            own = "openmp" in (library.user_api, getattr(library, "threading_layer", None))
-            _libraries["openmp" if own else "blas"].append(library)
-    _seen = len(sys.modules)
+@contextmanager
+def _entered(**counts: int) -> Iterator[None]:
+    _change(**counts)
+    try:
+        yield
+    finally:
+        _change(**{name: -count for name, count in counts.items()})
 
 
 def bounded(function: Callable[P, T]) -> Callable[P, T]:
-    """Returns the function with one BLAS thread inside; entries within entries cost a microsecond."""
+    """Returns the function with one BLAS thread inside; entries within entries cost microseconds."""
 
     @wraps(function)
     def inside(*arguments: P.args, **named: P.kwargs) -> T:
-        _change(inside=1)
-        try:
+        with _entered(inside=1):
             return function(*arguments, **named)
-        finally:
-            _change(inside=-1)
 
     return inside
 
 
-@contextmanager
-def released(rows: int) -> Iterator[None]:
-    """The threads that were there outside for work on dense matrices of so many rows, if they are LARGE."""
-    if rows < LARGE:
-        yield
-        return
-    _change(large=1)
-    try:
-        yield
-    finally:
-        _change(large=-1)
+def released(rows: int) -> AbstractContextManager[None]:
+    """The threads that were there outside for work on dense matrices of so many rows, if threads gain: 1.4 to
+    2 on two idle cores at 2400 rows, while they lose up to 1600.
+    """
+    return _entered(large=int(rows >= 2000))
 
 
 def workers(values: int) -> int:
     """Returns how many threads a Fourier transform of so many values takes: those of BLAS outside, if it is
     large.
     """
-    if values < MANY:
-        return 1
-    return max((number for hold in _holds for number in hold.before), default=1)
+    outside = max((number for hold in _holds for number in hold.before), default=1)
+    return outside if values >= 2**16 else 1

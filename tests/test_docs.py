@@ -21,6 +21,7 @@ import pytest
 import microblock as mb
 from cases.__main__ import cases
 from microblock.fem import meshes, meshes3d
+from microblock.model.plain_data import PlainData
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -85,13 +86,16 @@ def lower_levels():
                 )
                 if example and own not in mb.__all__:
                     yield f"{room}.{name}.{own}"
+    for kind in (mb.State, mb.LoadPath, mb.History, mb.Contact, PlainData):
+        for name, method in vars(kind).items():
+            if ">>>" in (method.__doc__ or "") and not name.startswith("_"):
+                yield f"{kind.__module__.removeprefix('microblock.')}.{kind.__name__}.{name}"
 
 
 @pytest.mark.parametrize("name", [*mb.__all__, *lower_levels()])
 def test_example_of_a_name_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    module, _, own = f"microblock.{name}".rpartition(".")
-    thing = getattr(import_module(module), own)
+    thing = pkgutil.resolve_name(f"microblock.{name}")
     example = doctest.DocTestParser().get_doctest(thing.__doc__, {"mb": mb, "np": np}, name, None, None)
     printed = []
     assert example.examples and not doctest.DocTestRunner().run(example, out=printed.append).failed, printed

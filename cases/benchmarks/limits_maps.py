@@ -15,12 +15,12 @@ import microblock as mb
 from microblock.corners import active_set
 from microblock.fem import meshes
 from microblock.fem.body import Loads
-from microblock.model.closed_forms import Strip
 from microblock.model.solver import SOLVED
 from microblock.model.zones import distance, zone_edges
 
 from .. import layers
 from .. import strip as script
+from ..closed_forms import Strip
 from .sampling import Axis, Map, Outcome
 from .verification import NoAnswer, lines, panels
 

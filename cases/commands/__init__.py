@@ -2,7 +2,8 @@
 
 import math
 
-from microblock.errors import BadArgument, require_size
+from microblock.errors import BadArgument, out_of_reach, require_size
+from microblock.model.refinement import levels
 
 OPEN = "open"  # as the third entry of a range: without its ends
 POSITIVE = (0.0, math.inf, OPEN)
@@ -25,3 +26,14 @@ def require_ranges(options, ranges):
         for value in values:
             if value is not None and not inside(value):
                 raise BadArgument(name, value, f"must satisfy {least:g} {sign} {name} {sign} {most:g}")
+
+
+def refine(solve, sizes, distance, rtol):
+    """Returns the result on the first of finer and finer levels that is within rtol of the one before, and
+    this relative `distance`, which bounds its error as long as a level at least halves it; raises
+    NotConverged where there is none.
+    """
+    for _, result, _, changes in levels(lambda level, _: solve(level), sizes, distance):
+        if changes and changes[-1] <= rtol:
+            return result, changes[-1]
+    raise out_of_reach(rtol, min(changes), besides="fix the discretisation instead")

@@ -17,11 +17,9 @@ import numpy as np
 import microblock as mb
 from cases import hertz as script
 from microblock.errors import BadArgument, at_most
-from microblock.model.law import micromoment
-from microblock.model.refinement import refine
-from microblock.model.zones import half_widths, largest
+from microblock.model.zones import least_beside
 
-from . import MATERIAL, OPEN, POSITIVE, require_ranges
+from . import MATERIAL, OPEN, POSITIVE, refine, require_ranges
 
 PAPER_H = 0.02  # near-zone element over a_Hz, section 4.2
 EQUAL_SQUARES = 2.0  # half-width and depth of their region, over that of the contact
@@ -214,7 +212,9 @@ def observe(options, state, estimate):
     profile = {name: values and np.array(values) for name, values in data["profile"].items()}
     units = {"x": a, "weight": a, "micromoment": p * options.solid.ell, "psi": a / options.R}
     zones = {name: (np.array(pairs) / a).tolist() for name, pairs in data["zones"].items()}
-    outer, inner = half_widths(zones["contact"])
+    contact = zones["contact"]
+    outer = state.half_width / a
+    inner = max((right - left for (_, left), (right, _) in zip(contact, contact[1:])), default=0.0) / 2
     load, corners, wedge = state.load / options.P, len(state.pressures), options.obstacle == "wedge"
     sharp = options.obstacle == "punch" or (wedge and _covers_apex(state))
     nodes = np.arange(len(state.x))
@@ -222,7 +222,7 @@ def observe(options, state, estimate):
     top, where = (None, []) if sharp else largest(state.pressure_at, x)
     moment = np.abs(state.micromoment).max() if corners == 1 else None
     if corners == 2 and not sharp:
-        moment = largest(lambda x: abs(_micromoment(state, x)), x)[0]
+        moment = largest(lambda x: abs(state.micromoment_at(x)), x)[0]
     return {
         "load": load,
         "pressure_centre": None if wedge and sharp and corners == 1 else float(state.pressure_at(0.0)) / p,
@@ -244,12 +244,6 @@ def observe(options, state, estimate):
             for name, values in profile.items()
         },
     }
-
-
-def _micromoment(state, x):
-    """M at any x, from the pressures of the corners."""
-    pressures = {corner: state.pressure_at(x, corner) for corner in state.pressures}
-    return micromoment(pressures, state.law.levers(x), state.solid.ell)
 
 
 def _covers_apex(state):
@@ -299,3 +293,14 @@ def figure(result):
     """Returns pressure and micromoment over x1 at each load."""
     options, states = result["options"], [state for state, _ in result["states"]]
     return script.figure(states, options.P, options.a_Hz, options.p_Hz)
+
+
+def largest(function, x):
+    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
+    values, span = function(x), x[-1] - x[0]
+    padded = np.concatenate(([-np.inf], values, [-np.inf]))
+    tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max() * (1 - 1e-3))
+    peaks = [least_beside(lambda place: -function(place), x, i, 1e-7 * span) for i in np.flatnonzero(tops)]
+    top = -min(value for value, _ in peaks)
+    places = sorted(place for value, place in peaks if -value >= top * (1 - 1e-9))
+    return top, [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > 1e-6 * span]

@@ -19,12 +19,11 @@ import microblock as mb
 from microblock.errors import at_most, out_of_reach
 from microblock.fem import meshes
 from microblock.model.plain_data import plain_data
-from microblock.model.refinement import refine
-from microblock.model.zones import relative_error
 
 from .. import strip
-from . import MATERIAL, OPEN, require_ranges
+from . import MATERIAL, OPEN, refine, require_ranges
 
+ROUNDING = 1e-13  # of the natural scale of a field: some hundred rounding errors
 RANGES = MATERIAL | {
     "ell_over_H": (1e-6, 1e6),
     "psi0_deg": (-45, 45),
@@ -188,13 +187,27 @@ def distance(coarse, fine):
     )
 
 
+def relative_error(values, reference, weights, scale):
+    """Returns the relative L2 error of values against a reference in a quadrature rule; where the reference
+    is rounding of `scale`, 0 if the values are too, else None.
+    """
+    error, size = (
+        float(np.sqrt(weights @ np.sum(np.atleast_2d(field) ** 2, axis=0)))
+        for field in (np.subtract(values, reference), reference)
+    )
+    if size > ROUNDING * scale:
+        return error / size
+    return 0.0 if error <= ROUNDING * scale else None
+
+
 def observed(state, delta_fc, delta):
     """Surface values with the signs of the paper, layer lengths, and fields over the height."""
     (psi,), (u1,), (u2,) = strip.below(state, [1.0])
     traction, micromoment = -float(state.pressure[0]), float(state.micromoment[0])
     full = delta >= delta_fc * (1 - max(1e-11, state.residual))  # up to rounding of a solve
     name = "separation" if delta <= 0 else "full" if full else "partial"
-    lost = delta <= 0 or abs(micromoment) <= 10 * state.residual * state.solid.ell * abs(traction)
+    rounding = max(10 * state.residual, ROUNDING)
+    lost = delta <= 0 or abs(micromoment) <= rounding * state.solid.ell * abs(traction)
     L_psi, L_u = (None, None) if lost else strip.lengths(state)
     x2 = np.linspace(0, 1, max(state.fields.body.mesh.ne, 20) + 1)
     return {

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
 
 from ..errors import BadArgument
 
@@ -72,6 +71,8 @@ class Compliance:
 
     def _onto_corners(self, law):
         """Changes of the gaps, one corner after the other, from (u.n, psi): sparse (corners n, 2 n)."""
+        from scipy import sparse  # here: names of the half-plane load without it
+
         levers, ones = law.levers(self.points[:, 0]), np.ones(len(self.weights))
         arms = [(-ones, self.ell / 2 * levers[name]) for name in law.corners]
         return sparse.bmat([[sparse.diags(own) for own in arm] for arm in arms]).tocsr()

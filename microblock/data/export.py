@@ -1,8 +1,5 @@
-"""Results for other programs: states, histories, load paths and studies as CSV, surface and fields as VTK
-files.
-
-Everything is in the units of the problem. Fields of bodies are written by NGSolve, the rest by meshio (extra
-`vtk`).
+"""Results for other programs: CSV tables, and surfaces and fields as VTK files, in the units of the
+problem.
 """
 
 from __future__ import annotations
@@ -27,23 +24,22 @@ from .records import write_records, write_text
 def profile(state: State) -> dict[str, np.ndarray]:
     """Returns what a state has on the contact surface: {name: array (n,)} at the nodes or centres of cells.
 
-    Names are "x1", "x2" ("x3" in three dimensions), "weight", "pressure" of all corners together and of each
-    ("pressure_A", "pressure_--", ...), "micromoment" and "psi" ("m1", "m2", "psi1" and "psi2" in three
-    dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a second body its
-    "counter_displacement", and in three dimensions the number of corners that are "closed".
+    Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of each corner ("pressure_A", ...),
+    "micromoment" and "psi" ("m1", "m2", "psi1", "psi2" in space), "displacement"; with friction
+    "shear_traction" and "slip", of a second body "counter_displacement", in space the number of corners that
+    are "closed".
     """
-    found = dict(zip(("x1", "x2", "x3"), state.points.T)) | {"weight": state.weights}
-    found |= {"pressure": state.pressure}
+    found = dict(zip(("x1", "x2", "x3"), state.points.T))
+    found |= {"weight": state.weights, "pressure": state.pressure}
     found |= {f"pressure_{name}": own for name, own in state.pressures.items()}
     if state.flat:
         found |= {"micromoment": state.micromoment, "psi": state.psi}
     else:
         found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
-    others = {"displacement": state.displacement, "closed": None if state.flat else state.closed}
-    others |= {"counter_displacement": state.opposite}
-    others |= {"shear_traction": state.shear_traction, "slip": state.slip}
-    known = {name: values for name, values in others.items() if values is not None}
-    return {name: np.asarray(values, float) for name, values in (found | known).items()}
+    found |= {"displacement": state.displacement, "closed": None if state.flat else state.closed}
+    found |= {"counter_displacement": state.opposite}
+    found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+    return {name: np.asarray(values, float) for name, values in found.items() if values is not None}
 
 
 def to_csv(
@@ -51,17 +47,15 @@ def to_csv(
 ) -> None:
     """Write states, events or the rows of a study as CSV, with the versions in each row.
 
-    `microblock.data.records.read_records` reads it back: numbers digit by digit, None as None, anything else
-    as its text.
+    `microblock.data.records.read_records` reads it back: numbers digit by digit, None as None, else texts.
 
     Parameters
     ----------
     what : state, History, LoadPath, or list of states, of events or of dict
-        Of a state the table has its `profile`, a row a node or a cell, and in each row load, approach, error
-        estimate, energy, residual, method and warnings; with friction also shear force, tangential approach,
-        dissipation and work. Of a history, or of a list of states, the column "state" before them counts
-        from 0. Of a load path, or a list of events: a row an event. Of dicts with the same keys, as `sweep`
-        returns them, it has a row a dict.
+        A state gives a row a node or cell: its `profile`, load, approach, error estimate, energy, residual,
+        method and warnings; with friction also shear force, tangential approach, dissipation and work. In a
+        history or a list of states the column "state" counts from 0. A load path and a list of events give a
+        row an event, dicts with the same keys a row each.
     path : str or path
         Where to write it, with its ending: ".csv", ".txt", ".dat" or none.
 
@@ -81,13 +75,7 @@ def to_csv(
     1.0
     """
     require_place(path, endings=("csv", "txt", "dat"))
-    if isinstance(what, State):
-        rows = _nodes(what)
-    elif isinstance(what, LoadPath):
-        rows = [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
-    else:
-        rows = _same_columns(what.states if isinstance(what, History) else what)
-    write_records(path, rows)
+    write_records(path, _rows(what))
 
 
 def _nodes(state):
@@ -99,24 +87,23 @@ def _nodes(state):
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 
-def _same_columns(what):
+def _rows(what):
     """Rows that make a table, or BadArgument."""
-    rows = what if isinstance(what, (list, tuple)) else ()
+    if isinstance(what, State):
+        return _nodes(what)
+    if isinstance(what, LoadPath):
+        return [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
+    rows = what.states if isinstance(what, History) else what if isinstance(what, (list, tuple)) else ()
     if all(isinstance(row, State) for row in rows):
         rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
     rows = [asdict(row) if isinstance(row, Event) else row for row in rows]
     if not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise BadArgument(
-            "what",
-            what,
-            "must be a state, a history, a load path, or a list of at least one state, event or dict, as "
-            "sweep() returns it",
-        )
+        words = "must be a state, a history, a load path, or a list of at least one state, event or dict"
+        raise BadArgument("what", what, words)
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
-            raise BadArgument(
-                f"row {number}", list(row), f"must have the columns of the first one, {list(rows[0])}"
-            )
+            words = f"must have the columns of the first one, {list(rows[0])}"
+            raise BadArgument(f"row {number}", list(row), words)
     return rows
 
 
@@ -125,24 +112,22 @@ def to_vtk(
 ) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it where the state has them.
 
-    The surface consists of lines, in three dimensions of triangles or quadrilaterals, with the `profile` at
-    its nodes. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple stress (2), in three
-    dimensions psi (3), stress and couple stress (9, by rows): of a half-plane on a grid, of a mesh on its
-    elements, which are cut into smaller ones by their order (of a symmetric problem on the half that was
-    computed). States on cells, and those on panels with friction, have the surface alone.
+    The surface has the `profile` at its nodes. The body has u (3 components), psi, stress (11, 12, 21, 22)
+    and couple stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on the
+    elements, which are cut by their order. States on cells, and those on panels with friction, have the
+    surface alone.
 
     Parameters
     ----------
     state : State or History
-        A state of any body and method. Of a history the states have files of their own, and one more is
-        their series in time, the number of the state, for ParaView.
+        A state of any body and method. Of a history each state has its files, and one more is their series
+        for ParaView, with the number of the state as time.
     path : str or path
-        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added, of a history
-        the number of the state before them, and ".pvd" of the series; an ending ".vtu" of its own is left
-        out.
+        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added, of a history the
+        number of the state before them, and ".pvd" of the series.
     x1, x2 : array_like, optional
-        The grid of a half-plane, ascending, with x2 <= 0. By default it is 1.5 times as wide and as deep as
-        the contact, and finer towards the surface.
+        The grid of a half-plane, ascending, with x2 <= 0; by default 1.5 times as wide and as deep as the
+        contact.
 
     Returns
     -------

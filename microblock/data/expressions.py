@@ -1,7 +1,5 @@
 """Formulas in x as functions of an array: read by Python's parser, computed term by term, never executed.
-
-What a formula may hold stands in the tables below; anything else that Python knows is refused. All numbers
-are floats, and length, depth and exponents are bounded: no formula takes long or much memory.
+Length, depth and exponents are bounded: no formula takes long or much memory.
 """
 
 from __future__ import annotations
@@ -19,9 +17,6 @@ from ..model.types import Array
 
 # terms within terms, and size of an exponent without x: doubles carry 1e3 to that power
 MOST = 100
-# without quotes, brackets, other alphabets, ends of lines, ...; and no more than 500 characters
-PLAIN = re.compile(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}")
-CONSTANTS = {"pi": np.pi, "e": np.e, "inf": np.inf}
 FUNCTIONS: dict[str, Any] = {
     name: getattr(np, name)
     for name in (
@@ -46,7 +41,7 @@ OPERATORS: dict[type, Any] = {
     ast.NotEq: np.not_equal,
 }
 ALLOWED = (
-    f"allowed are x, numbers, {', '.join(CONSTANTS)}, + - * / **, parentheses, {', '.join(FUNCTIONS)}, and "
+    f"allowed are x, numbers, pi, e, inf, + - * / **, parentheses, {', '.join(FUNCTIONS)}, and "
     "a comparison as first argument of where"
 )
 
@@ -58,14 +53,13 @@ class _Refused(Exception):
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
     """Returns the function of an array x that a formula says, such as ``"x**2/20"``.
 
-    It returns an array of floats in the shape of x, NaN or inf where the formula has no number. `name` is
-    what errors call the formula.
+    It returns an array of floats in the shape of x, NaN or inf where the formula has no number.
 
     Raises
     ------
     BadArgument
-        If the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above 100, more
-        than 500 characters or 100 terms within each other; the message says what stands at which place.
+        By `name`, if the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above
+        100, more than 500 characters or 100 terms within each other; the message names the place.
 
     Examples
     --------
@@ -96,7 +90,8 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
 
 def _tree(formula: str) -> Any:
     """Returns the parsed formula, of bounded length and of plain characters alone."""
-    strange = PLAIN.sub("", formula, count=1)
+    # no quotes, brackets, other alphabets, ends of lines, ...
+    strange = re.sub(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}", "", formula, count=1)
     start = len(formula) - len(strange)
     if strange:
         power = ": write ** for powers" * (strange[0] == "^")
@@ -118,7 +113,7 @@ def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
         raise _Refused(node, "has too many terms around it")
     if isinstance(node, ast.Compare) != compared:
         raise _Refused(node, "must be a comparison" if compared else "is a comparison outside of where")
-    names = {"x": x, **CONSTANTS}
+    names = {"x": x, "pi": np.pi, "e": np.e, "inf": np.inf}
     if getattr(node, "id", None) in names:
         return names[node.id]
     if type(getattr(node, "value", None)) in (int, float):

@@ -3,71 +3,41 @@
 import csv
 import io
 import json
-import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from importlib import metadata
-from pathlib import Path
 
 from .. import __version__
-from ..errors import NotConverged, writing
+from ..errors import NotConverged, replacing
 
 
 @cache
-def software() -> dict[str, str]:
-    """Returns the versions of microblock, of the packages that compute, and of Python, by name."""
-    packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
-    return {"microblock": __version__, **packages, "python": platform.python_version()}
-
-
 def versions() -> dict[str, str]:
-    """Returns what `software` does, and the "machine": system, processor and number of cores."""
-    return {**software(), "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"}
-
-
-def write_text(path: str | os.PathLike, text: str) -> None:
-    """Writes a text file, whole or not at all; a device or pipe is written to as it is. Raises BadArgument if
-    the system refuses to write there.
+    """Returns the versions of microblock, of the packages that compute, and of Python, by name, and the
+    "machine": system, processor and number of cores.
     """
-    path = Path(path)
-    with writing(path):
-        if path.exists() and not path.is_file():
-            path.write_text(text)
-            return
-        temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            temporary.write_text(text, newline="")
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+    packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
+    return {"microblock": __version__, **packages, "python": platform.python_version(), "machine": machine}
 
 
-def write_json(path: str | os.PathLike, result: object) -> None:
-    """Writes lists and mappings of numbers, texts and None as one JSON object, whole or not at all; raises
-    NotConverged if a number is NaN or infinite.
-    """
-    write_text(path, json_text(result) + "\n")
+def write_text(path: str | os.PathLike, text: str, name: str = "path") -> None:
+    """Writes a text file, whole or not at all; raises BadArgument, by `name`, if the system refuses it."""
+    with replacing(path, name) as part:
+        part.write_text(text, newline="")
 
 
 def json_text(result: object) -> str:
-    """Returns lists and mappings of numbers, texts and None as JSON in full precision; raises NotConverged,
-    which names the first, if a number is NaN or infinite.
+    """Returns lists and mappings of numbers, texts and None as JSON in full precision; raises NotConverged if
+    a number is NaN or infinite.
     """
-    wrong = _no_number(result)
-    if wrong:
-        raise NotConverged(f"the result has no number in {wrong}: nothing is written")
-    return json.dumps(result, indent=1, allow_nan=False)
-
-
-def _no_number(value, place=""):
-    """The first place in lists and mappings where a number is NaN or infinite; empty if there is none."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return place or "itself"
-    sequence = isinstance(value, (list, tuple))
-    inner = value.items() if isinstance(value, Mapping) else enumerate(value) if sequence else ()
-    return next(filter(None, (_no_number(one, f"{place}.{key}".lstrip(".")) for key, one in inner)), "")
+    try:
+        return json.dumps(result, indent=1, allow_nan=False)
+    except ValueError as failure:
+        raise NotConverged("a number of the result is NaN or infinite: nothing is written") from failure
 
 
 def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:
@@ -76,8 +46,7 @@ def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]])
     """
     known = {f"version_{name}": version for name, version in versions().items()}
     text = io.StringIO(newline="")
-    names = rows[0] if rows else ()
-    table = csv.DictWriter(text, fieldnames=[*names, *(name for name in known if name not in names)])
+    table = csv.DictWriter(text, fieldnames=dict.fromkeys([*(rows[0] if rows else ()), *known]))
     table.writeheader()
     table.writerows({**known, **row} for row in rows)
     write_text(path, text.getvalue())
@@ -93,11 +62,7 @@ def read_records(path: str | os.PathLike) -> list[dict]:
 
 def number(cell: str) -> int | float | str | None:
     """Returns the number that a cell holds, None of an empty one, else its text."""
-    if cell == "":
-        return None
     for kind in (int, float):
-        try:
+        with suppress(ValueError):
             return kind(cell)
-        except ValueError:
-            pass
-    return cell
+    return cell or None

@@ -1,22 +1,19 @@
-"""Parameter studies: a function at many points, on many processes or machines, kept point by point in a file.
+"""Parameter studies: a function at many points, on many processes or machines, with a file of records.
 
-The file has a line a point (JSON), forced to the disk as soon as it is known: what stops a study costs the
-points that were being computed and no other. A line is used again where its key agrees, the digest of
-function, point and versions (`microblock.data.provenance`).
+The file has a line a point (JSON), forced to the disk as soon as it is known. A line is used again where the
+digest of function and point agrees, and all modules that its process had loaded are what they were.
 """
 
 import fcntl
 import json
 import os
-import platform
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from itertools import product
 from multiprocessing import get_context
-from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,12 +29,9 @@ from ..errors import (
     require_whole,
     writing,
 )
-from .records import software
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
-
-OWN = ("seconds", "error")  # columns that each row has besides the point's and the answer's
 
 
 def sweep(
@@ -50,10 +44,9 @@ def sweep(
     retry: bool = False,
     quiet: bool = False,
 ) -> list[dict]:
-    """Call ``function(**point)`` at each point, in parallel.
+    """Call ``function(**point)`` at each point, in parallel; a point that fails does not stop the others.
 
-    A point that fails does not stop the others. After KeyboardInterrupt, or whatever else stops the sweep, a
-    call with the same file of records goes on where it stopped.
+    After an interruption a call with the same file of records goes on where it stopped.
 
     Parameters
     ----------
@@ -61,37 +54,33 @@ def sweep(
         It returns a number, or a mapping of names to numbers, texts, None or lists of them.
     over : mapping or iterable of mappings
         Either {argument: values}, whose every combination is a point (the last argument varies fastest), or a
-        list of points {argument: value}. Values are numbers, texts, lists, obstacles, laws and other
-        dataclasses, functions.
+        list of points {argument: value}. Values are numbers, texts, lists, obstacles, laws, functions.
     executor : concurrent.futures.Executor, optional
-        A Dask cluster's comes from ``Client(...).get_executor()``. Without one, the sweep starts local
-        processes of one thread each, in which also functions of a notebook run; a script then needs ``if
-        __name__ == "__main__":`` around the call. Workers of an executor keep the modules that they have
-        loaded: start them anew after a file has changed.
+        A Dask cluster's comes from ``Client(...).get_executor()``; its workers keep the modules that they
+        have loaded. Without one, the sweep starts local processes of one thread each; a script then needs
+        ``if __name__ == "__main__":`` around the call.
     workers : int, optional
         The number of local processes, by default one a core.
     records : str or path, optional
-        The file of records. One sweep at a time writes to it. A point is computed again after a change of the
-        function, of a module of the user's that it imports, of microblock, or of the version of a package.
-        Points of functions of packages without an ``__init__.py`` are always computed again.
+        The file of records, of one sweep at a time. A point is computed again after a change of the function,
+        of a loaded file of the user's or of microblock, or of the version of a loaded package.
     retry : bool
         Whether points that are recorded as failed are computed again.
     quiet : bool
-        Whether to leave out the progress bar.
+        Whether to leave out the progress bar, and how many records are out of date.
 
     Returns
     -------
     list of dict
         A row a point, in their order: {argument: value, ..., answer: value, ..., "seconds": float, "error":
-        None or "type of error: message"}. All rows have the same columns, so that `to_csv` makes a table of
-        them.
+        None or "type of error: message"}. All rows have the same columns.
 
     Raises
     ------
     BadArgument
         If an argument cannot be told from others, or the file holds something else, or another sweep uses it.
     NotConverged
-        If the executor breaks down, or local processes do not start; what is done by then is kept.
+        If the executor breaks down, or local processes do not start; what is done by then is recorded.
     MissingExtra
         If local processes or records are asked for without the extra `study`.
 
@@ -114,33 +103,23 @@ def sweep(
         raise BadArgument("executor", executor, "must be a concurrent.futures.Executor")
     if workers is not None:
         require_whole(1, workers=workers)
-    keys = range(len(points)) if records is None else _keys(function, points, executor is None)
-    with _opened(records) as (found, append):
-        known = {key: found[key] for key in keys if key in found and not (retry and found[key]["error"])}
+    keys = range(len(points)) if records is None else _keys(function, points)
+    with _opened(records, quiet) as (known, append):
+        known = {key: row for key, row in known.items() if not (retry and row["error"])}
         missing = {key: point for key, point in zip(keys, points) if key not in known}
-        total = len(known) + len(missing)
-        with tqdm(total=total, initial=len(known), disable=quiet, unit="point") as progress:
-
-            def keep(key, outcome):
-                if key not in known:  # an interruption may come in between
-                    record = {"key": key, "point": _shown(missing[key]), **outcome}
-                    append(record)
-                    known[key] = record
-                    progress.update()
-
-            if missing:
-                with _submitter(executor, workers) as submit:
-                    _compute(submit, function, missing, keep)
+        done = len({*keys}) - len(missing)
+        with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
+            for key, outcome in _outcomes(executor, workers, function, missing, records is not None):
+                known[key] = {"key": key, "point": _shown(missing[key]), **outcome}
+                append(known[key])
+                progress.update()
     return _rows(points, [known[key] for key in keys])
 
 
 @contextmanager
 def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
-    """Context with a `pebble.ProcessPool` of local processes of one thread each, by default one a core, which
-    are started afresh, not forked.
-
-    The time that modules take to import does not count towards the timeout of a call, but for `carried`
-    functions. Raises MissingExtra if pebble is not installed.
+    """Context with a `pebble.ProcessPool` of local processes of one thread each, started afresh, by default
+    one a core. Raises MissingExtra if pebble is not installed.
     """
     with _extra():
         from pebble import ProcessPool
@@ -160,8 +139,7 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
 
 def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
     """Returns a call without arguments of a function with these, that travels to another process, also of a
-    function of a notebook or within another one; an error while it is read there is one of the call. Raises
-    MissingExtra if cloudpickle is not installed.
+    function of a notebook. Raises MissingExtra if cloudpickle is not installed.
     """
     with _extra():
         import cloudpickle
@@ -176,16 +154,6 @@ def _called(pickled):
 
 
 @contextmanager
-def _submitter(executor, workers):
-    """submit(function, *arguments) -> Future, on an executor or on local processes."""
-    if executor is not None:
-        yield executor.submit
-    else:
-        with processes(workers) as pool:
-            yield lambda *call: pool.schedule(carried(*call))
-
-
-@contextmanager
 def _extra():
     """MissingExtra for what the extra `study` brings."""
     try:
@@ -194,12 +162,11 @@ def _extra():
         raise MissingExtra("sweep()", failure.name, "study") from failure
 
 
-def _keys(function, points, fresh):
+def _keys(function, points):
     with _extra():
         from .provenance import digest
-    read = {}
-    base = digest(function, read=read, fresh=fresh)
-    return [digest(base, point, read=read, fresh=fresh) for point in points]
+    base = digest(function)
+    return [digest(base, point) for point in points]
 
 
 def _points(over):
@@ -216,50 +183,48 @@ def _points(over):
     return [dict(point) for point in points]
 
 
-def _compute(submit, function, points, keep):
-    """Call keep(key, outcome) for points {key: point} as they come, also those that came when interrupted."""
-    waiting = {submit(_attempt, function, point): key for key, point in points.items()}
-    try:
-        for future in as_completed(waiting):
-            keep(waiting[future], _outcome(future))
-            del waiting[future]
-    except BaseException:
-        for future, key in waiting.items():
-            if not future.cancel() and future.done() and not future.exception():
-                keep(key, future.result())
-        raise
+def _outcomes(executor, workers, function, points, recorded):
+    """Yields (key, outcome) for points {key: point} as they come."""
+    if not points:
+        return
+    with processes(workers) if executor is None else nullcontext(executor) as pool:
+        submit = pool.submit if executor is not None else lambda *call: pool.schedule(carried(*call))
+        waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
+        try:
+            for future in as_completed(waiting):
+                yield waiting[future], _outcome(future)
+        finally:  # an interruption, too
+            for future in waiting:
+                future.cancel()
 
 
-def _attempt(function, point):
-    """{answer, error, seconds, machine} of one point, whatever becomes of it."""
+def _attempt(function, point, recorded):
+    """{answer, error, seconds, modules} of one point, whatever becomes of it."""
     start = time.perf_counter()
     try:
         answer, error = _answer(function(**point), point), None
     except Exception as failure:  # whatever it is, the others go on
         answer, error = None, _told(failure)
-    seconds = time.perf_counter() - start
-    return {"answer": answer, "error": error, "seconds": seconds, "machine": platform.node()}
+    outcome = {"answer": answer, "error": error, "seconds": time.perf_counter() - start}
+    if recorded:
+        from .provenance import loaded
+
+        outcome["modules"] = loaded()
+    return outcome
 
 
 def _answer(given, point):
     """What a function returned as JSON's types; BadArgument for what could not be kept."""
     given = given if isinstance(given, Mapping) else {"value": given}
-    answer = {name: _json(name, value) for name, value in given.items()}
-    for name in answer:
-        if not isinstance(name, str) or name in point or name in OWN:
-            raise BadArgument(
-                "answer", name, "must be a text that is neither an argument nor " + " nor ".join(OWN)
-            )
-    return answer
-
-
-def _json(name, value):
-    value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-    if isinstance(value, (list, tuple)):
-        return [_json(name, one) for one in value]
-    if value is None or isinstance(value, str) or (isinstance(value, Real) and abs(value) < float("inf")):
-        return value
-    raise BadArgument(f"answer {name}", value, "must be a finite number, a text, None, or a list of them")
+    taken = {*point, "seconds", "error"} & given.keys()
+    if taken:
+        raise BadArgument("answer", min(taken), "must be neither an argument nor 'seconds' nor 'error'")
+    try:  # arrays and numbers of numpy as lists and numbers
+        return json.loads(json.dumps(given, allow_nan=False, default=lambda value: value.tolist()))
+    except (AttributeError, TypeError, ValueError) as failure:
+        raise BadArgument(
+            "answer", given, "must be a finite number, a text, None, or a list of them, or a mapping to such"
+        ) from failure
 
 
 def _outcome(future):
@@ -273,7 +238,7 @@ def _outcome(future):
         )
         raise NotConverged(words) from failure
     except Exception as failure:  # the process died over the point, or the point does not travel
-        return {"answer": None, "error": _told(failure), "seconds": None, "machine": None}
+        return {"answer": None, "error": _told(failure), "seconds": None}
 
 
 def _told(failure):
@@ -282,11 +247,10 @@ def _told(failure):
 
 def _shown(point):
     """A point as JSON's types; objects by their text."""
-    plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in point.items()}
-    return {
-        name: value if value is None or isinstance(value, (str, int, float)) else repr(value)
-        for name, value in plain.items()
-    }
+    known = json.dumps(
+        point, default=lambda value: value.item() if isinstance(value, np.generic) else repr(value)
+    )
+    return json.loads(known)
 
 
 def _rows(points, found):
@@ -296,18 +260,20 @@ def _rows(points, found):
         {
             **{name: one["point"].get(name) for name in arguments},
             **{name: (one["answer"] or {}).get(name) for name in names},
-            **{name: one[name] for name in OWN},
+            **{name: one[name] for name in ("seconds", "error")},
         }
         for one in found
     ]
 
 
 @contextmanager
-def _opened(path):
+def _opened(path, quiet):
     """({key: record}, append(record)) of the file of records, locked; without a path nothing is kept."""
     if path is None:
         yield {}, lambda record: None
         return
+    from .provenance import loaded
+
     require_place(path, "records")
     with writing(path, "records"):
         file = open(path, "a+b", buffering=0)
@@ -316,31 +282,39 @@ def _opened(path):
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as failure:
             raise BadArgument("records", str(path), "is in use by another sweep") from failure
-        found, end = _read(path, file)
 
         def append(record):
-            nonlocal end
-            line = json.dumps({**record, "versions": software()}, allow_nan=False).encode() + b"\n"
-            file.truncate(end)  # what an interruption left
-            if file.write(line) != len(line):
-                raise OSError(f"no room for a record in {path}")
-            os.fsync(file.fileno())
-            end += len(line)
+            record["modules"] = record.get("modules") or loaded()  # of a process that died, this one's
+            with writing(path, "records"):
+                file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+                os.fsync(file.fileno())
 
-        yield found, append
+        yield _read(path, file, quiet), append
 
 
-def _read(path, file):
-    """({key: record}, where they end) of a file of records; a last line that is torn is none."""
+def _read(path, file, quiet):
+    """{key: record} of a file of records, of those that would be computed alike now; a last line that is torn
+    is cut off.
+    """
+    from .provenance import made_of
+
     file.seek(0)
-    found, end = {}, 0
-    for number, line in enumerate(file.read().splitlines(keepends=True), 1):
-        if not line.endswith(b"\n") and (found or line.startswith(b'{"key"')):
-            break
-        try:
+    *lines, torn = file.read().split(b"\n")
+    now, known = {}, {}
+    try:
+        if torn and not lines:
+            raise ValueError("no line is whole")
+        for line in lines:
             record = json.loads(line)
-            found[record["key"]] = {name: record[name] for name in ("point", "answer", *OWN)}
-        except (ValueError, TypeError, KeyError) as failure:
-            raise BadArgument("records", str(path), f"has no record of a sweep in line {number}") from failure
-        end += len(line)
-    return found, end
+            modules = record.get("modules", {"": ""})  # edition 0.2 has none, and is computed anew
+            now |= {name: made_of(name) for name in modules if name not in now}
+            current = all(now[name] == value for name, value in modules.items())
+            known[record["key"]] = record if current else None
+    except (ValueError, TypeError, KeyError, AttributeError) as failure:
+        allowed = f"has no record of a sweep in line {len(known) + 1}"
+        raise BadArgument("records", str(path), allowed) from failure
+    file.truncate(file.tell() - len(torn))
+    current = {key: record for key, record in known.items() if record}
+    if len(current) < len(known) and not quiet:
+        tqdm.write(f"{path}: {len(known) - len(current)} points of other code are computed anew")
+    return current

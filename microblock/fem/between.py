@@ -236,7 +236,7 @@ def _low(facets, state):
     x = np.unique([np.linspace(left, right, LOOKED_AT) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
         low = facets.initial_gaps(law, obstacle, corner, x) < LOW * max(state.approach, 0.0)
-        shift = state.problem.shift(corner)
+        shift = state.problem.shifts[corner]
         found += [
             (float(x[max(i - 1, 0)] - shift), float(x[min(j + 1, len(x) - 1)] - shift)) for i, j in runs(low)
         ]

@@ -64,12 +64,8 @@ class FittedSolver(MeshFitter):
     def __init__(self, contact, options, known=None):
         self.picture = known
         super().__init__(contact, options)
-
-    @cached_property
-    def obstacle(self):
-        """The obstacle, with what its picture shows of it."""
-        whole = self.contact.obstacle
-        return whole if self.picture is None else picture.seen(whole, self.picture)
+        if known is not None:
+            self.obstacle = picture.seen(self.obstacle, known)
 
     @cached_property
     def problem(self):
@@ -298,7 +294,7 @@ class FittedSolver(MeshFitter):
             points = state.fields.body.mesh(x, np.zeros_like(x))
             u2, psi = (np.ravel(part(points)) for part in (state.fields.u2, state.fields.psi))
             risen = self.solid.ell / 2 * self.problem.lever(number, x) * psi - state.approach - u2
-            place = x - self.problem.shift(corner)
+            place = x - self.problem.shifts[corner]
             known = np.any([(a <= place) & (place <= b) for a, b in self.picture.stretches], axis=0)
             if np.any(self.picture.allowed(place[~known]) + risen[~known] < 0):
                 words = f"could touch at load {state.load:g} where it is too high for that under a half-plane"

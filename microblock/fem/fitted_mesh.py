@@ -295,7 +295,7 @@ def _cleaned(solver, zones, near):
 
     found = {}
     for corner, own in zones.items():
-        shift = solver.problem.shift(corner)
+        shift = solver.problem.shifts[corner]
         ends = [end + shift for end in getattr(solver.obstacle, "ends", ())]
         found[corner] = [(placed(left, ends), placed(right, ends)) for left, right in own]
     distinct = np.array(apart(zone_edges(found), 2 * SLIVER * width))

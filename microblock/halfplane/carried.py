@@ -119,7 +119,7 @@ def _short_waves_between(problem, inside):
     """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n)."""
     x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
     lever = np.array(problem.lever(corner, x), float)
-    pressed = x - np.array([problem.shift(each) for each in corner])
+    pressed = x - np.array(problem.shifts)[corner]
     displacement, rotation = short_waves(problem.solid)
     near = SAME * problem.solid.ell
     matrix = (np.abs(x - x[:, None]) < near) * (displacement + rotation * np.outer(lever, lever))

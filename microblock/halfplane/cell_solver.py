@@ -10,6 +10,7 @@ from ..corners import projected_gradients
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
+from ..model.law import require_pure_force
 from ..model.obstacles import heights
 from ..model.problem import Problem, level_surface
 from ..model.quadrature import gauss_rule
@@ -148,6 +149,7 @@ class CellSolver(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_same_period(self.body, self.obstacle)
+        require_pure_force(self.law)
         if self.body.period is not None and options.window is not None:
             raise BadArgument(
                 "window", options.window, "belongs to a half-plane without images; here it is the period"
@@ -228,7 +230,7 @@ class CellSolver(Solver):
                 None,
                 "must be (left, right), where the obstacle may touch, if the approach is given",
             )
-        found = picture.picture(self.problem, load, picture.BOUND)
+        found = picture.picture(self.problem, load)
         return self.windowed(around(found, self.solid.ell))
 
     def windowed(self, window):

@@ -16,6 +16,8 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from ..corners.on_cells import Flexibility
+from ..corners.rounding import PATHS
+from ..errors import BadArgument
 from .convolution import Waves, convolution, embedded, free_period
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
@@ -46,7 +48,7 @@ class CellGrid:
         """The `Flexibility` of a law's corners, with a second body of the solid `counter`."""
         offsets = np.array([[-2 * shift] for shift in law.shifts(1.0)])
         one, clamping = len(offsets) == 1, law.clamps_rotation
-        tilt = np.empty((0, self.count)) if one else law.angle(self.x)[None]
+        tilt = np.empty((0, self.count)) if one else _tilt(law, offsets, self.x)[None]
         length = self.count if self.periodic else free_period(self.count)
         near = self.count if self.periodic else next_fast_len(self.count, real=True)
         other = None
@@ -109,3 +111,12 @@ def _turning_at_rest(solid):
 def _inverse(U, V, W):
     determinant = U * W - V**2
     return W / determinant, -V / determinant, U / determinant
+
+
+def _tilt(law, offsets, x):
+    """t at x, array (n,), of blocks whose corners at `offsets` have the levers t - offset."""
+    tilts = np.array(list(law.levers(x).values())) + offsets
+    if np.ptp(tilts, axis=0).max() > PATHS:
+        words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
+        raise BadArgument("law", law, words)
+    return tilts[0]

@@ -224,7 +224,7 @@ class FrictionSolver:
     @cached_property
     def problem(self) -> Problem:
         plain: Problem = replace(self.solver.problem, mirror=False)
-        found = picture.picture(plain, float(self.pairs[:, 0].max()), picture.BOUND)
+        found = picture.picture(plain, float(self.pairs[:, 0].max()))
         return replace(plain, picture=found)
 
     def history(self, rtol: float | None, progress: bool) -> History:

@@ -4,10 +4,11 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, require_whole
+from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
-from ..model.methods import PANEL_ORDERS
+from ..model.law import require_pure_force
+from ..model.methods import Panels
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import search
@@ -30,6 +31,7 @@ class PanelSolver(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_same_period(self.body, self.obstacle)
+        require_pure_force(self.law)
         self.require_lowest()
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
@@ -161,7 +163,7 @@ class PanelSolver(Solver):
         """Load at which the two zones of partial contact of a symmetric problem touch on the axis, and its
         error.
         """
-        require_whole(*PANEL_ORDERS, order=order)
+        Panels(order=order)
         if not self.may_meet_on_axis:
             raise BadArgument(
                 "problem",

@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache, reduce
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
+from ..model.law import has_constant_levers
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import common, contains, joined, without
@@ -178,7 +179,7 @@ def _between(left, right, roots, first):
 
 def short_enough(problem, anchor, length, root):
     """A panel, or parts of one that is longer than the obstacle's features."""
-    if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
+    if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
     return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
@@ -271,7 +272,7 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     start, slope, bend, target = (
         np.repeat(each, counts) for each in (x - panels.x(panel, v0), slope, bend, target)
     )
-    if problem.has_constant_levers:
+    if has_constant_levers(problem.law):
         lever = np.repeat(problem.lever(panels.corner[panel], x), counts)
     else:
         panel = np.repeat(panel, counts)

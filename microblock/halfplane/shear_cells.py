@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..corners.follower import FrictionalContact
+from ..errors import BadArgument
 from ..threads import bounded
 from .averages import averaged
 from .kernels import ODD, kernels
@@ -54,6 +55,9 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     else:
         U, V, W, Y, even = averages(solid, edges, (0, 1, 2, 5, 6))
         levers = 1, -1
+        if not np.allclose(np.array(list(law.levers(np.zeros(1)).values()))[:, 0], levers):
+            words = "must have the levers 1 and -1 with friction on a half-plane: a Body on a mesh takes any"
+            raise BadArgument("law", law, words)
         normal = np.block([[U + a * b * W + (a - b) * V for b in levers] for a in levers])
         cross = np.hstack([-(Y + V) - b * (even + W) for b in levers])
         tangential = U + 2 * even + W

@@ -171,7 +171,7 @@ def _at_valleys(state, size):
 
 
 def _beyond(problem, corner, surface):
-    x, shift = surface.places(corner), problem.shift(corner)
+    x, shift = surface.places(corner), problem.shifts[corner]
     x = x[~contains(np.add(problem.picture.stretches, shift), x)]
     rise, noise = surface(corner, x)
     return bool(np.any(problem.picture.allowed(x - shift) + rise < -noise))

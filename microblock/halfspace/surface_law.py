@@ -13,6 +13,7 @@ and psi0 of the plane is -psi0_2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -96,12 +97,11 @@ def on_surface(law: LawLike) -> SurfaceLaw:
     Raises
     ------
     BadArgument
-        If the law is none of Microblock, Unilateral and Microclamped, or psi0 is a function of x1.
+        If psi0 is a function of x1.
     """
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
-    if not isinstance(law, Microblock):
-        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
+    law = cast(Microblock, law)
     if callable(law.psi0):
         raise BadArgument(
             "psi0",

@@ -9,13 +9,12 @@ from dataclasses import fields, is_dataclass
 from functools import partial
 from importlib import import_module
 from inspect import signature
-from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
-from ..errors import BadArgument, Named, require_place, writing
+from ..errors import BadArgument, Named, replacing, require_place
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
@@ -23,7 +22,6 @@ from .state import State, Surface
 from .summary import short
 from .types import AnyArray, Interval, Zones
 
-PACKAGE = __name__.partition(".")[0]
 # of a result of each kind, what is written
 NAMES: dict[Any, Iterable[str]] = {
     State: tuple({*State.names()} - {"solution"}),
@@ -33,9 +31,7 @@ NAMES: dict[Any, Iterable[str]] = {
 
 
 class Absent:
-    """What is not in a file, such as a function or a mesh: it has what is known of it, and refuses everything
-    else by name.
-    """
+    """What is not in a file, such as a function: it has what is known of it, and refuses the rest by name."""
 
     def __init__(self, text: str, **known: Any) -> None:
         vars(self).update(known, text=text)
@@ -55,20 +51,12 @@ def save(result: Any, file: str | os.PathLike[str]) -> None:
     arrays: list[AnyArray] = []
     text = json.dumps(_packed(result, arrays))
     columns: Any = {str(number): one for number, one in enumerate(arrays)}
-    part = Path(file).with_name(f".{Path(file).name}.{os.getpid()}.npz")
-    with writing(file, "file"):
-        try:
-            np.savez_compressed(part, text=text, **columns)
-            part.replace(file)
-        finally:
-            part.unlink(missing_ok=True)
+    with replacing(file, "file") as part:
+        np.savez_compressed(part, text=text, **columns)
 
 
 def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
-    """Returns what `save` of a State, LoadPath or History has written to a file.
-
-    Numbers and arrays come back digit by digit; what lies between the points of a state is not in a file, and
-    is refused by name.
+    """Returns what `save` of a State, LoadPath or History has written to a file, digit by digit.
 
     Parameters
     ----------
@@ -77,6 +65,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     Returns
     -------
     State, LoadPath or History
+        What lies between the points of a state is not in a file, and is refused by name.
 
     Raises
     ------
@@ -114,25 +103,20 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
     if isinstance(value, (list, tuple)):
         return {type(value).__name__: [_packed(one, arrays) for one in value]}
     if isinstance(value, dict):
-        packed = [[name, _packed(one, arrays)] for name, one in value.items()]
-        return {"dict": packed, "of": getattr(value, "what", None)}
-    for kind, names in NAMES.items():
-        if isinstance(value, kind):
-            parts = {name: _packed(getattr(value, name), arrays) for name in names}
-            if kind is State:
-                own = {"along": None, "zones_by_name": None}
-                if value.flat:
-                    own = {"along": value.surface(), "zones_by_name": value.solution.zones_by_name}
-                parts |= {name: _packed(one, arrays) for name, one in own.items()}
-            return {"class": [kind.__module__, kind.__name__], "parts": parts}
-    if type(value).__module__.startswith(f"{PACKAGE}."):
-        known = signature(type(value)).parameters
-        names = (
-            tuple(one.name for one in fields(value) if one.name in known) if is_dataclass(value) else known
-        )
-        parts = {name: _packed(getattr(value, name), arrays) for name in names}
-        if '{"lost": ' not in json.dumps(parts):
-            return {"class": [type(value).__module__, type(value).__qualname__], "parts": parts}
+        entries = [[name, _packed(one, arrays)] for name, one in value.items()]
+        return {"dict": entries, "of": getattr(value, "what", None)}
+    kind: Any = next((each for each in NAMES if isinstance(value, each)), type(value))
+    if kind.__module__.startswith("microblock."):
+        known = {each.name for each in fields(kind)} if is_dataclass(kind) else signature(kind).parameters
+        names = NAMES.get(kind) or [name for name in signature(kind).parameters if name in known]
+        parts = {name: getattr(value, name) for name in names}
+        if kind is State:
+            flat = value.flat
+            parts["along"] = value.surface() if flat else None
+            parts["zones_by_name"] = value.solution.zones_by_name if flat else None
+        packed = {name: _packed(one, arrays) for name, one in parts.items()}
+        if kind in NAMES or '{"lost": ' not in json.dumps(packed):
+            return {"class": [kind.__module__, kind.__qualname__], "parts": packed}
     return {"lost": repr(value) if isinstance(value, Absent) else short(value)}
 
 
@@ -152,10 +136,11 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
             return sequence(_unpacked(one, arrays) for one in tree[sequence.__name__])
     (module, name), parts = tree["class"], tree["parts"]
     parts = {name: _unpacked(one, arrays) for name, one in parts.items()}
-    kind: Any = getattr(import_module(module), name) if module.startswith(f"{PACKAGE}.") else None
+    kind: Any = getattr(import_module(module), name) if module.startswith("microblock.") else None
     if not isinstance(kind, type) or kind.__module__ != module:
-        raise ValueError(f"{module}.{name} is no class of {PACKAGE}")
-    return MADE.get(kind, kind)(**parts)
+        raise ValueError(f"{module}.{name} is no class of microblock")
+    made: dict[type, Callable[..., Any]] = {State: _state, LoadPath: _path}
+    return made.get(kind, kind)(**parts)
 
 
 def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> State:
@@ -173,6 +158,3 @@ def _path(problem: Any, last: float, rtol: float | None, **parts: Any) -> LoadPa
     path = LoadPath(problem, last, rtol)
     vars(path).update(parts)
     return path
-
-
-MADE: dict[type, Callable[..., Any]] = {State: _state, LoadPath: _path}

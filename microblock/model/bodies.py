@@ -43,8 +43,8 @@ class Block(Checked, Shown):
     ----------
     solid : Cosserat
     size : float
-        Half of its width, and its depth (length). With inf the block stands for the half-plane, cut off so
-        far away that the error of that is a small part of rtol.
+        Half of its width, and its depth (length). With inf the block is a half-plane, cut off where that is a
+        small part of rtol.
 
     Raises
     ------

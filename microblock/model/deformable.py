@@ -17,15 +17,14 @@ class Deformable:
     """Second body that is pressed on the first, as an obstacle that deforms.
 
     Its surface is smooth: it takes pressures and no moments. Each corner presses it where the corner stands,
-    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1, the four of a cube at x1 -+ ell/2 and x2 -+
-    ell/2. Heights, slope discontinuities and edges are those of the shape.
+    A at x1 - ell/2 and B at x1 + ell/2, the four of a cube at x1 -+ ell/2 and x2 -+ ell/2.
 
     Parameters
     ----------
     body : HalfPlane, HalfSpace or Body
-        The second body, of the kind of the first; its own solid may be another one, that of a half-plane or
-        half-space also a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and
-        level one that reaches over all corners below the shape.
+        The second body, of the kind of the first; its solid may be another one, that of a half-plane or
+        half-space also classical (``beta=0``). A `Body` lies above its contact boundary, straight and level,
+        that reaches over all corners below the shape.
     shape : obstacle or callable
         Lower surface of the second body before it deforms, as any obstacle of `Contact`.
 

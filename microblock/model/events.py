@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from .state import State
 
 
-KINDS = "born", "vanished", "merged", "split", "first slip", "full slip", "reversal"
-
-
 @dataclass(frozen=True)
 class Event:
     """A zone is born or vanishes, two merge or one splits, at x; with friction also slip begins, is that of
@@ -36,15 +33,15 @@ class Event:
     Attributes
     ----------
     load, load_error : float
-        Force per thickness P at which it happens, and its error; of a `History` that of P and of Q together,
-        and None where it is not known.
+        Force per thickness P at which it happens, and its error; of a `History` that of P and Q together,
+        None where it is not known.
     kind : str
         "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" or "reversal".
     zone : str
         "A", "B", "full" or "contact"; of a history "slip" or "stick".
     x : float
-        Abscissa x1 (length). At load 0 it is where the initial gap is least; where the gap is equally small
-        elsewhere, as under a flat punch, it is the middle of the first zone that is seen.
+        Abscissa x1 (length). At load 0 it is where the initial gap is least, or the middle of the first zone
+        where the gap is equally small elsewhere.
     shear : float or None
         Shear force per thickness Q of a history.
     pair : int or None
@@ -77,7 +74,8 @@ class Event:
             if name != unknown or getattr(self, name) is not None:
                 require_finite(**{name: getattr(self, name)})
                 object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
-        require_choice(KINDS, kind=self.kind)
+        kinds = "born", "vanished", "merged", "split", "first slip", "full slip", "reversal"
+        require_choice(kinds, kind=self.kind)
         require_kind(str, "the name of a zone", zone=self.zone)
 
 
@@ -93,11 +91,10 @@ class LoadPath(Shown, PlainData):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative error of the states that `at` returns, as of `Contact.solve`. The events do not depend on it:
-        each has its own `load_error`.
+        Relative error of the states that `at` returns, as of `Contact.solve`; events have their `load_error`.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
-        an event at half of that load, with as large an error; what else happens below is not looked for.
+        an event at half of that load, with as large an error.
     events : list of Event
         Zones that are born, merge, split or vanish, ascending in load.
     warnings : list of str
@@ -115,43 +112,16 @@ class LoadPath(Shown, PlainData):
 
     _keys = "last", "rtol", "first", "events", "warnings"
 
+    first: Any = 0.0  # a float; a subclass may have properties
+    warnings: Any = ()
+    events: Any  # of a subclass
+
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
 
-    if TYPE_CHECKING:  # a subclass has them as properties
-
-        @property
-        def first(self) -> float:
-            """See `LoadPath`."""
-
-        @property
-        def events(self) -> Sequence[Event]:
-            """See `LoadPath`."""
-
-        @property
-        def warnings(self) -> Sequence[str]:
-            """See `LoadPath`."""
-    else:
-        first, warnings = 0.0, ()
-
     def at(self, load: float) -> State:
-        """Returns the State at a load on the path.
-
-        Parameters
-        ----------
-        load : float
-            Force per thickness, above 0 and up to the last one of the path.
-
-        Returns
-        -------
-        State
-
-        Raises
-        ------
-        BadArgument
-            If the load does not lie on the path.
-        NotConverged
-            As of `Contact.solve`.
+        """Returns the State at a load on the path (force per thickness), above 0 and up to the last one;
+        raises BadArgument of others, and NotConverged as `Contact.solve`.
         """
         require_on_path(load, self.last)
         return self.problem.solve(load=load, rtol=self.rtol)

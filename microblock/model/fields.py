@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -40,10 +40,9 @@ class PointFields:
 
     def shaped(self, shape: tuple[int, ...]) -> PointFields:
         """Returns the fields with the points in another shape."""
-        if shape == self.x1.shape:
-            return self
-        own = {each.name: getattr(self, each.name) for each in fields(self)}
-        return replace(self, **{name: np.reshape(own[name], (*own[name].shape[:-1], *shape)) for name in own})
+        return replace(
+            self, **{name: own.reshape((*own.shape[:-1], *shape)) for name, own in vars(self).items()}
+        )
 
     @property
     def shear(self) -> Array:
@@ -53,8 +52,8 @@ class PointFields:
 
 
 def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
-    """Returns x1 and x2 of points, arrays (n,), and the shape in which they were given; raises BadArgument if
-    they are no numbers, or do not go together.
+    """Returns x1 and x2 of points, arrays (n,), and the shape in which they were given; raises BadArgument
+    unless they are numbers that broadcast.
     """
     try:
         both = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))

@@ -43,8 +43,7 @@ class OfMoment(Solution):
     @property
     def shear_traction(self) -> Array:
         """q, array (n,)."""
-        traction: Array = self.moment.tangential / self.weights
-        return traction
+        return cast(Array, self.moment.tangential / self.weights)
 
 
 def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:

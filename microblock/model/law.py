@@ -17,7 +17,6 @@ numbers: no mesh, no NGSolve.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, cast
 
@@ -26,7 +25,7 @@ import numpy as np
 from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
 from .summary import is_told
-from .types import Array, Function, ObstacleLike, Tilt
+from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
@@ -47,35 +46,20 @@ class Law:
 
     corners: tuple[str, ...] = ("C",)
     clamps_rotation = False
-
-    @property
-    def even(self) -> bool:
-        """Whether the law is known to be symmetric about x1 = 0."""
-        return False
+    even: Any = False  # a bool, or a property
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns the levers of (29) at the abscissae x, array (n,): {corner: array (n,)} in the order of
-        `corners` (dimensionless).
-        """
+        """Returns the levers of (29) at x, array (n,): {corner: array (n,)} in the order of `corners`."""
         raise NotImplementedError
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the initial gap of each corner along the outward normal.
+        """Returns the initial gap of each corner along the outward normal: {corner: array (n,)} (lengths),
+        inf where there is no obstacle over it.
 
-        Parameters
-        ----------
-        points, normals : arrays (n, 2)
-            Contact points (lengths) and unit normals.
-        ell : float
-            Side of a block (length).
-        obstacle : obstacle or callable
-
-        Returns
-        -------
-        dict of arrays (n,)
-            Lengths, by the name of the corner; inf where there is no obstacle over the corner.
+        `points`, `normals` are arrays (n, 2), contact points (lengths) and unit normals; `ell` is the side of
+        a block (length).
         """
         raise NotImplementedError
 
@@ -89,16 +73,14 @@ class Law:
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns where the corners lie from the centre of their block, over its side: array (corners, n, 2),
-        in space (corners, n, 3).
+        in space (corners, n, 3), at points (lengths) and unit normals, arrays (n, 2), in space (n, 3).
 
-        Points (lengths) and unit normals are arrays (n, 2), in space (n, 3) with the normal e3. Here arms
-        follow from the levers; corners that have one lie half a side above the centre.
+        Here arms follow from the levers; corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():
             return np.zeros((len(levers), *points.shape))
-        arms: Array = (normals - levers * tangents(normals)) / 2
-        return arms
+        return (normals - levers * tangents(normals)) / 2
 
 
 class _Coulomb(Law, Checked):
@@ -131,13 +113,12 @@ class Microblock(_Coulomb):
     ----------
     psi0 : float, callable or pair
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1. On a `HalfSpace` a
-        number is the rotation about -e2, as in the plane of x1 and x3; a pair ``(psi0_1, psi0_2)`` holds
-        those about x1 and x2, each a number or a function of (x1, x2).
+        number is the rotation about -e2; a pair ``(psi0_1, psi0_2)`` holds those about x1 and x2, each a
+        number or a function of (x1, x2).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts: in both, or in the levers alone (docs/differences.md, "Initial rotation of Fig. 9").
     friction : float
-        Coefficient f of Coulomb: the tangential force on a block's face is at most f times its normal force.
-        States then depend on their history, see `Contact.history`.
+        Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
 
     Raises
     ------
@@ -185,8 +166,7 @@ class Microblock(_Coulomb):
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
-        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``; as of
-        `Law.arms`.
+        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
         """
         if points.shape[1] == 3:
             t1, t2 = surface_tilt(self.psi0, *points.T[:2])
@@ -202,8 +182,8 @@ class Microblock(_Coulomb):
         return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
-        """Returns psi0 at the abscissae x, array (n,) (radians); raises BadArgument if it is a pair, or a
-        function that fails or is not below 1 in absolute value.
+        """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1 in
+        absolute value.
         """
         if isinstance(self.psi0, tuple):
             raise BadArgument(
@@ -212,7 +192,7 @@ class Microblock(_Coulomb):
         return rotation(self.psi0, x)
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
+        """Returns n.(S + N) of corner A and n.(S - N) of corner B at x."""
         points = np.column_stack((np.ravel(x), np.zeros(np.size(x))))
         arms = self.arms(points, np.tile((0.0, 1.0), (len(points), 1)))
         return dict(zip(self.corners, -2 * arms[..., 0].reshape(2, *np.shape(x))))
@@ -220,9 +200,7 @@ class Microblock(_Coulomb):
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``,
-        (20); as of `Law.initial_gaps`.
-        """
+        """Returns the gaps over the corners at ``x -+ (ell/2) S``, (20)."""
         side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
         return {
             "A": obstacles.gap(obstacle, points - side, normals),
@@ -261,7 +239,7 @@ class Unilateral(_Coulomb):
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over the contact point itself; as of `Law.initial_gaps`."""
+        """Returns the gap over the contact point."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
@@ -298,7 +276,7 @@ def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
 
 def rotation(psi0: Any, *x: Array) -> Array:
     """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians); raises
-    BadArgument if the function fails, or a rotation is not below 1 in absolute value.
+    BadArgument if it fails, or is not below 1 in absolute value.
     """
     shape = np.shape(x[0])
     angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
@@ -324,21 +302,18 @@ def tangents(normals: Array) -> Array:
     return np.column_stack((normals[:, 1], -normals[:, 0]))
 
 
-def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], ell: float) -> Array | float:
-    """Returns M of (29) from multipliers and levers of all corners, arrays (n,)."""
-    return -ell / 2 * sum(levers[corner] * multiplier for corner, multiplier in multipliers.items())
-
-
 def has_constant_levers(law: object) -> bool:
-    """Returns whether levers are known to be the same at all x; of a user's law they are not."""
+    """Returns whether levers are known to be the same at all x."""
     return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
 
 
-def check(law: object) -> None:
-    """Raises BadArgument unless this is a law."""
+def check(law: object, in_space: bool = False) -> None:
+    """Raises BadArgument unless this is a law, over a surface one that is known there."""
     if isinstance(law, type):
-        raise BadArgument("law", law, f"must be an instance, mb.{law.__name__}()")
+        home = "mb." * law.__module__.startswith("microblock")
+        raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
     missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
+    missing += [name for name in ("levers", "initial_gaps") if getattr(type(law), name, 0) is vars(Law)[name]]
     if missing:
         raise BadArgument(
             "law",
@@ -346,23 +321,35 @@ def check(law: object) -> None:
             "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
             f"microblock.model.law.Law as its base: it has no {missing[0]}",
         )
-    if not isinstance(law, Microblock | Unilateral | Microclamped):
-        _check_corners(law)
+    if type(law) in (Microblock, Unilateral, Microclamped):
+        return
+    if in_space:
+        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
+    _check_corners(law)
 
 
 def _check_corners(law: Any) -> None:
-    """Raises BadArgument unless the gaps and levers of a user's law are those of its corners, in order."""
+    """Raises BadArgument unless a user's law has gaps, levers and shifts of its corners, in order."""
     point, normal = np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    names = tuple(law.corners)
+    plain = all(isinstance(name, str) for name in names) and len(set(names)) == len(names)
+    if not names or not plain or {"full", "contact"} & set(names):
+        words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
+        raise BadArgument("law", law, words)
     for name, found in (
         ("levers", law.levers(np.zeros(1))),
         ("initial_gaps", law.initial_gaps(point, normal, 1.0, obstacles.Plane(level=1.0))),
     ):
-        if list(found) != list(law.corners) or any(np.shape(each) != (1,) for each in found.values()):
-            raise BadArgument(
-                "law",
-                law,
-                f"{name} must return an array for each of its corners, in the order {', '.join(law.corners)}",
-            )
+        shapes = isinstance(found, dict) and {key: np.shape(value) for key, value in found.items()}
+        if shapes != dict.fromkeys(names, (1,)) or tuple(found) != names:
+            words = f"{name} must return an array for each of its corners, in the order {', '.join(names)}"
+            raise BadArgument("law", law, words + (f": at one point shapes are {shapes}" if shapes else ""))
+        values = np.ravel(list(found.values()))
+        if not np.isrealobj(values) or not np.all(np.isfinite(values)):
+            raise BadArgument("law", law, f"{name} must be finite real numbers under a plane: {values}")
+    shifts = law.shifts(1.0)
+    if np.shape(shifts) != (len(names),) or not np.all(np.isfinite(np.asarray(shifts, float))):
+        raise BadArgument("law", law, f"shifts must return a finite number for each corner: {shifts!r}")
     levers = np.ravel(list(law.levers(np.zeros(1)).values()))
     if np.any(np.diff(levers) > 0):
         raise BadArgument(
@@ -370,3 +357,10 @@ def _check_corners(law: Any) -> None:
             law,
             f"must name its corners from left to right, the largest lever first: {levers.tolist()}",
         )
+
+
+def require_pure_force(law: LawLike) -> None:
+    """Raises BadArgument where the only corner of a block has a lever: half-planes then know no moment."""
+    if len(law.corners) == 1 and np.any(list(law.levers(np.zeros(1)).values())):
+        words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
+        raise BadArgument("law", law, words)

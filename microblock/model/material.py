@@ -1,7 +1,7 @@
 """The plane Cosserat solid: moduli, admissibility, energy density and stresses, (10)-(18).
 
 The constitutive law is plain arithmetic on components, so that one formula serves NGSolve's
-symbolic expressions, numpy arrays and numbers; this module imports neither.
+symbolic expressions, numpy arrays and numbers.
 """
 
 from __future__ import annotations
@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import (
     BadArgument,
@@ -20,6 +23,7 @@ from ..errors import (
     require_positive,
 )
 from .summary import Row, Shown, Summary, number
+from .types import Array
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
@@ -38,8 +42,8 @@ class Cosserat(Shown):
         Length scale of the material, and side of a microblock (length).
     beta, eta, mu_c : float
         The coupling, of which exactly one is given: ``beta = 2 eta/(1 + eta)`` from 0 to 2 (excluded),
-        ``eta = mu_c/mu`` or the modulus ``mu_c`` (stress). With 0 the solid is classically elastic with an
-        independent microrotation; ``beta -> 2`` is the couple-stress limit.
+        ``eta = mu_c/mu`` or the modulus ``mu_c`` (stress). With 0 the microrotation is independent;
+        ``beta -> 2`` is the couple-stress limit.
     curvature : float
         ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi`` (dimensionless). The printed (18) has 1, but the
         paper's own closed form needs 2 (docs/differences.md, "Curvature coefficient").
@@ -84,14 +88,15 @@ class Cosserat(Shown):
         require_finite(
             E=E, nu=nu, ell=ell, curvature=curvature, alpha_prime=alpha_prime, beta_prime=beta_prime
         )
-        if not -1 < nu < 0.5:  # before E, which may be a multiple of 1 - nu^2
-            raise Inadmissible("nu", nu, "must satisfy -1 < nu < 1/2")
-        if not E > 0:
-            raise Inadmissible("E", E, "must be positive")
-        if not curvature > 0:
-            raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
-        if not alpha_prime + beta_prime + curvature > 0:
-            raise Inadmissible("alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)")
+        whole = alpha_prime + beta_prime + curvature
+        for admissible, name, value, words in (
+            (-1 < nu < 0.5, "nu", nu, "must satisfy -1 < nu < 1/2"),  # before E, which may depend on nu
+            (E > 0, "E", E, "must be positive"),
+            (curvature > 0, "curvature", curvature, "gamma' must be positive, (13)"),
+            (whole > 0, "alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)"),
+        ):
+            if not admissible:
+                raise Inadmissible(name, value, words)
         require_positive(E=E, ell=ell, curvature=curvature)  # sizes that can be computed with
         mu = E / (2 * (1 + nu))
         moduli = dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature)
@@ -102,10 +107,10 @@ class Cosserat(Shown):
     @classmethod
     def of_blocks(cls, side: float, stiffness: float, *, couples: bool = False) -> Cosserat:
         """Returns the solid whose long waves are those of rigid square blocks with elastic interfaces, in
-        rows and columns.
+        rows and columns (docs/theory/lattice.md).
 
-        Under a cylinder with 8 blocks on its half-width, forces of this solid and `Microblock` differ from
-        those of the blocks by 3 %, couples by 71 %; source: docs/theory/lattice.md.
+        Under a cylinder with 8 blocks on its half-width, forces differ from those of the blocks by 3 %,
+        couples by 71 %.
 
         Parameters
         ----------
@@ -114,8 +119,8 @@ class Cosserat(Shown):
         stiffness : float
             Stiffness of the interfaces against opening and against slip (stress per length).
         couples : bool
-            Whether gamma' is the one that gives blocks in full contact their couples, 5/12 + sqrt(3)/6, in
-            place of 1/6, that of waves of rotation along a row: couples then differ by 10 %.
+            Whether gamma' is that of blocks in full contact, 5/12 + sqrt(3)/6, in place of 1/6, that of waves
+            of rotation along a row: couples then differ by 10 %.
 
         Raises
         ------
@@ -278,11 +283,9 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
     ((name, value),) = given.items()
     if value < 0:
         raise Inadmissible(name, value, "the coupling must not be negative")
-    if name == "beta":
-        if not value < 2:
-            raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
-        return value / (2 - value)
-    return value if name == "eta" else value / mu
+    if name == "beta" and not value < 2:
+        raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
+    return value / (2 - value) if name == "beta" else value / (mu if name == "mu_c" else 1)
 
 
 def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:
@@ -328,3 +331,11 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     require_positive(R=R, P=P)
     a_Hz = math.sqrt(4 * P * R * (1 - solid.nu**2) / (math.pi * solid.E))
     return a_Hz, 2 * P / (math.pi * a_Hz)
+
+
+def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
+    """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
+    thickness and its half-width ``a = sqrt(4 P R/(pi E*))`` (length).
+    """
+    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
+    return 2 * load / (math.pi * half_width) * np.sqrt(rest)

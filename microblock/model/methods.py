@@ -20,24 +20,20 @@ from ..errors import (
 )
 from .types import Interval
 
-PANEL_ORDERS = 2, 100  # least and most that may be fixed
-ELEMENT_ORDER = 20  # most that may be fixed
-RULES = ("nodal", "gauss")
-SHAPES = ("quadrilaterals", "triangles")
+SHAPES, RULES = ("quadrilaterals", "triangles"), ("nodal", "gauss")
+_order = checked(require_whole, 1, 20)  # of elements
 
 
 @dataclass(frozen=True)
 class Panels(Checked):
     """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
 
-    They follow histories of friction between two equal bodies under the law `Unilateral`, also where no
-    method is named.
+    They follow histories of friction between two equal bodies under the law `Unilateral`.
 
     Parameters
     ----------
     order : int, optional
-        Order of the panels, from 2 to 100; without it rtol chooses. A fixed order has no estimate of the
-        discretisation.
+        Order of the panels, from 2 to 100, without an error estimate; without it rtol chooses.
     fallback : bool
         Whether uniform cells answer where panels do not; the state's `method` and `warnings` say so then.
 
@@ -54,7 +50,7 @@ class Panels(Checked):
     True
     """
 
-    order: int | None = field(default=None, metadata=checked(require_whole, *PANEL_ORDERS))
+    order: int | None = field(default=None, metadata=checked(require_whole, 2, 100))
     fallback: bool = field(default=True, metadata=checked(require_flag))
 
     solver = "halfplane.panel_solver.PanelSolver"
@@ -68,13 +64,11 @@ class Cells(Checked):
     Parameters
     ----------
     nodes : int, optional
-        Number of cells, at least 32 and at most 2**26 (some 20 GB); without it rtol chooses.
+        Number of cells, 32 to 2**26 (some 20 GB); without it rtol chooses.
     window : (left, right), optional
-        Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
-        period.
+        Where the obstacle may touch (length), not on a period; without it wherever it is low enough.
     residual : float
-        Relative residual to which the contact problem is solved; pressures are good to some ten times that,
-        which the error estimate counts.
+        Relative residual to which the contact problem is solved; pressures are good to ten times that.
 
     Raises
     ------
@@ -110,15 +104,13 @@ class Fitted(Checked):
     Parameters
     ----------
     order : int, optional
-        Order of the elements, from 1 to 20; without it rtol chooses. A fixed order has no error estimate.
+        Order of the elements, from 1 to 20, without an error estimate; without it rtol chooses.
     spacing : float, optional
-        Length of the elements on the surface, with `order`; without it that of the usual refinement.
+        Length of the elements on the surface, with `order`.
     lines : tuple of float
-        Points x1 of the surface below which elements shrink as well, so that fields there are as good as the
-        pressure.
+        Points x1 of the surface below which elements shrink as well, for fields there.
     even : bool
-        Whether all elements have one order. The approach of a block feels the far field, which the pressure
-        does not, and the estimate is that of the pressure.
+        Whether all elements have one order: the approach of a block feels the far field.
 
     Raises
     ------
@@ -133,7 +125,7 @@ class Fitted(Checked):
     'fitted'
     """
 
-    order: int | None = field(default=None, metadata=checked(require_whole, 1, ELEMENT_ORDER))
+    order: int | None = field(default=None, metadata=_order)
     spacing: float | None = field(default=None, metadata=checked(require_positive))
     lines: tuple[float, ...] = ()
     even: bool = field(default=False, metadata=checked(require_flag))
@@ -188,10 +180,9 @@ class Uniform(Checked):
         Order of all fields.
     reach : float, optional
         Half-width and depth of the region of equal squares (length); without it twice the half-width of a
-        classical contact, and a block more.
+        classical contact and a block.
     newton : Newton, optional
-        Solves the monolithic system; without it the body is condensed to its contact nodes, which is the same
-        discrete problem and faster.
+        Solves the monolithic system; without it the body is condensed to its contact nodes, which is faster.
     shape : "quadrilaterals" or "triangles"
         Triangles are the same squares, each cut into two.
     rule : "nodal" or "gauss"
@@ -211,7 +202,7 @@ class Uniform(Checked):
     """
 
     h: float = field(metadata=checked(require_positive))
-    order: int = field(default=1, metadata=checked(require_whole, 1, ELEMENT_ORDER))
+    order: int = field(default=1, metadata=_order)
     reach: float | None = field(default=None, metadata=checked(require_positive))
     newton: Newton | None = field(default=None, metadata=checked(require_kind, Newton, "a Newton(...)"))
     shape: str = field(default="quadrilaterals", metadata=checked(require_choice, SHAPES))

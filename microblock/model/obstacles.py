@@ -1,12 +1,11 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf`` where there is
-no obstacle. It approaches along -e2. Any callable height serves as well. An obstacle may have these
-attributes:
+none; it approaches along -e2. Any callable height serves as well. An obstacle may have these attributes:
 
 kinks      tuple, ascending: abscissae at which the slope or a higher derivative is discontinuous
 jumps      tuple, as long: by how much the slope jumps there
-ends       pair: left and right edge of the obstacle, beyond which there is none
+ends       pair: left and right edge of the obstacle
 formulas   True: between all of these the height is a polynomial, and needs no samples
 even       True: the obstacle is symmetric about x1 = 0
 """
@@ -16,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,11 +35,17 @@ from ..errors import (
 from .types import Array, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
-SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
+
+
+class Formula(Checked):
+    """Base of obstacles that are polynomials between the places that they name."""
+
+    even: Any = True  # a bool, or a property
+    formulas = True
 
 
 @dataclass(frozen=True)
-class Plane(Checked):
+class Plane(Formula):
     """Horizontal plane at x2 = level.
 
     Parameters
@@ -61,16 +66,13 @@ class Plane(Checked):
 
     level: float = field(default=0.0, metadata=checked(require_finite))
 
-    even = True
-    formulas = True
-
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
         return np.full(np.shape(x), float(self.level))
 
 
 @dataclass(frozen=True)
-class Cylinder(Checked):
+class Cylinder(Formula):
     """Cylinder as the parabola x^2/(2 R), section 4.2.
 
     Parameters
@@ -91,16 +93,13 @@ class Cylinder(Checked):
 
     R: float = field(metadata=checked(require_positive))
 
-    even = True
-    formulas = True
-
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
         return np.asarray(x, float) ** 2 / (2 * self.R)
 
 
 @dataclass(frozen=True)
-class Wedge(Checked):
+class Wedge(Formula):
     """Blunt wedge of the height ``slope*abs(x1)``.
 
     Parameters
@@ -128,9 +127,6 @@ class Wedge(Checked):
         """By how much the slope jumps at the tip."""
         return (2 * self.slope,)
 
-    even = True
-    formulas = True
-
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
         return self.slope * np.abs(x)
@@ -138,20 +134,18 @@ class Wedge(Checked):
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Any height, with the places at which it is less than smooth: there the computation puts its nodes.
+    """Any height, with the places at which it is less than smooth.
 
-    A bare callable height serves as well: `Contact` searches for its singular points, and finds what is not
-    too faint.
+    A bare callable height serves as well: `Contact` searches for its singular points.
 
     Parameters
     ----------
     height : callable
         Returns the height (length) at an array of x1 (length); inf where there is no obstacle.
     kinks : tuple of float, optional
-        Abscissae at which a derivative is discontinuous or has no bound, as those of ``|x|^1.5`` and
-        ``|x|^3`` at 0.
+        Abscissae at which a derivative is discontinuous or has no bound, as that of ``|x|^1.5`` at 0.
     jumps : tuple of float, optional
-        By how much the slope itself jumps at each of them; without it the slope is continuous.
+        By how much the slope jumps at each of them; without it the slope is continuous.
 
     Raises
     ------
@@ -173,14 +167,12 @@ class Obstacle:
     def __post_init__(self) -> None:
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
-        kinks = () if self.kinks is None else tuple(require_numbers(kinks=self.kinks).tolist())
-        jumps = (0.0,) * len(kinks)
-        if self.jumps is not None:
-            jumps = tuple(require_numbers(jumps=self.jumps).tolist())
+        kinks = require_numbers(kinks=() if self.kinks is None else self.kinks)
+        jumps = np.zeros(len(kinks)) if self.jumps is None else require_numbers(jumps=self.jumps)
         if len(jumps) != len(kinks):
             raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
-        object.__setattr__(self, "kinks", kinks)
-        object.__setattr__(self, "jumps", jumps)
+        for name, values in (("kinks", kinks), ("jumps", jumps)):
+            object.__setattr__(self, name, tuple(values.tolist()))
 
     @staticmethod
     def from_samples(x: ArrayLike, z: ArrayLike) -> Samples:
@@ -201,7 +193,7 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
-class Punch(Checked):
+class Punch(Formula):
     """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``.
 
     Parameters
@@ -234,8 +226,6 @@ class Punch(Checked):
     def even(self) -> bool:
         """Whether the punch is not tilted."""
         return self.tilt == 0
-
-    formulas = True
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
@@ -412,9 +402,7 @@ class Rough(SelfAffine):
         return cast("NDArray[np.complex128]", self.slope / np.sqrt(mean_square) * shape)
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths); the time grows like the number of
-        waves.
-        """
+        """Returns the height at the abscissae x, array (n,) (lengths)."""
         phase = np.exp(2j * np.pi * np.asarray(x, float) / self.period)  # of Horner's rule
         total = np.zeros_like(phase)
         for amplitude in self.amplitudes[::-1]:
@@ -424,8 +412,7 @@ class Rough(SelfAffine):
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
     """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none; raises
-    BadArgument if it is no obstacle, or its height no function that returns a number, or inf, for each of
-    many x.
+    BadArgument if it is no obstacle, or does not return a number, or inf, for each of many x.
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
@@ -451,7 +438,8 @@ def check(obstacle: ObstacleLike) -> None:
 
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument unless an obstacle without edges is lowest somewhere on the scales of ell."""
-    sides = {side: heights(obstacle, side * ell * SCALES) for side in (-1, 1)}
+    scales = np.geomspace(1e-3, 1e5, 65)  # of ell
+    sides = {side: heights(obstacle, side * ell * scales) for side in (-1, 1)}
     for side, above in sides.items():
         with np.errstate(invalid="ignore"):  # inf - inf
             falls = np.all(np.diff(above[-9:]) < 0)
@@ -459,7 +447,7 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
             raise BadArgument(
                 "obstacle",
                 obstacle,
-                f"must be lowest within {SCALES[-1]:g} ell of x1 = 0, but its height(x) falls towards "
+                f"must be lowest within {scales[-1]:g} ell of x1 = 0, but its height(x) falls towards "
                 f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place",
             )
 
@@ -496,7 +484,7 @@ def evaluated(
     hint: Callable[[], str] = str,
 ) -> Array:
     """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
-    of what was given and with a hint where there is one, where the function fails.
+    of what was given, where it fails.
     """
     if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
         return np.zeros(np.shape(x[0]))
@@ -520,11 +508,10 @@ def real(values: ArrayLike) -> Array:
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     """Returns the initial gap between points of a body's surface (lengths) and the obstacle along the unit
-    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, the distance along e2 seen along n; for n = e2 that
-    is the gap of section 4.2.
+    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, for n = e2 that of section 4.2.
 
-    It is ``inf`` where there is no obstacle above the point, or the surface is steeper than 60 degrees, where
-    it is no measure of nearness.
+    It is ``inf`` where there is no obstacle above, or the surface is steeper than 60 degrees, where it is no
+    measure of nearness.
     """
     above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST

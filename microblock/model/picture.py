@@ -2,7 +2,7 @@
 
 Under the load P a corner touches at the distance D from the lowest point only where the height is no more
 than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest (a: half-width of a classical contact).
-Heights within BOUND times that are sampled, first on all scales, then in the low stretches so densely that
+Heights within twice that are sampled, first on all scales, then in the low stretches so densely that
 features as wide as 5e-4 a show (`Proxy`).
 """
 
@@ -24,17 +24,13 @@ from .zones import runs
 if TYPE_CHECKING:
     from .problem import Problem
 
-BOUND = 2.0  # of what a classical half-plane would ask for
-
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """What is known of an obstacle for loads up to `load`.
+    """What is known of an obstacle for loads up to `load` (force per thickness).
 
     Attributes
     ----------
-    load : float
-        Force per thickness.
     lowest : float
         Abscissa of the lowest point.
     half_width, rise : float
@@ -44,20 +40,16 @@ class Picture:
     stretches : tuple of (left, right)
         Intervals of x1, ascending, beyond which nothing touches.
     angle : Proxy or None
-        The Proxy of psi0 where that is a function.
+        Of psi0 where that is a function.
     sites, heights : arrays (m,)
         Ascending places where it could touch, and the heights there (lengths).
     edges, lengths : arrays (n + 1,), (n,)
         Pieces on which the height is a polynomial; inf where only slope discontinuities and edges count.
-    kinks, jumps, ends : tuples of float
-        Slope discontinuities, jumps of the slope and edges of the obstacle, given or detected.
-    steps : tuple of float
-        Places at which the height itself jumps.
-    tips : tuple of float
-        Places at which the curvature has no bound though the slope does not jump.
+    kinks, jumps, ends, steps, tips : tuples of float
+        Slope discontinuities, their jumps and edges of the obstacle, given or detected; places at which the
+        height itself jumps, and at which the curvature has no bound though the slope does not jump.
     found : bool
-        Whether slope discontinuities, jumps of the slope or edges were detected that the obstacle does not
-        name.
+        Whether kinks, jumps or edges were detected that the obstacle does not name.
     """
 
     load: float
@@ -87,9 +79,7 @@ class Picture:
 
     @property
     def simple(self) -> bool:
-        """Whether the obstacle has one lowest place, and nothing beside it that is much narrower than the
-        contact.
-        """
+        """Whether the obstacle has one lowest place, and nothing much narrower than the contact beside it."""
         few = len(self.minima) <= 1 and len(self.kinks) <= 2 and not self.found and self.angle is None
         return few and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
 
@@ -99,10 +89,10 @@ class Picture:
         return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * away))
 
 
-def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
+def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
     """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
-    BadArgument if the obstacle or psi0 is noise or has too many features, stays so low far away that a
-    half-plane touches it without bounds, or does not rise enough to carry the load.
+    BadArgument if obstacle or psi0 are noise or have too many features, or the obstacle does not rise enough
+    for the load.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)
@@ -141,9 +131,7 @@ def within(
     bound: float = np.inf,
     lowest: float | None = None,
 ) -> Picture:
-    """Returns the Picture of given stretches, for contacts of this half-width and rise on any body; without
-    `lowest` the lowest point is that of the sites.
-    """
+    """Returns the Picture of given stretches, for contacts of this half-width and rise on any body."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor = problem.obstacle, 1e-11 * rise
     known: bool = getattr(obstacle, "formulas", False)
@@ -163,9 +151,7 @@ def within(
 
 
 def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
-    """Returns the obstacle with the slope discontinuities and edges of its Picture, where it does not name
-    them.
-    """
+    """Returns the obstacle with the slope discontinuities and edges of its Picture."""
     if not found.found:
         return obstacle
     height = cast("Callable[[Array], ArrayLike]", getattr(obstacle, "height", obstacle))
@@ -302,7 +288,7 @@ def _proxies(
     name: str = "obstacle",
     known: Collection[float] = (),
 ) -> list[Proxy]:
-    """Returns a Proxy for each stretch; raises BadArgument, naming what was given, where the function is too
+    """Returns a Proxy for each stretch; raises BadArgument, by the name of what was given, where it is too
     rough.
     """
     try:

@@ -76,8 +76,8 @@ class PlainData:
         Returns
         -------
         dict
-            Plain data for JSON in full precision: arrays are lists (of lists), tuples are lists, parts that
-            are results or events are dictionaries, and a number that is NaN or infinite is None.
+            Plain data for JSON in full precision: arrays and tuples are lists, results and events
+            dictionaries; a number that is NaN or infinite is None.
 
         Examples
         --------
@@ -89,16 +89,14 @@ class PlainData:
         return {name: plain_data(getattr(self, name)) for name in self._keys}
 
     def to_xarray(self) -> xarray.Dataset:
-        """Returns the result as a labelled data set, with units in attributes: frames, NetCDF files and plots
-        follow from it.
+        """Returns the result as a labelled data set, with units in attributes.
 
         Returns
         -------
         xarray.Dataset
-            The numbers and arrays among the attributes, by their names: of a state over "x" (in three
-            dimensions over "point", or over "x1" and "x2" of a grid), of a history over "state" and "point",
-            where a state with fewer points than others has NaN; events over "event". Texts are attributes, a
-            number that does not exist is NaN.
+            Of a state over "x" (in space over "point", or over "x1" and "x2" of a grid), of a history over
+            "state" and "point", with NaN where a state has fewer points; events over "event". Texts are
+            attributes.
 
         Raises
         ------
@@ -112,8 +110,6 @@ class PlainData:
         >>> data = problem.solve(load=1.0).to_xarray()
         >>> data.pressures.dims, data.pressures.units, round(float(data.weights @ data.pressure), 9)
         (('corner', 'x'), 'stress', 1.0)
-        >>> problem.path(load=1.0).to_xarray().event_load.units
-        'force per thickness'
         """
         from .labelled import data_set  # here: whoever does not ask for it does not load it
 
@@ -122,9 +118,8 @@ class PlainData:
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit.
 
-        The file has all attributes, but not what lies between the points: `pressure_at`, `micromoment_at`,
-        `gap_at` and `fields` of what is loaded raise BadArgument. Functions and meshes are no data: they come
-        back as their name alone.
+        What lies between the points is not in the file: `pressure_at`, `micromoment_at`, `gap_at` and
+        `fields` of what is loaded raise BadArgument. Functions and meshes come back as their names.
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadArgument
-from .law import ACTS_IN, has_constant_levers
+from .law import ACTS_IN
 from .material import joint_modulus
 from .obstacles import heights
 from .types import AngledLaw, Array, CornerZones, Interval, LawLike, ObstacleLike
@@ -27,12 +27,11 @@ GROWTH = 4.0  # of panels away from an edge
 
 @dataclass(frozen=True)
 class Problem:
-    """The problem on the line: solid, law and obstacle, in one place.
+    """The problem on the line: solid, law and obstacle.
 
-    With `mirror` obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
-    >= 0 if the law has one corner only. Without a `picture` the obstacle is smooth between the places that it
-    names. `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is
-    rigid.
+    With `mirror` all is symmetric about x = 0, and the first corner alone is computed, on x >= 0 if the law
+    has one corner only. Without a `picture` the obstacle is smooth between the places that it names.
+    `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is rigid.
     """
 
     solid: Cosserat
@@ -64,7 +63,7 @@ class Problem:
 
     @cached_property
     def _places(self) -> Array:
-        """Contact points at which a corner meets a slope discontinuity or an edge, ascending, each once."""
+        """Contact points at which a corner meets a slope discontinuity or an edge, ascending."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
         own += getattr(self.picture, "tips", ())
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
@@ -80,58 +79,44 @@ class Problem:
     @cached_property
     def kinks(self) -> dict[float, dict[int, float]]:
         """{contact point: {corner: jump of its initial gap's slope}}."""
-        found: dict[float, dict[int, float]] = {}
-        for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
-            for corner, shift in enumerate(self.shifts):
-                at = found.setdefault(self._one_place(place + shift), {})
-                at[corner] = at.get(corner, 0.0) + float(jump)
+        named = zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ()))
+        met = [(x + shift, i, jump) for x, jump in named for i, shift in enumerate(self.shifts)]
         angle = None if self.picture is None else self.picture.angle
         if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
             size = self.solid.ell / 2 * (cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
-            for place, jump in zip(angle.singular, angle.jumps):
-                at = found.setdefault(self._one_place(place), {})
-                for corner, sign in ((0, 1), (1, -1)):
-                    at[corner] = at.get(corner, 0.0) + sign * size * float(jump)
+            turned = zip(angle.singular, angle.jumps)
+            met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
+        found: dict[float, dict[int, float]] = {}
+        for place, corner, jump in met:
+            at = found.setdefault(self._one_place(place), {})
+            at[corner] = at.get(corner, 0.0) + float(jump)
         return found
 
     @cached_property
     def tips(self) -> set[float]:
-        """Contact points at which a corner is under a tip: its curvature has no bound, its slope does not
-        jump.
-        """
+        """Contact points at which a corner is under a tip, see `Picture`."""
         places = () if self.picture is None else self.picture.tips
         return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
-        """[(edges, lengths), ...] in x of the contact point, of all that its gaps and levers are made of."""
+        """[(edges, lengths), ...] in x of the contact point, of its gaps and levers."""
         if self.picture is None:
             return []
         angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
         return [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts] + angle
 
     @cached_property
-    def least_scale(self) -> float:
-        """The shortest piece on which heights and psi0 are polynomials: no `scale` is less (length)."""
-        return min((float(own.min(initial=np.inf)) for _, own in self._pieces), default=np.inf)
-
-    @cached_property
     def stretches(self) -> list[Interval]:
-        """Intervals of the contact point in which a corner could touch, ascending; of problems with a
-        picture.
-        """
+        """Intervals of the contact point in which a corner could touch, ascending."""
         assert self.picture is not None
         low = self.picture.stretches
         return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
 
     @property
     def reach(self) -> Interval:
-        """(left, right) of x, beyond which no corner touches; of problems with a picture."""
+        """(left, right) of x, beyond which no corner touches."""
         return self.stretches[0][0], self.stretches[-1][1]
-
-    def shift(self, corner: int) -> float:
-        """Returns how far right of a corner its contact point lies (length)."""
-        return self.shifts[corner]
 
     def sites(self, corner: int) -> Array:
         """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated."""
@@ -141,13 +126,11 @@ class Problem:
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval: no longer than pieces on which heights and psi0 are
-        polynomials, and than `grading` times the distance from shorter ones; inf where these are smooth.
+        polynomials, and than `grading` times the distance from shorter ones.
         """
-        lengths: list[float] = [np.inf]
-        for edges, own in self._pieces:
-            away = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)
-            lengths.append((own + grading * away).min())
-        return float(min(lengths))
+        near = [(own, edges[:-1] - right, left - edges[1:]) for edges, own in self._pieces]
+        lengths = (own + grading * np.maximum(np.maximum(*away), 0.0) for own, *away in near)
+        return min((float(own.min(initial=np.inf)) for own in lengths), default=np.inf)
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
@@ -155,7 +138,7 @@ class Problem:
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
-        """Returns the same of one corner, computed or known by symmetry."""
+        """Returns (left, right) of one corner, computed or known by symmetry."""
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
         return tuple(self._one_place(place + self.shifts[corner]) for place in places)
 
@@ -166,8 +149,8 @@ class Problem:
         return {0: zones[0], 1: tuple((-right, -left) for left, right in reversed(zones[0]))}
 
     def computed(self, zones: CornerZones) -> CornerZones:
-        """Returns of the zones of all corners those that are computed; on a half-line with mirror images of
-        those on the right.
+        """Returns of the zones of all corners those that are computed, on a half-line with their mirror
+        images.
         """
         if not half_line(self):
             return {corner: zones[corner] for corner in self.corners}
@@ -178,11 +161,6 @@ class Problem:
         """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""
         values = list(self.law.levers(np.asarray(x)).values())
         return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
-
-    @property
-    def has_constant_levers(self) -> bool:
-        """Whether the levers are known to be the same at all x."""
-        return has_constant_levers(self.law)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns levers of (29) for corner numbers and abscissae of the same shape."""
@@ -208,11 +186,6 @@ def level_surface(x: Array) -> tuple[Array, Array]:
 def half_line(problem: Problem) -> bool:
     """Returns whether the one corner of a symmetric problem is computed on x >= 0 only."""
     return problem.mirror and len(problem.law.corners) == 1
-
-
-def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
-    """Returns whether obstacle and blocks are known to be symmetric about x1 = 0."""
-    return bool(law.even and getattr(obstacle, "even", False))
 
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:

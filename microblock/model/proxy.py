@@ -41,15 +41,11 @@ class Proxy:
     ----------
     edges : array (n + 1,)
         Edges of the pieces, ascending.
-    singular : array (k,)
-        Places, ascending, at which a derivative jumps or has no bound, or the function itself jumps or ends.
-    jumps : array (k,)
-        By how much the slope jumps at each; 0 where it does not, nan where the function itself jumps or ends.
-    powers : array (k,)
-        Approximate power of ``abs(x - place)**power`` there; 1 where the slope jumps, nan where the function
-        does.
+    singular, jumps, powers : arrays (k,)
+        Places, ascending, at which a derivative jumps or has no bound, or the function jumps or ends; jump of
+        the slope there; and power p of ``abs(x - place)**p``. Both are nan where the function jumps or ends.
     samples, values : arrays (m,)
-        Places, ascending, at which the function was evaluated, and its values there, inf where there is none.
+        Places, ascending, at which the function was evaluated, and its values, inf where there is none.
     """
 
     edges: Array
@@ -74,8 +70,8 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
     """Returns the Proxy of a function of arrays on the intervals between `edges`, inf where there is nothing.
 
     The intervals are short enough for the features that shall be seen; `floor` is an error per length that
-    does not matter, `known` are singular places inside. Raises TooRough if there are too many pieces, or more
-    than 200 singular points at a time, as of noise.
+    does not matter, `known` are singular places inside. Raises TooRough if there are too many pieces or
+    singular points.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
@@ -140,7 +136,7 @@ def _rough(
     function: Function, left: Array, right: Array, x: Array, h: Array, floor: Array | float = 0.0
 ) -> Array:
     """Returns the error of a polynomial on each piece, also at the samples x with the values h, over what
-    rounding and 1e-8 of the change allow it.
+    rounding and 1e-8 of the change allow.
     """
     values = _values(function, _spread(left, right).ravel()).reshape(-1, len(_places))
     there = np.isfinite(values)
@@ -180,12 +176,12 @@ def _pinned(function: Function, left: Array, right: Array, least: float) -> list
 def _at_singular(
     function: Function, place: float, others: Iterable[float], whole: float, exact: bool
 ) -> tuple[float, float, float]:
-    """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, whose place
-    is known roughly or exactly, from differences beside it.
+    """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, from
+    differences beside it.
 
-    The jump is 0 if it shrinks with their step; jump and power are nan if it grows: then the function itself
-    jumps. Where the slope jumps the place is where the polynomials of either side meet: a logarithm d beside
-    its place is off by sqrt(d) in L2.
+    The jump is 0 if it shrinks with their step; jump and power are nan if it grows. Where the slope jumps the
+    place is where the polynomials of either side meet: a logarithm d beside its place is off by sqrt(d) in
+    L2.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
 
@@ -207,8 +203,8 @@ def _at_singular(
 
 
 def _meeting(function: Function, place: float, width: float) -> tuple[float, float]:
-    """Returns (where polynomials through 6 points of either side meet, difference of their slopes) next to a
-    place.
+    """Returns where polynomials through 6 points of either side of a place meet, and the jump of their
+    slopes.
     """
     x = 0.05 + 0.95 * (1 + np.cos(np.pi * (np.arange(6) + 0.5) / 6)) / 2
     right, left = (

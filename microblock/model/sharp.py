@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
-    """Returns the contact points x1, ascending, at which a corner is closed at one of the places of the
-    obstacle, up to `within` (length) beside a zone.
+    """Returns the contact points x1, ascending, at which a corner is closed at one of the obstacle's places,
+    up to `within` (length) beside a zone.
     """
     if not places:  # of a state from a file, whose law may be a name alone
         return []
@@ -34,18 +34,14 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
 
 
 def unbounded(state: State) -> list[float]:
-    """Returns the places x1 in contact at which the pressure is infinite: at ends and
-    edges of the obstacle.
-    """
+    """Returns the places x1 in contact at which the pressure is infinite."""
     seen = state.solution.problem.obstacle  # with the places that nobody has named
     kinks, jumps, ends = (getattr(seen, name, ()) for name in ("kinks", "jumps", "ends"))
     return touched(state, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
 
 
 def of_samples(state: State) -> list[str]:
-    """Returns sentences on a contact with samples: that it reaches the last one, and that
-    lines have edges.
-    """
+    """Returns sentences on a contact with samples that reaches the last one, or edges between lines."""
     samples, found = shape_of(state.obstacle), []
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
         return []
@@ -67,7 +63,7 @@ def of_samples(state: State) -> list[str]:
 
 
 def _spacing(state: State, place: float) -> float:
-    """Returns the distance of the points of the surface next to a place: zones on nodes end so near to it."""
+    """Returns the distance of the points next to a place."""
     x: Array = state.x
     after = int(np.clip(np.searchsorted(x, place), 1, len(x) - 1))
     return float(x[after] - x[after - 1])

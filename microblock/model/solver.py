@@ -11,42 +11,41 @@ from ..errors import BadArgument, NotConverged
 from .deformable import body_of
 from .events import LoadPath
 from .obstacles import check_lowest
-from .problem import symmetric
 from .state import State
-from .types import Array, BodyLike, ContactLike, LawLike, ObstacleLike
+from .types import Array, ContactLike
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
 SOLVED = 1e-6
 
 if TYPE_CHECKING:
     from .history import History
-    from .material import Cosserat
     from .state import Solution
 
 
 class Solver:
-    """Base of solvers: a solver is made of a `Contact` and the method that the user has named.
+    """Base of solvers: a solver is made of a `Contact` and the method that the user has named, its `options`.
 
-    It defines `solve`; it may define `path` if it can follow events, `history` if friction, and `follow` if
-    a neighbouring solution saves work.
+    It defines `solve`; it may define `path` for events, `history` for friction, and `follow` where a
+    neighbouring solution saves work.
 
     Attributes
     ----------
+    contact, body, solid, obstacle, law
+        Of the problem.
     has_level : bool
-        Whether the approach means something: the additive constant of a half-plane is arbitrary.
+        Whether the approach means something: the constant of a half-plane is arbitrary.
     has_fitted_zones : bool
-        Whether the edges of its zones are unknowns, so that events are found from them (`path.ZonePath`).
+        Whether the edges of zones are unknowns, so that events are found from them (`path.ZonePath`).
     usual_rtol : float or None
         Relative error that is asked for where the user names none.
     most_corners : int or None
         Corners that a law may have; None for any number.
     counter_bodies : tuple of classes
-        Of the second bodies that it knows as obstacles (`Deformable`); others are refused.
+        Of the second bodies that it knows (`Deformable`).
     in_space : "cells", "nodes" or None
         What its states have in three dimensions; None in the plane.
     verifies : bool
-        Whether the residual of its states is that of equations which it solves to rounding
-        (`require_solved`); else the error estimate speaks of it.
+        Whether `require_solved` looks at the residual of its states; else the error estimate speaks of it.
     """
 
     has_level = True
@@ -59,13 +58,17 @@ class Solver:
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options
+        self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
+        self.solid = self.body.solid
         self._require_counter_body()
-        if self.most_corners is not None and len(self.law.corners) > self.most_corners:
+        count, most = len(self.law.corners), self.most_corners
+        if most is not None and count > (1 if self.law.clamps_rotation else most):
+            constrained = " and constrains psi" if self.law.clamps_rotation else ""
             raise BadArgument(
                 "law",
                 self.law,
-                f"has {len(self.law.corners)} corners: {type(options).__name__}() takes up "
-                f"to {self.most_corners}, Condensed() and GivenCompliance() any number",
+                f"has {count} corners{constrained}: {type(options).__name__}() takes up to {most}, or one "
+                "where psi is constrained; Condensed() and GivenCompliance() take any number",
             )
 
     def _require_counter_body(self) -> None:
@@ -82,38 +85,17 @@ class Solver:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns what the solver was made of: what it keeps besides is computed again after a copy."""
-        made: dict[str, Any] = vars(self)
+        """Returns what the solver was made of: the rest is computed again after a copy."""
         return {
             key: one
-            for key, one in made.items()
+            for key, one in vars(self).items()
             if not isinstance(getattr(type(self), key, None), cached_property)
         }
 
     @property
-    def body(self) -> BodyLike:
-        """The body of the problem."""
-        return self.contact.body
-
-    @property
-    def solid(self) -> Cosserat:
-        """The solid of the body."""
-        return self.contact.body.solid
-
-    @property
-    def obstacle(self) -> ObstacleLike:
-        """The obstacle of the problem."""
-        return self.contact.obstacle
-
-    @property
-    def law(self) -> LawLike:
-        """The contact law of the problem."""
-        return self.contact.law
-
-    @property
     def symmetric(self) -> bool:
         """Whether obstacle and blocks are known to be symmetric about x1 = 0."""
-        return symmetric(self.law, self.obstacle)
+        return bool(self.law.even and getattr(self.obstacle, "even", False))
 
     def require_lowest(self) -> None:
         """Raises BadArgument for an obstacle that falls without bounds over an unbounded body."""
@@ -129,9 +111,9 @@ class Solver:
     ) -> Solution:
         """Returns the Solution at a load (force per thickness) or an approach (length), the other being None.
 
-        `rtol` is that of `Contact.solve`, None the usual one; `initial` a solution of a similar problem,
-        passed over where it is of another kind. Raises BadArgument if the method does not take an argument,
-        NotConverged if the accuracy is out of reach or no zones are found.
+        `rtol` is that of `Contact.solve`, None the usual one; `initial` a solution of a similar problem.
+        Raises BadArgument if the method does not take an argument, NotConverged if the accuracy is out of
+        reach.
         """
         raise NotImplementedError
 
@@ -140,18 +122,18 @@ class Solver:
         return State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
-        """Raises NotConverged unless a state has the load or the approach that was asked for, its pressures
-        carry its load, and its equations hold: a residual below the error estimate is part of it, and that of
-        a penalty, which leaves gaps on purpose, does not count.
+        """Raises NotConverged unless a state has the load or approach that was asked for, its pressures carry
+        its load, and its residual is rounding or below the error estimate; that of a penalty does not count.
         """
         solution = getattr(state, "solution", state)
+        carried = np.sum(state.weights * state.pressure * state.normals[:, -1])
         counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
         off = {
             "load": 0.0 if load is None else abs(state.load - load) / load,
             "approach": 0.0
             if approach is None
             else abs(state.approach - approach) / np.abs(solution.displacement).max(),
-            "sum of the pressures": abs(self.carried(state) - state.load) / state.load,
+            "sum of the pressures": abs(carried - state.load) / state.load,
             "residual": state.residual if counts else 0.0,
         }
         worst = max(off, key=lambda name: off[name])
@@ -167,12 +149,8 @@ class Solver:
         """Whether gaps of closed corners are those of a penalty."""
         return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
 
-    def carried(self, state: Any) -> float:
-        """Returns the resultant of a state's pressures: a force, in the plane per thickness."""
-        return float(np.sum(state.weights * state.pressure * state.normals[:, -1]))
-
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
-        """Returns the LoadPath up to a load; raises BadArgument where the method cannot follow events."""
+        """Returns the LoadPath up to a load; raises BadArgument where the method follows no events."""
         raise BadArgument(
             "method",
             type(self.options).__name__,
@@ -181,13 +159,11 @@ class Solver:
         )
 
     def follows(self, pairs: Array) -> bool:
-        """Returns whether the method is the one to follow a history, array (n, 2), where none is named."""
+        """Returns whether the method follows a history, array (n, 2), where none is named."""
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
-        """Returns the History through pairs (P, Q), array (n, 2), of a law with friction; raises BadArgument
-        where the method cannot follow it.
-        """
+        """Returns the History through pairs (P, Q), array (n, 2); raises BadArgument if it cannot."""
         raise BadArgument(
             "method",
             type(self.options).__name__,
@@ -198,7 +174,3 @@ class Solver:
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
         """Returns the Solution at a load, soon, from a neighbouring one: what sliders call."""
         return self.solve(load, None, rtol, initial)
-
-    def resized(self, solid: Cosserat) -> BodyLike:
-        """Returns the body of another solid; what does not depend on the moduli is kept."""
-        return self.body.of(solid)

@@ -32,7 +32,7 @@ from .types import (
     ZoneErrors,
     Zones,
 )
-from .zones import contact_zones, half_widths, over_the_end
+from .zones import contact_zones, over_the_end
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,16 +53,12 @@ class Surface:
         Points of the undeformed surface (lengths), and unit normals.
     pressures, gaps : arrays (corners, n)
         Stresses and lengths; a gap is inf where there is no obstacle over the corner.
-    micromoment, psi, rotation, displacement : arrays (n,)
+    micromoment, psi, rotation, displacement, apart
         As of `State`.
     obstacle : array (n,)
         Height of the obstacle over the undeformed surface along n at the state's approach (length).
-    corners : tuple of str
-        Names of the corners.
-    ell : float
-        Side of a block (length).
-    apart : boolean array (n - 1,), optional
-        Whether the surface is interrupted between a point and the next.
+    corners, ell
+        Names of the corners, and side of a block (length).
     """
 
     points: Array
@@ -97,8 +93,8 @@ def surface(
     apart: Flags | None = None,
     counter: Function | None = None,
 ) -> Surface:
-    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the
-    displacement along x2 of a second body's surface, a function of x1.
+    """Returns the Surface of a problem's state from its fields at points; `counter` is the displacement along
+    x2 of a second body's surface, a function of x1.
     """
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     if counter is not None:
@@ -144,27 +140,25 @@ class ErrorParts:
     @property
     def total(self) -> float | None:
         """The sum; None where a part is not known."""
-        parts: list[float | None] = [getattr(self, entry.name) for entry in fields(cast(Any, self))]
-        known = [part for part in parts if part is not None]
-        return sum(known) if len(known) == len(parts) else None
+        parts: list[Any] = [getattr(self, entry.name) for entry in fields(cast(Any, self))]
+        return None if None in parts else sum(parts)
 
 
 class Solution:
     """What a method computes, and what lies between its points: a State takes its fields from it by their
-    names, when they are first asked for, and asks it for `pressure`, `moment_at`, `gap`, `fields` and
-    `surface`.
+    names when they are first asked for.
 
-    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`,
-    `micromoment`, `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns` and
-    `displacement`, in the plane `x`, and with friction `shear`, `shear_traction`, `slip`, `dissipation`,
-    `work` and, where they are known, `tangential_approach` and `zone_errors`.
+    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
+    `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
+    `x`; with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
+    `tangential_approach` and `zone_errors`.
 
     Attributes
     ----------
     estimate : ErrorParts or None
         Parts of the error estimate; None where nothing is estimated.
     notes : tuple of str
-        Sentences on how the solution was computed, such as a fallback that was taken.
+        Sentences on the computation, such as a fallback that was taken.
     has_edges : bool
         Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
     apart : boolean array (n - 1,) or None
@@ -230,8 +224,8 @@ class Solution:
         return np.zeros(len(x))
 
     def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,): a polygon through the points, where psi is not prescribed of the
-        contact alone.
+        """Returns M at x, array (n,): a polygon through the points, 0 beside the contact unless psi is
+        prescribed.
         """
         pressed = sum(self.pressure(corner, x) for corner in range(len(self.pressures))) > 0
         return np.where(
@@ -239,9 +233,7 @@ class Solution:
         )
 
     def moved_on(self, earlier: Solution, share: float) -> Solution:
-        """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the
-        next.
-        """
+        """Returns this solution, moved on by a share of the way from an earlier one if that helps."""
         return self
 
     def few_nodes(self, advice: str) -> list[str]:
@@ -289,27 +281,29 @@ class LineSolution(Solution):
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class State(Shown, PlainData):
-    """A contact state, of whatever body, law and method, in the plane; in three dimensions see the notes.
+    """A contact state, of whatever body, law and method.
 
     Attributes
     ----------
     problem : Contact
         The problem; of a body whose mesh was refined, the one on the refined mesh.
+    solid, obstacle, law
+        Of the problem.
     load : float
         Force per thickness; on a period, that of one period.
     approach : float or None
-        Approach of the obstacle (length); None where the rigid-body constant of the half-plane is arbitrary.
+        Approach of the obstacle (length); None where the constant of a half-plane is arbitrary.
     x, weights : arrays (n,)
-        Points of the whole contact surface, ascending, and the lengths that they stand for: ``weights @
-        pressure`` is the load (of a curved surface with the normals' second component as a factor).
+        Points of the contact surface, ascending, and the lengths that they stand for: ``weights @ pressure``
+        is the load (of a curved surface with the normals' second component as a factor).
     points, normals : arrays (n, 2)
-        The same points (lengths), and the outward unit normals of the surface there.
+        The same points (lengths), and the outward unit normals there.
     apart : boolean array (n - 1,) or None
         Whether the surface is interrupted between a point and the next; None where it nowhere is.
     pressure, micromoment, psi, displacement : arrays (n,)
-        Total pressure (stress), micromoment (29) (stress x length), or the reaction where the law prescribes
-        psi, microrotation (radians) and normal displacement into the body, -u.n (length; of a half-plane up
-        to its additive constant), at `x`.
+        Total pressure (stress), micromoment (29) (stress x length), or the reaction to a prescribed psi,
+        microrotation (radians) and displacement into the body, -u.n (length; of a half-plane up to a
+        constant).
     pressures : dict of arrays (n,)
         Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
     closed : array (n,) of int
@@ -318,8 +312,8 @@ class State(Shown, PlainData):
         Rotation of the blocks (radians): psi0 + psi, or psi alone where psi0 acts in the levers only.
     zones : dict of lists of (left, right)
         Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
-        either. Of laws without corners "contact" alone is not empty. On a period, an interval at its end goes
-        on beyond it where one begins at its start. With friction "stick" and "slip" are parts of "contact".
+        either; of laws without corners "contact" alone. On a period an interval may go on beyond its end.
+        With friction "stick" and "slip" are parts of "contact".
     half_width, contact_area : float
         Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
@@ -332,42 +326,38 @@ class State(Shown, PlainData):
         Largest relative residual of equilibrium, complementarity and feasibility; on panels what violations
         of (26) are worth in the norm of the error.
     iterations, unknowns : int
-        Iterations of the method, and number of its unknowns.
+        Of the method.
     method : str
         "panels", "cells", "fitted", "uniform", "condensed" or "newton".
     warnings : list of str
-        Sentences that say where the model leaves its range of validity, the discretisation is coarse, or a
-        fallback was taken.
+        Where the model leaves its range, the discretisation is coarse, or a fallback was taken.
     energy : float
-        Elastic energy per thickness; of a half-plane up to its additive constant.
-    solid, obstacle, law
-        Of the problem.
+        Elastic energy per thickness; of a half-plane up to a constant.
     caption : str
-        Obstacle, law, load and error estimate in a line, as it stands above figures.
+        Obstacle, law, load and error estimate in a line.
     shear : float or None
-        Q along x1, force per thickness, which drags the surface along x1 if it is positive; `load` is P.
-        This, and what follows, is that of a state of a `History`, and None without friction.
-    shear_traction, slip : arrays (n,) or None
-        q along x1 (stress), and relative tangential displacement of obstacle and surface since first contact
-        (length), positive in the direction of a positive q; 0 where there was no contact. The `micromoment`
-        is that of the corner forces and of the shear traction, which acts on the blocks' faces.
-    dissipation, work : float or None
+        Q along x1, force per thickness, which drags the surface along x1 if positive; None without friction,
+        as all that follows.
+    shear_traction, slip : arrays (n,)
+        q along x1 (stress), and slip since first contact (length), positive along a positive q. `micromoment`
+        is then that of the corner forces and of q, which acts on the blocks' faces.
+    dissipation, work : float
         Dissipated energy and work of the loads since the beginning, per thickness: `work` is the sum of
-        `energy` and `dissipation`, up to the rigid-body constant of a half-plane.
+        `energy` and `dissipation`, up to the constant of a half-plane.
     tangential_approach : float or None
-        Tangential displacement of the obstacle (length); None where the rigid-body constant is arbitrary.
+        Tangential displacement of the obstacle (length); None where its constant is arbitrary.
     zone_errors : dict or None
         Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), None for a name
-        whose number of zones differs on the coarser discretisation; None where a method does not estimate
-        them.
+        whose number of zones differs on the coarser discretisation.
     opposite : array (n,) or None
-        Displacement along x2 of the surface of a second body (`Deformable`) at `x`; None of a rigid obstacle.
+        Displacement along x2 of a second body's surface (`Deformable`) at `x`; None of a rigid obstacle.
     solution : Solution
-        What the method itself has computed, which knows what lies between the points.
+        What the method has computed, which knows what lies between the points.
 
     Notes
     -----
-    In three dimensions forces stand for forces per thickness, and a state has the following instead:
+    In three dimensions forces stand for forces per thickness, `zones`, `half_width`, `x` and `rotation` are
+    None, and a state has instead:
 
     points, normals : arrays (n, 3)
         Centres of cells, row after row, or nodes of the contact boundary, and unit normals there.
@@ -377,22 +367,19 @@ class State(Shown, PlainData):
         M1 and M2 of the corners' forces, or the reaction to psi = 0, and microrotations about x1 and x2.
     pressures : dict of arrays (n,)
         Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
-        Where all four are closed their forces are not unique: `pressure` and `micromoment`, the resultants,
-        are; `pressures` are those of least norm.
+        Where all four are closed they are those of least norm; `pressure` and `micromoment` are unique.
     closed : array (n,) of int
         Number of closed corners: those with a force, and all four where no gap is open.
     contact_area : float
         Area on which a corner touches (length^2).
     shape, x1, x2, width
-        Of cells: their numbers (n1, n2) along either axis, centres along either axis, arrays (n1,) and (n2,),
-        and the side of one (length). Of nodes `x1` and `x2` are those of `points`, the others None.
+        Of cells: their numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2`
+        are those of `points`, the others None.
     triangles : array (m, 3) of int, or None
         Numbers of nodes, of triangles between them.
     seen_width : float or None
-        Diameter of a disc that is always seen, within the cells and as far again on all sides of them, if the
-        obstacle is lower there than as far again around it (length). Narrower summits may be missed.
-    zones, half_width, x, rotation
-        None.
+        Diameter of a disc that is seen, in and around the cells, if the obstacle is lower there than as far
+        again around it (length). Narrower summits may be missed.
 
     Examples
     --------
@@ -509,18 +496,15 @@ class State(Shown, PlainData):
     @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
-        period, found = self.solution.period, Named("zone", {})
-        for name, pairs in self.solution.zones_by_name.items():
-            own = [(float(left), float(right)) for left, right in pairs]
-            found[name] = own if period is None else over_the_end(own, period)
-        return found
+        zones, period = self.solution.zones_by_name, self.solution.period
+        return Named("zone", {name: over_the_end(pairs, period) for name, pairs in zones.items()})
 
     @cached_property
     def half_width(self) -> float:
-        """Half of the width of the contact, counted at the middles of blocks (length): the outermost corner
-        that touches stands ell/2 inside. Under `Punch(0.5)` with ell = 0.085 the half-width is 0.5425.
+        """Half of the width of the contact at the middles of blocks (length): the outermost corner that
+        touches stands ell/2 inside.
         """
-        return half_widths(self.zones["contact"])[0]
+        return float(np.ptp(self.zones["contact"] or 0)) / 2
 
     @cached_property
     def contact_area(self) -> float:
@@ -543,8 +527,7 @@ class State(Shown, PlainData):
     @cached_property
     def opposite(self) -> Array | None:
         """Displacement of the surface of a second body at the points, array (n,), or None."""
-        deforms = body_of(self.obstacle) is not None
-        return self.solution.counter_displacement(self.x) if deforms else None
+        return None if body_of(self.obstacle) is None else self.solution.counter_displacement(self.x)
 
     @cached_property
     def warnings(self) -> list[str]:
@@ -559,26 +542,20 @@ class State(Shown, PlainData):
         if largest > math.radians(10):  # where the small-angle form misses 1.5 %
             angle = math.degrees(largest)
             found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
-        slope = self._slope()
+        edges = np.ravel(self.zones["contact"] if self.solution.has_edges else [])
+        width = float(np.ptp(edges)) if len(edges) else math.inf
+        sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * self.solid.ell)
+        beside = returned(self.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
+        known = np.isfinite(beside).all(axis=0)
+        slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
         if slope > 0.2:
             found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
         if self.error_estimate is not None and self.error_estimate > 0.1:
             figure = at_least(self.error_estimate)
             found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
-        contact = self.zones["contact"]
-        if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
+        if width < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
         return found
-
-    def _slope(self) -> float:
-        """Returns the largest slope of the obstacle at an edge of the contact."""
-        edges = np.array([edge for interval in self.zones["contact"] for edge in interval], float)
-        if not len(edges) or not self.solution.has_edges:
-            return 0.0
-        step = 1e-6 * max(np.ptp(edges), 1e-6 * self.solid.ell)
-        around = np.array([returned(self.solution.problem.obstacle, edges + sign * step) for sign in (-1, 1)])
-        known = np.isfinite(around).all(axis=0)
-        return float(np.abs(np.diff(around[:, known], axis=0) / (2 * step)).max(initial=0.0))
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -624,8 +601,8 @@ class State(Shown, PlainData):
         Returns
         -------
         array (n,), or a float for one number; in three dimensions array (n, 2)
-            M, in three dimensions M1 and M2 (stress x length). Of panels and fitted elements it is that of
-            the pressures at x; of other methods linear between their points, as `pressure_at`.
+            M, in three dimensions M1 and M2 (stress x length); of panels and fitted elements that of the
+            pressures at x, else linear between points.
 
         Raises
         ------
@@ -686,8 +663,8 @@ class State(Shown, PlainData):
         Returns
         -------
         array (n,), or a float for one number
-            Lengths; 0 for a rigid obstacle. On half-planes without a period only differences have a meaning;
-            inf beyond the contact boundary of a body on a mesh.
+            Lengths, on half-planes up to a constant; 0 for a rigid obstacle, inf beyond the contact boundary
+            of a body on a mesh.
 
         Examples
         --------
@@ -749,17 +726,11 @@ class State(Shown, PlainData):
         if self.shape is None:
             raise BadArgument("direction", direction, "belongs to cells in three dimensions")
         n = self.shape[0]
-        rows = [n // 2] if n % 2 else [n // 2 - 1, n // 2]
-        fields = {"pressure": self.pressure} | {
-            f"{name}{i + 1}": values[:, i]
-            for name, values in (("m", self.micromoment), ("psi", self.psi))
-            for i in (0, 1)
-        }
-        found = {"x1": cast(Array, self.x1)}
-        for name, values in fields.items():
-            cells = values.reshape(self.shape)
-            found[name] = np.diagonal(cells) if direction == "diagonal" else cells[:, rows].mean(axis=1)
-        return found
+        names = "pressure", "m1", "m2", "psi1", "psi2"
+        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (5, *self.shape))
+        middle = fields[:, :, [(n - 1) // 2, n // 2]].mean(axis=2)
+        cuts = np.diagonal(fields, axis1=1, axis2=2) if direction == "diagonal" else middle
+        return {"x1": cast(Array, self.x1), **dict(zip(names, cuts))}
 
     def _number(self, corner: str) -> int:
         require_choice(self.pressures, corner=corner)
@@ -768,13 +739,12 @@ class State(Shown, PlainData):
     @property
     def fields(self) -> Callable[..., Any]:
         """Fields below the surface, a callable: ``fields(x1, x2)`` has psi, stress and couple stress at
-        points, and u where it is known; of finite elements also u1, u2, psi and stress as NGSolve
-        functions.
+        points, and u where it is known; of finite elements also u1, u2, psi and stress as NGSolve functions.
 
         Raises
         ------
         BadArgument
-            If the state is one on cells, which have no fields below the surface.
+            If the state is one on cells.
 
         Examples
         --------
@@ -783,9 +753,13 @@ class State(Shown, PlainData):
         >>> state.fields([-0.1, 0.1], -0.2).psi.shape
         (2,)
         """
-        if not hasattr(self.solution, "fields"):
-            raise BadArgument("method", self.method, NO_FIELDS)
-        return cast("Callable[..., Any]", self.solution.fields)
+        return cast("Callable[..., Any]", self._offered("fields", "method", self.method, NO_FIELDS))
+
+    def _offered(self, name: str, *refusal: str) -> Any:
+        """Returns what the solutions of some methods alone have; raises BadArgument of others."""
+        if not hasattr(self.solution, name):
+            raise BadArgument(*refusal)
+        return getattr(self.solution, name)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
         """Returns what the supports of a body on a boundary exert on it.
@@ -814,13 +788,12 @@ class State(Shown, PlainData):
         >>> round(float(problem.solve(load=1.0).reaction(".*").force[1]), 6)
         1.0
         """
-        if not hasattr(self.solution, "reaction_on"):
-            raise BadArgument("boundary", boundary, "belongs to a body on a mesh")
-        return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
+        of = self._offered("reaction_on", "boundary", boundary, "belongs to a body on a mesh")
+        return cast("tuple[Array, float]", of(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface (gaps, normal displacement, obstacle) on an interval (left, right) of x1 in the
-        plane, without it in and around the contact.
+        plane, without it around the contact.
         """
         self._require_flat("surface along x1")
         return cast(Surface, self.solution.surface(self._window(window)))
@@ -839,11 +812,10 @@ class State(Shown, PlainData):
         Returns
         -------
         dict
-            Attributes by their names: arrays and intervals are lists, and a number that is NaN or infinite is
-            None. "profile" has arrays once more as columns: "x", "weight", "pressure", "pressure_A",
-            "pressure_B" (None of laws without corners), "micromoment", "psi", with friction "shear" and
-            "slip"; of cells in three dimensions it has the state `along` the axis x1 ("axis") and along the
-            "diagonal".
+            Attributes by their names: arrays and intervals are lists, NaN and infinity None. "profile" has
+            columns "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws without corners),
+            "micromoment", "psi", with friction "shear" and "slip"; of cells in three dimensions the state
+            `along` the "axis" x1 and along the "diagonal".
 
         Examples
         --------
@@ -916,7 +888,7 @@ class State(Shown, PlainData):
         ax : matplotlib.axes.Axes, optional
             Where to draw pressures and micromoment alone, in place of a figure of its own.
         window : (left, right), optional
-            Interval of x1 in the plane; without it the contact and its surroundings are shown.
+            Interval of x1 in the plane; without it the contact and its surroundings.
 
         Returns
         -------
@@ -984,8 +956,7 @@ class State(Shown, PlainData):
         BadArgument
             If the state is one on cells, or the field unknown.
         """
-        if not hasattr(self.solution, "fields_below"):
-            raise BadArgument("method", self.method, NO_FIELDS)
+        self._offered("fields_below", "method", self.method, NO_FIELDS)
         from ..view.below import draw_below
 
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
@@ -996,8 +967,9 @@ class State(Shown, PlainData):
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
-    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,): of the
-    solution's `pressures`, `psi`, `micromoment`, `displacement` and `closed`, whose last axes are the points.
+    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,), of a
+    solution whose `pressures`, `psi`, `micromoment`, `displacement` and `closed` have the points as last
+    axes.
     """
     names, count = solution.solver.surface_law.names, len(points)
     vectors = {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}

@@ -12,25 +12,7 @@ from numpy.typing import ArrayLike
 from .types import Array, CornerZones, Flags, Function, Interval, Zones
 
 if TYPE_CHECKING:
-    from .material import Cosserat
-
-NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
-
-
-def layer_lengths(
-    solid: Cosserat, psi: float, u1: float, micromoment: float, pressure: float
-) -> tuple[float, float] | tuple[None, None]:
-    """Returns the layer lengths (L_psi, L_u), field over derivative at a surface free of shear, (48); (None,
-    None) where M is rounding beside ell times the pressure.
-
-    The derivatives come from the fluxes: psi' from ``M = gamma' ell^2 mu psi'``, u1' from ``sigma_12 = (mu +
-    mu_c) u1' + 2 mu_c psi = 0``.
-    """
-    if abs(micromoment) <= NEGLIGIBLE * solid.ell * abs(pressure):
-        return None, None
-    slope_psi = micromoment / (solid.curvature * solid.ell**2 * solid.mu)
-    slope_u = -2 * solid.mu_c * psi / (solid.mu + solid.mu_c)
-    return psi / slope_psi, u1 / slope_u
+    pass
 
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:
@@ -39,20 +21,6 @@ def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shea
     """
     size, changes = weights @ total**2, (pressure, moment, *shear)
     return float(np.sqrt(max(weights @ change**2 for change in changes) / size)) if size else 0.0
-
-
-def relative_error(values: Array, reference: Array, weights: Array, scale: float) -> float | None:
-    """Returns the relative L2 error of values against a reference in a quadrature rule; where the reference
-    is rounding of `scale`, 0 if the values are too, else None.
-    """
-
-    def norm(field: Array) -> float:
-        return float(np.sqrt(weights @ np.sum(np.atleast_2d(field) ** 2, axis=0)))
-
-    error, size = norm(np.subtract(values, reference)), norm(reference)
-    if size > NEGLIGIBLE * scale:
-        return error / size
-    return 0.0 if error <= NEGLIGIBLE * scale else None
 
 
 def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
@@ -86,11 +54,12 @@ def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interv
     return sorted(pair for pair in pairs if pair[0] < pair[1])
 
 
-def over_the_end(intervals: Sequence[Interval], period: float) -> list[Interval]:
-    """Returns intervals within one period, those at its two ends as one that goes on beyond it."""
-    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - 1e-9):
-        return list(intervals)
-    (_, right), *others, (left, _) = intervals
+def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[Interval]:
+    """Returns intervals as floats, those at the two ends of a period as one that goes on beyond it."""
+    own = [(float(left), float(right)) for left, right in intervals]
+    if period is None or len(own) < 2 or own[-1][1] - own[0][0] < period * (1 - 1e-9):
+        return own
+    (_, right), *others, (left, _) = own
     return [*others, (left, right + period)]
 
 
@@ -115,20 +84,9 @@ def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
     return {**dict(zip(corners, own)), "full": reduce(common, own), "contact": joined(every)}
 
 
-def half_widths(contact: Sequence[Interval]) -> tuple[float, float]:
-    """Returns the half-width of the contact [(left, right), ...], and that of the widest gap in it, 0 without
-    one.
-    """
-    if not len(contact):
-        return 0.0, 0.0
-    inner = [(left[1], right[0]) for left, right in zip(contact, contact[1:])]
-    middle = max(inner, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
-    return (contact[-1][1] - contact[0][0]) / 2, (middle[1] - middle[0]) / 2
-
-
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
-    """Returns what happened to a list of intervals between two neighbouring states: [(kind, x), ...], kinds
-    as of `Event`.
+    """Returns what happened to a list of intervals between neighbouring states: [(kind, x), ...], as of
+    `Event`.
     """
 
     def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
@@ -143,7 +101,7 @@ def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[
     return changes
 
 
-def _refined(function: Function, x: Array, i: Any, tolerance: float) -> tuple[float, float]:
+def least_beside(function: Function, x: Array, i: Any, tolerance: float) -> tuple[float, float]:
     """Returns the smallest value of a function of arrays beside the sample number i, and its place."""
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
 
@@ -157,30 +115,19 @@ def _refined(function: Function, x: Array, i: Any, tolerance: float) -> tuple[fl
     return float(value), float(place)
 
 
-def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
-    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
-    values, span = function(x), x[-1] - x[0]
-    padded = np.concatenate(([-np.inf], values, [-np.inf]))
-    tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max() * (1 - 1e-3))
-    peaks = [_refined(lambda place: -function(place), x, i, tolerance * span) for i in np.flatnonzero(tops)]
-    top = -min(value for value, _ in peaks)
-    places = sorted(place for value, place in peaks if -value >= top * (1 - 1e-9))
-    return top, [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > 1e-6 * span]
-
-
 def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     """Returns (smallest value, its place) of a function of arrays, refined between samples x (ascending); the
     place is None where the function is flat there, or equally low elsewhere. Values of inf are passed over.
     """
     values = function(x)
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
-    i, noise = int(np.argmin(values)), NEGLIGIBLE * np.abs(values).max()
+    i, noise = int(np.argmin(values)), 500 * np.finfo(float).eps * np.abs(values).max()
     left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
     low = x[values <= values[i] + noise]
     if len(low) > 2 or low[0] < left or low[-1] > right:
         return float(values[i]), None
     # a parabola shows its lowest place no better than to 1e-9
-    value, place = _refined(function, x, i, 1e-9 * (right - left))
+    value, place = least_beside(function, x, i, 1e-9 * (right - left))
     if value < values[i] - noise:
         return value, place
     return float(values[i]), float(x[i]) if len(low) == 1 else None
@@ -194,7 +141,7 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
     """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: 1, but near the edges
-    (left, right) of the obstacle, shifted by `shifts`, the distance over half of its width.
+    of the obstacle, shifted by `shifts`, the distance over half of its width.
     """
     distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
     return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
@@ -202,7 +149,7 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
 
 def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
     """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
-    alike, one would be inverted, or that is too far.
+    alike, or that is too far.
     """
     if not abs(share) <= 2 or any(
         len(earlier.get(corner, ())) != len(zones) for corner, zones in own.items()

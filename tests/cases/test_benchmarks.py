@@ -13,7 +13,7 @@ import pytest
 
 from cases.__main__ import main
 from cases.benchmarks import chart, growth, limits, limits_maps, sampling, speed
-from cases.benchmarks.sampling import Axis, Map, Outcome
+from cases.benchmarks.sampling import Outcome
 from microblock import NotConverged
 
 RESULTS = Path(chart.RECORD).parent
@@ -34,16 +34,6 @@ def test_outcomes_are_told_apart_and_no_run_stops_the_others():
     kinds = [row["kind"] for row in sampling.records(work, 1, 2.0)]
     middle = ["missed", "not finite", "typed error", "crash", "time limit"]
     assert kinds == ["delivered", *middle, "delivered"]
-
-
-def test_samples_are_stratified_and_a_fifth_is_near_a_degeneracy():
-    axes = Axis("nu", 0.5, 1e-4, "below 1/2", ends=(1,)), Axis("law", names=("a", "b"))
-    drawn = Map("two", answers, 0, axes).settings(100, seed=3)
-    assert sum(near for _, near in drawn) == 20 and all(
-        0.5 - one["nu"] < 1.5e-4 for one, near in drawn if near
-    )
-    assert sum(one["law"] == "a" for one, _ in drawn) == 50
-    assert drawn == Map("two", answers, 0, axes).settings(100, seed=3)
 
 
 def test_records_of_limits_hold_what_the_page_says():
@@ -82,11 +72,6 @@ def test_an_unknown_part_of_a_study_is_refused(study, capsys):
     """It was passed over: all of the study ran, or nothing."""
     assert main([study, "--quick", "--only", "nowhere"]) == 2
     assert "--only nowhere: must be one of" in capsys.readouterr().err
-
-
-def test_one_method_has_the_problems_of_the_short_form():
-    runs = speed.solve(quick=True, only=("cells",), repeats=1)["runs"]
-    assert set(runs.scene) == set(speed.QUICK) and set(runs.method) == {"cells"} and len(runs) == 4
 
 
 @pytest.mark.parametrize("name, setting", [

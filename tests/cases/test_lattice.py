@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-import microblock as mb
 from cases import lattice
 from cases.__main__ import main
 from cases.lattice_blocks import Springs, assembly, identified, rotation_stiffness, surface_stiffness
@@ -34,13 +33,6 @@ def test_moduli_of_long_waves(springs):
     for name, (value, residual) in identified(springs).items():
         # rounding over k^2, k = 0.02
         assert max(abs(value - springs.moduli[name]), residual) < 1e-8 * springs.normal**2, name
-
-
-def test_the_solid_of_blocks_is_the_one_identified():
-    waves, couples = (mb.Cosserat.of_blocks(side=0.5, stiffness=2.0, couples=one) for one in (False, True))
-    exact = {"E": waves.E, "nu": waves.nu, "beta": waves.beta, "gamma'": waves.curvature}
-    assert exact == pytest.approx({name: identified(Springs())[name][0] for name in exact}, abs=1e-8)
-    assert couples.curvature == pytest.approx(Springs().full_contact_couple, rel=1e-12)
 
 
 def test_the_curvature_of_waves_is_that_of_rows_alone():

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 from cases import layers as script
 from cases.__main__ import main
@@ -65,26 +64,6 @@ def test_null_where_the_fit_is_not_determined(shape, reason, lost):
     x2 = script.depths(0.1)
     row = script.layer(x2, shape(x2 / 0.1), 0.1)
     assert reason in row["reason"] and tuple(name for name in FITTED if row[name] is None) == lost
-
-
-@pytest.mark.parametrize("alpha, x1, nu, beta", [
-    (0.01, 0.2, 0.45, 1.8), (0.1, 0.7, 0.3, 1.0), (0.2, 0.9, 0.3, 1.0), (0.02, 0.95, 0.3, 0.5),
-])  # fmt: skip
-def test_no_start_leads_to_a_better_fit(alpha, x1, nu, beta):
-    """Valleys are narrow for a small alpha, lengths nearly equal for a large one; or the shorter is weak."""
-    x2, microblock, unilateral, _ = script.profiles(alpha, (x1,), nu, beta)
-    values = (microblock - unilateral)[0] / np.abs(microblock - unilateral).max()
-
-    def misfit(logarithms):
-        shapes = np.exp(np.divide.outer(x2, np.exp(logarithms)))
-        return shapes @ np.linalg.lstsq(shapes, values, rcond=None)[0] - values
-
-    best = min(
-        least_squares(misfit, np.log((a * alpha, b * a * alpha)), method="lm").cost
-        for a in (0.2, 0.8, 1.0, 1.02, 1.2)
-        for b in (1.2, 3, 10, 50)
-    )
-    assert script.fit(x2, values, alpha)[3] ** 2 * np.sum(values**2) / 2 <= best * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("alpha, x1, nu, beta", [

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from cases import sharp
+from cases import closed_forms, sharp
 from microblock.halfplane.kernels import short_waves
-from microblock.model import closed_forms
 from microblock.model.zones import distance_to_ends
 
 FINE = np.linspace(-1.2, 1.2, 40001) + 1e-6  # between the nodes of all, and not where pressures are infinite
@@ -67,23 +66,6 @@ def test_orders_of_uniform_cells(obstacle, load, exact, order):
         weights = np.sqrt(np.maximum(1 - state.x**2, 0)) ** (order == 1 / 4)
         errors.append(math.sqrt(weights @ (state.pressure - form) ** 2 / (weights @ form**2)))
     assert math.log(errors[0] / errors[1], 4) == pytest.approx(order, abs=0.03)
-
-
-@pytest.mark.parametrize("share, tilt", [(0.2, 0.01), (0.7, -0.02), (1.0, 0.01), (3.0, -0.02)])
-def test_the_closed_form_of_a_tilted_punch_is_a_contact(share, tilt):
-    """Its load, its sign, and the slope of the surface below it, pv int p/(s - x) dx = pi E* tilt/2."""
-    E_star, b, count = 1.7, 1.3, 4000
-    load = share * math.pi / 2 * E_star * abs(tilt) * b
-    left, right = closed_forms.tilted_punch(0.0, load, b, tilt, E_star)[1]
-    # midpoints in the angle are exact to rounding where p ends like a square root or its inverse
-    angle = (np.arange(count) + 0.5) * np.pi / count
-    x, weights = (left + right) / 2 + (right - left) / 2 * np.cos(angle), np.sin(angle) * (right - left) / 2
-    p = closed_forms.tilted_punch(x, load, b, tilt, E_star)[0]
-    forces = p * weights * np.pi / count
-    assert forces.sum() == pytest.approx(load, rel=1e-9) and p.min() >= 0
-    for number in (700, 2000, 3500):  # between the points, where the rule holds for principal values, too
-        s = (left + right) / 2 + (right - left) / 2 * math.cos(number * np.pi / count)
-        assert np.sum(forces / (s - x)) == pytest.approx(math.pi * E_star * tilt / 2, rel=1e-6)
 
 
 def wedge(load, rtol=1e-5, nu=0.3, beta=1.0):

@@ -9,8 +9,8 @@ import pytest
 
 from cases import strip as script
 from cases.__main__ import main
+from cases.closed_forms import Strip
 from cases.commands import strip
-from microblock.model.closed_forms import Strip
 
 
 def sample():
@@ -61,12 +61,6 @@ def test_penalty_error_falls_like_one_over_rho():
     assert all(max(one["error_psi"], one["error_u"]) <= one["error_estimate"] for one in entries)
 
 
-def test_printed_curvature_makes_the_layer_thinner_by_sqrt_2():
-    printed, needed = (solved(ell_over_H=0.05, curvature=curvature) for curvature in (1.0, 2.0))
-    assert needed["L_psi"] / printed["L_psi"] == pytest.approx(math.sqrt(2), rel=1e-9)
-    assert needed["error_psi_paper"] < 1e-9 and printed["error_psi_paper"] > 0.1  # (18) as printed
-
-
 def test_blocks_that_are_aligned_or_nearly():
     """Corner gaps are differences of lengths as large as delta: their rounding is part of the estimate."""
     aligned, nearly = (solved(psi0_deg=angle, ell_over_H=0.05, delta_over_H=0.1) for angle in (0.0, -1e-8))
@@ -111,6 +105,6 @@ def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):
     """The same numbers without the module, but for the errors against it."""
     full = solved(psi0_deg=-1.5)
     errors = {name: full[name] for name in ("error_psi", "error_u", "error_psi_paper")}
-    monkeypatch.setitem(sys.modules, "microblock.model.closed_forms", None)
+    monkeypatch.setitem(sys.modules, "cases.closed_forms", None)
     monkeypatch.setattr(strip, "errors", lambda state: errors)
     assert solved(psi0_deg=-1.5) == full

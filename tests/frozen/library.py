@@ -18,13 +18,13 @@ import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
+from cases import closed_forms
 from cases.__main__ import main
 from cases.commands.size_effect import axis_closes
 from microblock.fem import meshes
 from microblock.fem.body import Loads
 from microblock.fem.mesh_solution import of_newton
 from microblock.halfplane import kernels
-from microblock.model import closed_forms, zones
 
 from . import problems as given
 
@@ -402,12 +402,12 @@ def of_bodies():
         last = by_newton(solver, level, start=last)
     traction, moment = -last.pressures.sum(axis=0)[0], last.micromoment[0]
     u1, solid = last.nodes.values("u1", last.fields)[0], body_of(strip).solid
-    lengths = zones.layer_lengths(solid, last.psi[0], u1, moment, traction)
+    psi, slope = last.psi[0], moment / (solid.curvature * solid.ell**2 * solid.mu)
     return found | {
         "strip load path last traction": traction,
         "strip load path last micromoment": moment,
-        "strip layer length psi": lengths[0],
-        "strip layer length u1": lengths[1],
+        "strip layer length psi": psi / slope,
+        "strip layer length u1": -u1 / psi * (solid.mu + solid.mu_c) / (2 * solid.mu_c),
     }
 
 

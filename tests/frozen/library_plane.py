@@ -5,6 +5,8 @@ from collections import Counter
 import numpy as np
 
 import microblock as mb
+from cases import closed_forms
+from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
 from microblock.halfplane import (
     averages,
@@ -19,7 +21,7 @@ from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import FrictionEdges
 from microblock.halfplane.friction_memory import Memory
-from microblock.model import closed_forms, picture, proxy, quadrature, zones
+from microblock.model import picture, proxy, quadrature, zones
 from microblock.model.problem import Problem
 
 from . import library
@@ -239,7 +241,6 @@ def of_intervals():
         "over the end": zones.over_the_end([(0.0, 0.25), (0.5, 0.6), (0.75, 1.0)], 1.0),
         "interrupted": zones.interrupted(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
         "contact zones": zones.contact_zones({0: first, 1: second}, "AB"),
-        "half widths": zones.half_widths(first),
         "changes": zones.zone_changes(first, second) + zones.zone_changes(second, first),
         "moved on": zones.moved_on({0: tuple(first)}, {0: tuple((a - 0.25, b - 0.5) for a, b in first)}, 0.5),
         "runs": [tuple(map(int, pair)) for pair in zones.runs(flags)],
@@ -248,11 +249,11 @@ def of_intervals():
     for name, value in texts.items():
         yield f"intervals {name}", str(value), "outcome"
     weights, values = np.linspace(0.1, 0.3, 13), np.cos(x)
-    top, places = zones.largest(lambda x: 1 - (x**2 - 1) ** 2, x)
+    top, places = hertz.largest(lambda x: 1 - (x**2 - 1) ** 2, x)
     low, place = zones.lowest(lambda x: (x - 0.3) ** 2, x)
     numbers = {
         "distance": zones.distance(weights, values, 2 * values**2, 1 + values, values - 3),
-        "relative error": zones.relative_error(values, values**2, weights, 1.0),
+        "relative error": strip.relative_error(values, values**2, weights, 1.0),
         "distance to ends": digest(zones.distance_to_ends(x, (-1.0, 1.0), (0.0, 0.1))),
         "lagrange": digest(quadrature.lagrange(np.array([0.1, 0.4, 0.9]), x)),
         "gauss rule": digest(quadrature.gauss_rule(7)),

@@ -194,25 +194,6 @@ def test_the_path_is_followed_where_pivots_make_no_progress():
     assert state.followed and residual(H, g0, np.ones(200), state, 1.0) < KKT
 
 
-def test_events_of_long_paths_are_where_states_change():
-    """Of more events than the tableau takes before it is made anew, every thirtieth: the state beyond it has
-    the corner closed or open, as it says, and the state before it has not.
-    """
-    random = np.random.default_rng(5)
-    x = np.linspace(0, 1, 300)
-    H = np.exp(-300 * np.abs(x[:, None] - x))
-    g0 = random.uniform(0, 1, 300)
-    events = path(H, g0, [1e3]).events
-    assert len(events) > 250
-    for event, later in list(zip(events, events[1:]))[9::30]:
-        between = (event.load + later.load) / 2
-        states = [solve(H, g0, load=load) for load in (event.load * (1 - 1e-9), between)]
-        assert [state.closed[event.corner] for state in states] == [
-            event.kind == "opens",
-            event.kind == "closes",
-        ]
-
-
 def test_rigid_corners_without_gaps_take_the_load_from_a_compliant_one():
     """Each gap and force of the compliant corner vanishes: no length is left to which a residual could be
     relative.

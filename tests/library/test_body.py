@@ -170,31 +170,6 @@ def test_manufactured_fields_in_space_converge_with_the_order_plus_one(order):
 # rigid motions, work, balances
 
 
-def test_rigid_motions_carry_no_energy():
-    """Of blocks that turn along; held ones do, as negative control."""
-
-    def moved(psi):
-        values = {"u1": 0.3 - 0.1 * y, "u2": 0.1 * x, "psi": psi}
-        return Body(rectangle(1, 0.5, 0.2), SMOOTH, 2, prescribed=on_all_sides(values)).solve().energy()
-
-    assert abs(moved(0.1)) < 1e-25 and moved(0.0) > 1e-3  # squares of rounding
-    body = box(order=2, fixed=())
-    matrix = body.bulk().mat
-    size, vector = max(abs(np.array(matrix.CSR()[0]))), matrix.CreateColVector()
-    axes, place = np.eye(3), ng.CF((ng.x, ng.y, ng.z))
-    motions = [(ng.CF(tuple(axis)), ng.CF((0, 0, 0))) for axis in axes]
-    motions += [(ng.Cross(ng.CF(tuple(axis)), place), ng.CF(tuple(axis))) for axis in axes]
-    for u, psi in motions:
-        state = ng.GridFunction(body.space)
-        for i, component in enumerate(state.components):
-            component.Set((u, psi)[i // 3][i % 3])
-        motion = state.vec.FV().NumPy()
-        vector.FV().NumPy()[:] = motion
-        # rounding of the sum over a row
-        assert np.abs((matrix * vector).Evaluate().FV().NumPy()).max() < 1e-12 * size
-        assert np.abs(motion).max() > 0.1
-
-
 LOADS = Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.5, -0.1)}, micromoment={"top": 0.7})
 
 
@@ -256,31 +231,6 @@ def test_a_micromoment_decays_over_the_layer():
 
 
 # periods, and meshes that are none
-
-
-def columns(count, quads=True, value=0.01, order=2):
-    """A periodic body of unit depth, `count` elements wide, in which psi is prescribed in the middle."""
-    mesh = MakeStructured2DMesh(
-        quads=quads, nx=count, ny=4, periodic_x=True, mapping=lambda s, t: (0.25 * count * s, t - 1)
-    )
-    prescribed = {"psi": {"bottom": value}}
-    return Body(
-        mesh, SMOOTH, order, fixed={"u1": "bottom", "u2": "bottom"}, prescribed=prescribed, periodic=True
-    )
-
-
-@SHAPES
-@pytest.mark.parametrize("order", [1, 2, 5])
-def test_columns_of_any_width_have_the_prescribed_value(quads, order):
-    """What depends on the depth alone is the same in one, two and three columns; it was 0 in one."""
-    found = []
-    for count in (1, 2, 3):
-        body = columns(count, quads, order=order)
-        fields = body.solve(Loads(traction={"top": (0.1, 0)}))
-        found.append([field(body.mesh(0.11, depth)) for field in fields for depth in (-1.0, -0.9, -0.1)])
-        assert found[-1][6] == pytest.approx(0.01, rel=1e-12)
-    # rounding; on triangles the cut lets fields depend on x1 a little
-    assert not quads or np.ptp(found, axis=0).max() < 1e-13
 
 
 def spoilt(quads, place):

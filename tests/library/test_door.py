@@ -4,6 +4,7 @@ not allowed).
 
 import json
 import math
+import os
 from fractions import Fraction
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 
 import microblock as mb
 from cases.__main__ import main
-from microblock.data.records import json_text, write_json
+from microblock.data.records import json_text
+from microblock.errors import replacing
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 PLANE, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
@@ -35,13 +37,22 @@ def test_the_empty_surroundings_of_a_punch_are_no_error(capsys):
         assert printed.err.count("\n") == 1
 
 
-@pytest.mark.parametrize("result, place", [({"a": [1.0, {"b": math.nan}]}, "a.1.b"), ([math.inf], "0")])
-def test_what_is_no_number_is_told_and_not_written(result, place, tmp_path):
-    with pytest.raises(mb.NotConverged, match=place):
-        write_json(tmp_path / "a.json", result)
-    with pytest.raises(mb.NotConverged, match=place):
+@pytest.mark.parametrize("result", [{"a": [1.0, {"b": math.nan}]}, [math.inf]])
+def test_what_is_no_number_is_told_and_not_written(result):
+    with pytest.raises(mb.NotConverged, match="NaN or infinite"):
         json_text(result)
-    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path):
+    """What stops the writing leaves the file as it was, and a pipe where it is."""
+    file, pipe = tmp_path / "file", tmp_path / "pipe"
+    file.write_text("before")
+    os.mkfifo(pipe)
+    for place in (file, pipe):
+        with pytest.raises(KeyboardInterrupt), replacing(place) as part:
+            assert part == pipe or part.write_text("half")
+            raise KeyboardInterrupt
+    assert file.read_text() == "before" and sorted(tmp_path.iterdir()) == [file, pipe]
 
 
 @pytest.mark.parametrize("value", [np.float64(1.0), np.float32(1.0), np.int64(1), 1])

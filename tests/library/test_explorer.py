@@ -1,7 +1,5 @@
 """A session of sliders as its user sees it: states, pictures, what is offered, and what is refused."""
 
-import sys
-
 import pytest
 
 import microblock as mb
@@ -95,15 +93,6 @@ def test_sliders_move_the_session_and_its_pictures():
     assert panel.explorer.state.law == mb.Unilateral()
 
 
-def test_the_field_below_follows_as_long_as_it_is_shown():
-    panel = panel_of(problem())
-    assert not panel.below.value
-    panel.field.value = "psi"
-    first = bytes(panel.below.value)
-    panel.controls["load"].value = 1.1
-    assert first.startswith(b"\x89PNG") and bytes(panel.below.value) != first
-
-
 def test_a_state_that_is_not_found_is_told_and_the_picture_stays():
     small = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-8))
     panel = panel_of(problem(mb.Unilateral(), body=small))
@@ -111,12 +100,6 @@ def test_a_state_that_is_not_found_is_told_and_the_picture_stays():
     panel.controls["law"].value = "microblock"  # whose blocks are too many
     assert "take a larger ell" in panel.told.value
     assert panel.picture.value == picture and panel.explorer.state is state
-
-
-def test_without_ipywidgets_the_error_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "ipywidgets", None)  # as if it were not installed
-    with pytest.raises(mb.MicroblockError, match=r"ipywidgets.*pip install 'microblock\[notebook\]'"):
-        mb.explore(problem(), LOAD)
 
 
 def test_sliders_of_friction_walk_the_loop_and_begin_anew():

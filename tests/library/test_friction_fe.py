@@ -10,7 +10,7 @@ import pytest
 from conftest import dome
 
 import microblock as mb
-from microblock.corners.follower import Follower, FrictionalContact
+from microblock.corners.follower import Follower
 from microblock.fem import meshes
 from microblock.fem.friction import FrictionFacets
 
@@ -30,23 +30,6 @@ def followed(body, friction, control, pairs):
     facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
     follower = Follower(facets.contact(), by_motions=control == "approach")
     return [follower.to(*pair) for pair in pairs], follower.changes, facets
-
-
-@pytest.mark.parametrize("law", [BLOCKS, mb.Unilateral(friction=F), mb.Microclamped(friction=F)], ids=str)
-def test_a_strip_sticks_with_uniform_tractions_until_all_of_it_slips(law):
-    """The patch test of friction; beyond f P there is no state, and that is said where it is."""
-    mesh, P = meshes.column(depth=1.0, elements=4, width=0.5), 0.01
-    body = mb.Body(mesh, SOLID, order=4, fixed="middle", periodic=True)
-    problem = mb.Contact(body, mb.Plane(), law)
-    found = problem.history([(P, 0.0), (P, 0.9 * F * P), (P, F * P)])
-    for state in found.states:
-        assert np.ptp(state.pressure) < 1e-9 * P and np.ptp(state.shear_traction) < 1e-9 * P
-        assert state.weights @ state.shear_traction == pytest.approx(state.shear, abs=1e-12 * P)
-    assert [bool(state.zones["stick"]) for state in found.states] == [True, True, False]
-    follower = Follower(FrictionFacets(body, law, mb.Plane()).contact())
-    with pytest.raises(mb.NotConverged, match="all nodes slip") as failure:
-        [follower.to(*pair) for pair in ((P, 0.0), (P, 1.01 * F * P))]
-    assert failure.value.reached[1] == pytest.approx(F * P, rel=1e-6)
 
 
 def test_a_column_follows_the_closed_form():
@@ -79,20 +62,6 @@ def test_a_column_follows_the_closed_form():
     for moment, sign, way in ((dragged, 1, 2), (back, -1, 3)):  # back by 3, of which 2 are elastic
         assert moment.shear == pytest.approx(sign * f * P, rel=1e-9) and moment.slips.tolist() == [sign]
         assert moment.dissipation == pytest.approx(way * limit * f * P, rel=1e-6)
-
-
-def test_a_block_on_springs_tips_where_the_shear_load_is_the_normal_one():
-    """Both corners closed hold psi = 0, so pA - pB = q whatever the springs, and B opens at Q = P."""
-    # gaps and slip from u2, psi and u1, whose springs have the stiffness 2, 3 and 1
-    onto = np.array([[-1.0, 0.5, 0.0], [-1.0, -0.5, 0.0], [0.0, -0.5, 1.0]])
-    response = onto @ np.diag([1 / 2, 1 / 3, 1.0]) @ onto.T
-    own = Follower(FrictionalContact(response[:2, :2], response[2:, :2], response[2:, 2:], np.zeros(2), 1.5))
-    stands, tipped = own.to(1.0, 0.6), own.to(1.0, 1.2)
-    assert stands.normal == pytest.approx([0.8, 0.2], abs=1e-12)
-    (change,) = [one for one in own.changes if one.kind == "open"]
-    assert 0.6 + change.share * 0.6 == pytest.approx(1.0, abs=1e-12)
-    psi = 0.5 * (1.0 - 1.2) / 3  # the couple of p and q on the spring
-    assert (tipped.approach, tipped.offset) == pytest.approx((0.5 + psi / 2, 1.2 - psi / 2), abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -4,20 +4,15 @@ blocks by vectors, a second body against a dense reference; conditions, balance 
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 from scipy.interpolate import RectBivariateSpline
 from scipy.linalg import schur
-from scipy.special import j0, k0
+from scipy.special import j0
 
 import microblock as mb
-from microblock.halfplane.kernels import kernels as on_line
 from microblock.halfplane.kernels import normal_symbol, short_waves
 from microblock.halfplane.kernels import symbol as plane_symbol
-from microblock.halfspace.cells import flexibility
 from microblock.halfspace.counter import kernel
-from microblock.halfspace.kernels import kernels
 from microblock.halfspace.solver import Grid
-from microblock.halfspace.surface_law import CORNERS
 from microblock.halfspace.symbol import along
 from tests.half_space_scenes import on_cells
 
@@ -81,34 +76,6 @@ def test_moments_along_the_wave_turn_as_the_field_equations_say(name):
         assert along(solid, np.array(k)) == pytest.approx(turned_by_modes(solid, k), rel=1e-11)
 
 
-@pytest.mark.parametrize("name", MODULI)
-def test_lines_of_loads_are_those_of_the_half_plane(name):
-    """Integrals of the kernels over x2 are those on the line, whose table is of another kind; moments along
-    the line turn as the cosine transform of W_par says. What lies beyond x2 = 3e4 x is left out: 2e-7 of V.
-    """
-    solid = mb.Cosserat(E=2.4, nu=0.2, ell=1.0, **{"beta": 1, **MODULI[name]})
-    x, (points, weights) = np.array([0.05, 0.3, 1.0, 4.0]), np.polynomial.legendre.leggauss(400)
-    x2, lengths = x[:, None] * np.sinh(11 * points), x[:, None] * np.cosh(11 * points) * 11 * weights
-    r = np.hypot(x[:, None], x2)
-    u, v, w0, w2, held, reaction = kernels(solid)(r)
-    across, twice = x[:, None] / r, 2 * (x[:, None] / r) ** 2 - 1
-    U, V, W, clamped, opposite = on_line(0.2, solid.beta, solid.curvature)(x, range(5))
-    for values, exact in ((v * across, V), (w0 + w2 * twice, W), (reaction * across, -opposite)):
-        assert np.sum(values * lengths, axis=1) == pytest.approx(exact, rel=1e-6)
-    for values, own in ((u, U), (held, clamped)):  # equal up to the arbitrary level of the line
-        assert (
-            np.ptp(np.sum((values - 1 / (2 * np.pi * r)) * lengths, axis=1) - own - np.log(x) / np.pi) < 1e-6
-        )
-    size = 1e5 * along(solid, np.array(1e5))  # W_par is size/k for short waves, whose transform is K0
-
-    def rest(k):
-        return float(along(solid, np.array(k)) - size / np.hypot(k, 1))
-
-    exact = [quad(rest, 0, 1000 / one, weight="cos", wvar=one, limit=5000)[0] + size * k0(one) for one in x]
-    found = np.sum((w0 - w2 * twice) * lengths, axis=1) * (1 - solid.nu) / solid.mu
-    assert found == pytest.approx(np.array(exact) / np.pi, rel=1e-6, abs=1e-8)
-
-
 # --- rotated blocks
 
 
@@ -163,30 +130,6 @@ def test_gaps_and_moments_are_those_of_vectors(where):
         assert gap.min() > -1e-9 and np.abs(gap[force > 0]).max() < 1e-9
         moment += np.cross(r, -force[..., None] * e3)
     assert moment[..., :2].transpose(2, 0, 1) == pytest.approx(state.micromoment, abs=1e-12)
-
-
-OFFSETS = np.array(list(CORNERS.values()), float)
-
-
-@pytest.mark.parametrize("periodic", [True, False])
-def test_products_are_symmetric_and_their_preconditioners_positive(periodic):
-    """Also where levers differ from cell to cell, on some corners; where three are closed on a period it is
-    the inverse but for means and the shortest wave of an even number of cells.
-    """
-    n, draw = 6, np.random.default_rng(3)
-    H = flexibility(SOLID, OFFSETS, draw.uniform(-0.3, 0.3, (2, n, n)), 0.1, periodic, clamped=False)
-    unit, there = np.eye(4 * n * n).reshape(-1, 4, n, n), draw.random((4, n, n)) < 0.6
-    matrix = np.array([(H @ one).ravel() for one in unit])
-    inverse = np.array([H.on_face(there)(one).ravel()[there.ravel()] for one in unit[there.ravel()]])
-    for square in (matrix, inverse):
-        sizes = np.linalg.eigvalsh(square)
-        assert np.abs(square - square.T).max() < 1e-13 * sizes[-1] and sizes[0] > -1e-13 * sizes[-1]
-    three, tilt = np.ones((4, 7, 7), bool), np.array((0.2, -0.1))[:, None, None] * np.ones((2, 7, 7))
-    three[1] = False
-    H = flexibility(SOLID, OFFSETS, tilt, 0.1, True, clamped=False)
-    forces = draw.normal(size=(4, 7, 7)) * three
-    forces[three[:, 0, 0]] -= forces[three[:, 0, 0]].mean(axis=(1, 2), keepdims=True)
-    assert H.on_face(three)(np.where(three, H @ forces, 0.0)) == pytest.approx(forces, abs=1e-12)
 
 
 def test_forces_of_blocks_that_are_not_unique_have_the_least_norm():

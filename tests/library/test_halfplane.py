@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.special import k0
 
 import microblock as mb
-from microblock import Cosserat, HalfPlane, Microblock, Microclamped, Plane, Unilateral
+from microblock import Cosserat, HalfPlane, Microblock, Microclamped, Unilateral
 from microblock.corners import active_set, projected_gradients
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.kernels import Kernels, clamped, symbol
@@ -246,19 +246,6 @@ def test_far_from_the_load_kernels_are_classical(solid):
 # --- compliance of cells
 
 
-@pytest.mark.parametrize("solid", FEW)
-@pytest.mark.parametrize("width", [1e-3, 0.1, 3.0])
-def test_thirds_of_cells_answer_like_whole_cells(solid, width):
-    solid = solid_of(*solid)
-    coarse, fine = (
-        HalfPlane(solid).compliance(width * solid.ell * x).matrix
-        for x in (np.arange(9.0), np.arange(27) / 3 - 1 / 3)
-    )
-    thirds = fine.reshape(2, 9, 3, 2, 9, 3)[:, :, 1].sum(axis=-1).reshape(18, 18) / 3
-    # cells are integrated exactly, so only the quadrature of the logarithm is left
-    np.testing.assert_allclose(coarse, thirds, atol=1e-12 * np.abs(coarse).max())
-
-
 # --- anything admissible
 
 fuzzed = settings(derandomize=True, deadline=None, database=None)  # the same examples on every machine
@@ -293,8 +280,6 @@ def test_kernels_of_anything(material, x):
 
 # --- products and exchanges of cells
 
-ROUNDING = 1e-13  # of transforms, relative to the largest value; it grows like log n
-
 
 def jagged(x):
     """Rough beyond any smoothness, of either sign."""
@@ -310,28 +295,6 @@ CELLS = {
     "rough psi0": Microblock(jagged),
     "levers": Microblock(jagged, psi0_in="levers"),
 }
-
-
-@pytest.mark.parametrize("period", [None, 2.3])
-@pytest.mark.parametrize("name", CELLS)
-def test_products_are_those_of_the_dense_matrix(name, period):
-    """Of one body, by the same kernels; of two bodies the matrix is that of its products. Symmetric, positive
-    but for the constant, the preconditioner positive: rounding of transforms.
-    """
-    body, law = HalfPlane(solid_of(0.3, 1.0, 2.0, ell=0.2), period), CELLS[name]
-    cells = CellGrid(body, -1.0, 1.3, 36)
-    for counter in (None, body.solid):
-        H = cells.flexibility(law, counter)
-        unit = np.eye(np.prod(H.shape)).reshape(-1, *H.shape)
-        matrix = np.array([(H @ one).ravel() for one in unit]).T
-        if period is None and counter is None:
-            expected = body.compliance(cells.x, clamped=law.clamps_rotation).corner_system(law, Plane())[0]
-            assert np.abs(matrix - expected).max() <= ROUNDING * np.abs(matrix).max()
-        M = np.array([H.precondition(one).ravel() for one in unit])
-        for square in (matrix, M):
-            assert np.abs(square - square.T).max() <= ROUNDING * np.abs(square).max()
-        sums = np.eye(len(M)) - 1 / len(M)
-        assert np.linalg.eigvalsh(M)[0] > 0 and np.linalg.eigvalsh(sums @ matrix @ sums)[1] > 0
 
 
 @pytest.mark.parametrize("name", CELLS)
@@ -358,31 +321,6 @@ def test_states_of_cells_agree_with_pivoting(name):
     at_load = projected_gradients.solve(H, g0, load=0.05, rtol=1e-12)
     again = projected_gradients.solve(H, g0, approach=at_load.approach, rtol=1e-12)
     assert again.forces == pytest.approx(at_load.forces, abs=1e-9 * at_load.forces.max())
-
-
-@pytest.mark.parametrize("law", [Unilateral(), Microblock(jagged)])
-def test_a_period_is_the_sum_of_its_images(law):
-    """The symbol at k = 2 pi m/L against cells and 60 images of theirs either way, for forces of no sum:
-    cells see sin(k h/2)/(k h/2) of a wave, 4e-3 at the third, and 1/60 of what images do is left out.
-    """
-    period, count, images, solid = 2.0, 64, 60, solid_of(0.3, 1.0, 2.0, ell=0.2)
-    periodic = CellGrid(HalfPlane(solid, period), -1.0, 1.0, count).flexibility(law)
-    x = np.linspace(-1, 1, count, endpoint=False) + 1 / count
-    smooth = np.cos(np.pi * x + np.arange(len(law.corners))[:, None]) + 0.3 * np.sin(3 * np.pi * x)
-    if len(smooth) == 2:  # whole waves in p and m: levers divided out
-        a, b = law.levers(x).values()
-        smooth = np.array((smooth[1] - b * smooth[0], a * smooth[0] - smooth[1])) / (a - b)
-        law = Microblock(lambda y: jagged((y + 1) % period - 1))
-    ends = -1 - period * images, 1 + period * images
-    whole = CellGrid(HalfPlane(solid), *ends, count * (2 * images + 1)).flexibility(law)
-    direct = (whole @ np.tile(smooth, 2 * images + 1))[:, count * images : count * (images + 1)]
-    off = direct - periodic @ smooth
-    assert np.abs(off - off.mean()).max() <= 1e-2 * np.ptp(direct) / 2
-    # a uniform moment turns all blocks alike, as the symbol does for k -> 0; pressure does nothing
-    blocks = CellGrid(HalfPlane(solid, 1.0), -0.5, 0.5, 40).flexibility(Microblock())
-    u, phi = blocks.surface(np.array([[0.5 / 40], [-0.5 / 40]]) * np.ones(40))
-    assert phi == pytest.approx(np.full(40, symbol(solid, [1e-9])[2, 0]), rel=1e-6)
-    assert max(np.abs(u).max(), *(np.abs(one).max() for one in blocks.surface(np.ones((2, 40))))) < 1e-13
 
 
 @pytest.mark.parametrize("method", [None, mb.Cells(256)])

@@ -1,7 +1,5 @@
 """Semismooth Newton: conditions of contact, independence of rho, the slope of the energy, typed failures."""
 
-from dataclasses import replace
-
 import ngsolve as ng
 import numpy as np
 import pytest
@@ -87,21 +85,3 @@ def test_a_residual_that_falls_slowly_does_not_stall(block):
         for rho in (None, 1e12)
     )
     assert large == pytest.approx(usual, abs=1e-3 * usual.max())  # the rounding of rho
-
-
-@pytest.mark.parametrize("name", ["body", "facets", "loads"])
-def test_what_is_of_another_kind_is_refused(block, name):
-    newton = indented(block)
-    given = {"body": newton.body, "facets": newton.facets, name: block}
-    with pytest.raises(mb.BadArgument, match=f"^{name} = "):
-        MonolithicNewton(given.pop("body"), given.pop("facets"), **given)
-
-
-def test_cycling_is_named(block, monkeypatch):
-    """No input is known that cycles."""
-    newton, looks = indented(block), iter(range(1000))
-    look = newton._look
-    flip = lambda *where: replace(look(*where), active=bytes([next(looks) % 2]), residual=1.0)  # noqa: E731
-    monkeypatch.setattr(newton, "_look", flip)
-    with pytest.raises(NotConverged, match="cycles"):
-        newton.solve(0.1)

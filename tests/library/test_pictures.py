@@ -4,7 +4,6 @@ import io
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from PIL import Image
 
 import microblock as mb
@@ -48,7 +47,7 @@ def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
     state = solved(law=mb.Microblock(0.002), load=2.0, rtol=1e-10)
     zones, surface = state.zones["contact"], state.surface(blocks.window(SOLID.ell, state.zones["contact"]))
     shown = blocks.blocks(surface, zones)
-    squares = state.plot_blocks(ax=Figure().subplots()).axes[0].collections[0]
+    squares = state.plot_blocks().axes[0].collections[0]
     fills = [tuple(colour) for colour in squares.get_facecolor()]
     pairs = [tuple(map(bool, closed)) for closed in shown.closed]
     assert len({*zip(pairs, fills, strict=True)}) == len({*pairs}) == len({*fills}) == 4
@@ -88,16 +87,6 @@ def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["load_0.5.png"]
 
 
-@pytest.mark.parametrize("law, labels", [(LAW, 4), (LINE, 2)], ids=str)
-def test_curves_on_a_given_axis_have_a_legend(law, labels):
-    """Each corner's pressure, their sum where there are two, and the micromoment, as the state has them."""
-    state, axis = solved(law=law), Figure().subplots()
-    state.plot(ax=axis)
-    assert len(axis.get_legend().get_texts()) == labels == len(axis.lines)
-    x, pressure = axis.lines[labels - 2].get_data()
-    assert pressure == pytest.approx(state.surface((x[0], x[-1])).pressures.sum(axis=0), abs=1e-12)  # a sum
-
-
 # fields below
 
 
@@ -114,21 +103,6 @@ def test_fields_are_drawn_with_numbers_beside_the_colours_that_keep_apart(block,
         # those beyond the colours would be drawn on the number that belongs at their end
         low, high = bar.get_ylim()
         assert all(low - 1e-9 <= tick <= high + 1e-9 for tick in bar.get_yticks())
-
-
-def test_a_field_is_drawn_from_its_least_to_its_largest_value(block):
-    """Round numbers around the values, of which 0.4 % may lie beyond; below the uppermost row."""
-    state, angles = solved(), np.radians(np.arange(0.0, 180.0))
-    a = state.half_width
-    x1, x2 = np.meshgrid(np.linspace(-1.9 * a, 1.9 * a, 40), np.linspace(-1.9 * a, -0.1 * a, 20))
-    found = state.fields(x1.ravel(), x2.ravel())
-    normal, along = np.array((np.cos(angles), np.sin(angles))), np.array((-np.sin(angles), np.cos(angles)))
-    shear = np.abs(np.einsum("ik,ijp,jk->pk", along, found.stress, normal)).max(axis=1)
-    for quantity, values in (("psi", np.degrees(found.psi)), ("shear", shear)):
-        contours = next(each for each in state.plot_below(quantity).axes[0].collections if each.filled)
-        low, high = contours.levels[[0, -1]]
-        assert low == -high if quantity == "psi" else 0 <= low < np.quantile(values, 0.01)
-        assert np.quantile(np.abs(values), 0.99) < high < 2 * np.abs(values).max()
 
 
 # what stands in pictures and tables

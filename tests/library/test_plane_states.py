@@ -14,6 +14,7 @@ from cases.benchmarks.verification import SEED
 from microblock.halfplane import coalescence, edges, panel_solution
 from microblock.halfplane.kernels import coalescence_exponent, symbol
 from microblock.halfplane.survey import survey
+from microblock.model.zones import moved_on
 from tests.states import apart
 
 P = np.pi / 2  # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
@@ -237,16 +238,6 @@ def test_an_approach_at_the_mean_height_is_refused(law, name):
     assert here.solve(load=below.load).approach == pytest.approx(below.approach, abs=2e-7)
 
 
-def test_an_approach_above_the_mean_height_of_a_few_cells_is_below_that_of_many():
-    """Of a narrow pit the first 256 cells see 0.01068, 1024 cells 0.01071."""
-
-    def height(x):
-        return 0.01 * (1 - np.cos(2 * np.pi * x)) + 0.2 * np.exp(-((((x + 0.2) % 1 - 0.5) / 2e-3) ** 2))
-
-    here = mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Obstacle(height), mb.Unilateral(), mb.Cells())
-    assert here.solve(approach=0.0107, rtol=0.03).load > 0
-
-
 @pytest.mark.parametrize("law", LAWS[:3], ids=str)
 def test_cells_keep_the_load_and_end_with_their_zones(law):
     """What is read between centres, straight between halves of half cells, has the load, and nothing outside
@@ -370,3 +361,12 @@ def test_what_was_asked_before_changes_no_answer(name, law):
         state = here.solve(**questions[number], initial=pickle.loads(pickle.dumps(before)))
         assert difference(state, expected, x) <= state.error_estimate + expected.error_estimate
         before = state
+
+
+def test_zones_are_moved_on_one_and_all():
+    """Where a solver begins; a zone that was left out would only cost steps."""
+    earlier, now = ({0: ((0.0, 1.0), (3.0, 4.0))}, {0: ((0.1, 1.2), (3.0, 4.4))})
+    assert np.allclose(moved_on(now, earlier, 0.5)[0], ((0.15, 1.3), (3.0, 4.6)), rtol=1e-15)
+    assert moved_on(now, {0: ((0.0, 1.0),)}, 0.5) is None  # zones that are not alike
+    assert moved_on({0: ((0.0, 1.0), (1.5, 2.0))}, {0: ((0.0, 0.5), (1.5, 2.0))}, 1.0) is None  # they meet
+    assert moved_on(now, earlier, 2.5) is None  # too far

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microblock.model.closed_forms import Strip
+from cases.closed_forms import Strip
 
 CASES = [
     Strip(ell=ell, psi0=psi0, nu=nu, beta=beta, delta=0.0, curvature=curvature)

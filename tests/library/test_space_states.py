@@ -221,22 +221,6 @@ def test_zones_follow_the_residual_that_is_reached():
 # --- the same problem otherwise
 
 
-@pytest.mark.parametrize("law", [UNILATERAL, BLOCKS], ids=str)
-@pytest.mark.parametrize("length, modulus, away, raised", [(1e-6, 1e9, 0, 1e3), (1e9, 1e-3, -1e3, -10)])
-def test_units_and_places_do_not_matter(law, length, modulus, away, raised):
-    """Windows may differ by a cell of the coarse grid: the error of either."""
-
-    def height(x1, x2):
-        low = summits((0.5, 0.1, 0), (-0.6, 0, 0.02))(x1 / length - away, x2 / length + away)
-        return (low + raised) * length
-
-    body = mb.HalfSpace(solid(0.1 * length, modulus))
-    moved = mb.Contact(body, height, law).solve(load=0.5 * length**2 * modulus, rtol=0.2)
-    alone = problem(summits((0.5, 0.1, 0), (-0.6, 0, 0.02)), law, 0.1).solve(load=0.5, rtol=0.2)
-    assert moved.approach / length - raised == pytest.approx(alone.approach, rel=5e-3)
-    assert moved.contact_area / length**2 == pytest.approx(alone.contact_area, rel=0.05)
-
-
 def test_order_copies_and_starts_do_not_matter():
     """Exactly, but from other loads by the residual, which relates to pressures as waves of two cells do."""
     fresh = problem(SPHERE, BLOCKS, 0.1).solve(load=0.5, rtol=0.2)
@@ -252,25 +236,6 @@ def test_order_copies_and_starts_do_not_matter():
         assert state.pressure == pytest.approx(alone.pressure, abs=1e-8 * alone.pressure.max())
     pressure = alone.pressure.reshape(alone.shape)
     assert np.rot90(pressure) == pytest.approx(pressure, abs=1e-8 * pressure.max())
-
-
-@pytest.mark.parametrize("law", [UNILATERAL, mb.Microclamped()], ids=str)
-def test_waves_that_run_obliquely_are_those_of_the_half_plane(law):
-    """At 27 degrees to the cells, which cut the edges into steps, of which the mean is seen; the half-plane
-    has cells of its own, by another program.
-    """
-    length = 1 / np.sqrt(5)
-
-    def height(x):
-        return 0.01 * length * (1 - np.cos(2 * np.pi * x / length))
-
-    body = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    oblique = mb.Contact(
-        mb.HalfSpace(body, 1.0), lambda x1, x2: height((2 * x1 + x2) * length), law, mb.Cells(nodes=512)
-    ).solve(load=0.9)
-    plane = mb.Contact(mb.HalfPlane(body, length), height, law, mb.Cells(nodes=2048)).solve(load=0.9 * length)
-    assert oblique.approach == pytest.approx(plane.approach, rel=1e-4)
-    assert oblique.pressure.max() == pytest.approx(plane.pressure.max(), rel=1e-3)
 
 
 def test_corners_beyond_a_period_meet_the_image_of_the_obstacle():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.fem import fitted, meshes, meshes3d
+from microblock.fem import meshes, meshes3d
 from microblock.model.law import Law
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -115,34 +115,6 @@ def test_a_state_warns_of_what_it_cannot_see(name):
 
 
 # errors
-
-OUT_OF_REACH = {  # problem, what keeps rtol from being reached (small caps stand for long waits), rtol
-    "panels": (PROBLEMS["panels"], (), 1e-15),
-    "cells": (PROBLEMS["cells"].with_(method=mb.Cells()), ("halfplane.cell_solver.MOST", 512), 1e-6),
-    "fitted": (
-        mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW),
-        ("fem.fitted.LEVELS", fitted.LEVELS[:2]),
-        1e-5,
-    ),
-    "condensed": (PROBLEMS["condensed"], ("fem.recovery.PASSES", 3), 1e-4),
-    "half-space": (
-        mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(1.0), LINE),
-        ("halfspace.solver.MOST", 128),
-        1e-6,
-    ),
-}
-
-
-@pytest.mark.parametrize("kind", OUT_OF_REACH)
-def test_the_rtol_that_a_message_advises_is_met(kind, monkeypatch):
-    problem, cap, rtol = OUT_OF_REACH[kind]
-    if cap:
-        monkeypatch.setattr(f"microblock.{cap[0]}", cap[1])
-    with pytest.raises(mb.NotConverged) as caught:
-        problem.solve(load=0.1, rtol=rtol)
-    advised = caught.value.rtol_reached
-    assert caught.value.reached == pytest.approx(0.1) and f"ask for rtol={advised:.1e}" in str(caught.value)
-    assert rtol < problem.solve(load=0.1, rtol=advised).error_estimate <= advised
 
 
 @pytest.mark.parametrize(

@@ -80,20 +80,6 @@ def test_the_surface_is_that_of_the_state_with_twice_the_points_as_well(solved):
         assert np.abs(coarse.stress - double.stress).max() > 1e-7
 
 
-@pytest.mark.parametrize("alpha, beta, close", [(0.3, 1e-9, 1e-8), (0.01, 1.0, 5e-4)])
-def test_hertz_below_the_centre(alpha, beta, close):
-    """Hardly any coupling: classical but for beta; the size effect of small blocks is of the order of
-    alpha^2. A maximum is flat: its place is known to the root of what its value is.
-    """
-    below, depth = state(mb.Unilateral(), alpha=alpha, beta=beta, rtol=1e-8).fields, np.linspace(0.05, 3, 20)
-    stress, root = below(0.0, -depth).stress, np.sqrt(1 + depth**2)
-    assert stress[1, 1] == pytest.approx(-1 / root, abs=close)
-    assert stress[0, 0] == pytest.approx(-((1 + 2 * depth**2) / root - 2 * depth), abs=close)
-    value, x1, x2 = below.largest_shear()
-    assert value == pytest.approx(0.3002831, abs=max(1e-7, close))
-    assert (x1, x2) == pytest.approx((0, -0.78615), abs=1e-3)
-
-
 def test_largest_shear_is_over_all_planes_and_the_far_field_is_flamants():
     """Cosserat stresses are not symmetric. A line load P: sigma_rr = -2 P cos(angle)/(pi r), u1 = -(1 - 2 nu)
     P/(4 mu) on the surface; the next terms are of (a/r)^2.

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
-from microblock.data.provenance import digest
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -98,7 +97,7 @@ def test_an_interruption_loses_nothing_and_leaves_a_valid_file(tmp_path, how, ex
     more = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": f"{ROOT}:{Path(__file__).parent}"}}
     command, log, file = [sys.executable, "study.py", executor], tmp_path / "log", tmp_path / "r.jsonl"
     study = subprocess.Popen(command, stderr=subprocess.DEVNULL, **more)
-    while len(calls(log)) < 3:
+    while len(calls(log)) < 4:  # two processes: two have returned
         assert study.poll() is None
         time.sleep(0.02)
     study.send_signal(how)
@@ -153,6 +152,11 @@ def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
     assert printed == [["called", "9.0"], ["9.0"], ["called", "1.3"], ["called", "1.29"], ["1.29"]]
 
 
-def test_processes_find_what_threads_have_computed():
-    """Code that did not change since it was loaded is what a process would load now."""
-    assert digest(called, fresh=False) == digest(called, fresh=True)
+def test_processes_find_what_threads_have_computed(tmp_path, capsys):
+    """Records of edition 0.2, which say nothing of modules, are computed anew, and a line says so."""
+    log, file = tmp_path / "log", tmp_path / "study.jsonl"
+    old = {"key": "abc", "point": {"x": 1}, "answer": {"sum": 2}, "error": None, "seconds": 1.0}
+    file.write_text(json.dumps(old) + "\n")
+    study = partial(mb.sweep, partial(called, str(log)), {"x": (1.0, 2.0)}, records=file)
+    assert study(executor=THREAD, quiet=True) == study(workers=1) and calls(log) == [1, 2]
+    assert "1 points of other code" in capsys.readouterr().out

@@ -1,14 +1,11 @@
 """One BLAS thread inside the library, what was there before afterwards; no test here reads a clock."""
 
-import sys
-
 import numpy as np
 import pytest
 import scipy.linalg.blas  # noqa: F401      (its library is one of those that are looked at)
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import microblock as mb
-from microblock import threads
 from microblock.fem import meshes
 from microblock.view.explorer import Explorer
 
@@ -67,23 +64,10 @@ def test_inside_there_is_one_thread_and_outside_what_was_there(entry):
 
 
 def test_threads_come_back_after_an_interruption_and_after_a_refusal():
-    problem = mb.Contact(GROUND, mb.Obstacle(Watching().height), LAW)
-    object.__setattr__(problem, "obstacle", Watching(fails=True))
+    watching = Watching()
+    problem = mb.Contact(GROUND, watching, LAW)
+    watching.fails = True
     with pytest.raises(KeyboardInterrupt):
         problem.solve(load=1.0)
     with pytest.raises(mb.BadArgument):
         problem.solve(load=-1.0)
-
-
-def test_libraries_are_looked_for_where_a_module_is_new(monkeypatch):
-    """It may have brought one; else the look, a millisecond, is not worth it."""
-    looks, controller = [], threads.ThreadpoolController
-    monkeypatch.setattr(threads, "ThreadpoolController", lambda: looks.append(1) or controller())
-    nothing = threads.bounded(lambda: None)
-    nothing()
-    looks.clear()
-    nothing()
-    assert not looks
-    monkeypatch.setitem(sys.modules, "a module of this test", threads)
-    nothing()
-    assert looks

@@ -8,7 +8,6 @@ from scipy.integrate import quad
 
 import microblock as mb
 from microblock.halfplane.averages import normal_averages
-from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.kernels import normal_kernel, normal_symbol, symbol
 from tests.states import apart
 
@@ -70,19 +69,6 @@ def test_both_bodies_carry_the_same_force_and_moment():
     # of the dipole the next term is (a/far)^2, and 1e-10 that of the edges' q
     assert right - left == pytest.approx(2 * c / np.pi * moment / far, rel=1e-4)
     assert near - (right + left) / 2 == pytest.approx(c / np.pi * np.log(10), rel=1e-3)
-
-
-@pytest.mark.parametrize("period", [None, 1.0])
-@pytest.mark.parametrize("law", [mb.Microblock(psi0=0.2), mb.Unilateral()], ids=str)
-def test_work_of_one_pressure_on_the_displacement_of_another_is_mutual(law, period):
-    grid = CellGrid(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), period), -0.5, 0.5, 64)
-    flexibility = grid.flexibility(law, OTHER)
-    f, g = np.random.default_rng(3).random((2, *flexibility.shape))
-    assert np.sum(f * (flexibility @ g)) == pytest.approx(
-        np.sum(g * (flexibility @ f)), rel=1e-12
-    )  # rounding
-    f -= f.mean()
-    assert np.sum(f * (flexibility @ f)) > 0
 
 
 def block(sign, spacing, E=100.0):

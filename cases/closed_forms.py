@@ -1,4 +1,4 @@
-"""Closed forms to check against. numpy only: nothing here knows of a mesh."""
+"""Closed forms to check against: nothing here knows of a mesh."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .types import Array, Interval
+from microblock.model.material import hertz as hertz  # beside the others
+from microblock.model.types import Array, Interval
 
 StripState: TypeAlias = Literal["separation", "partial", "full"]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Strip:
     """The strip between rigid planes, (44)-(49), for any curvature coefficient gamma'; it occupies -1 <= x2
     <= 1.
@@ -22,7 +23,8 @@ class Strip:
     Lengths are over H, stresses over mu, and ``k = sqrt(2 beta/gamma')/ell``. The fields are ``psi = -a
     cosh(k x2)/cosh(k)``, ``u1 = a (beta/k) sinh(k x2)/cosh(k)`` and u2 linear; `ell` is ell/H, `psi0` the
     initial rotation (radians), `delta` the approach over H from first touch, `curvature` gamma', which is 2
-    in the paper.
+    in the paper. `state` is "separation" (delta <= 0), "partial" or "full" (from `delta_fc` on), `rotation`
+    a, `traction` t_n over mu, `micromoment` M = m_2 at x2 = 1 over mu H, `L_psi` and `L_u` the layer lengths.
     """
 
     ell: float
@@ -32,46 +34,24 @@ class Strip:
     delta: float
     curvature: float = 2.0
 
-    @property
-    def k(self) -> float:
-        """Inverse decay length of the layer, over 1/H."""
-        return math.sqrt(2 * self.beta / self.curvature) / self.ell
-
-    @property
-    def oedometric(self) -> float:
-        """(lambda + 2 mu)/mu."""
-        return 2 * (1 - self.nu) / (1 - 2 * self.nu)
-
-    @property
-    def _lever(self) -> float:
-        return self.ell / 2 * (1 - abs(self.psi0))
-
-    @property
-    def _compression(self) -> float:
-        """u2(1) over the rotation a while one corner carries all, from M = lever t_n, (45)."""
-        micromoment = self.curvature * self.ell**2 * self.k * math.tanh(self.k)
-        return micromoment / (self._lever * self.oedometric)
-
-    @property
-    def delta_fc(self) -> float:
-        """Approach at which the second corner closes, (47)."""
-        return abs(self.psi0) * (self._lever + self._compression)
-
-    @property
-    def state(self) -> StripState:
-        """ "separation" (delta <= 0), "partial" or "full" (from delta_fc on)."""
+    def __post_init__(self) -> None:
+        self.k = math.sqrt(2 * self.beta / self.curvature) / self.ell  # inverse decay length of the layer
+        self.L_psi, self.L_u = 1 / (self.k * math.tanh(self.k)), math.tanh(self.k) / self.k  # (49)
+        self.oedometric = 2 * (1 - self.nu) / (1 - 2 * self.nu)  # (lambda + 2 mu)/mu
+        bending = self.curvature * self.ell**2 * self.k * math.tanh(self.k)  # M over the rotation
+        lever, size = self.ell / 2 * (1 - abs(self.psi0)), abs(self.psi0)
+        compression = bending / (lever * self.oedometric)  # while one corner carries all, M = lever t_n, (45)
+        self.delta_fc = size * (lever + compression)  # at which the second corner closes, (47)
+        self.state: StripState = "partial"
+        turned, strain = self.delta / (lever + compression), 0.0
         if self.delta <= 0:
-            return "separation"
-        return "full" if self.delta >= self.delta_fc else "partial"
-
-    @property
-    def rotation(self) -> float:
-        """a = -psi(1), with the sign of psi0."""
-        if self.state == "separation":
-            return 0.0
-        if self.state == "full":
-            return self.psi0
-        return math.copysign(self.delta / (self._lever + self._compression), self.psi0)
+            self.state, turned = "separation", 0.0
+        elif self.delta >= self.delta_fc:
+            self.state, turned, strain = "full", size, self.delta - lever * size
+        self.rotation = math.copysign(turned, self.psi0)
+        self.traction = -self.oedometric * (strain if self.state == "full" else turned * compression)
+        self.micromoment = -bending * self.rotation
+        self._strain = self.traction / self.oedometric
 
     def psi(self, x2: ArrayLike) -> Array:
         """Returns the microrotation (46) (radians) at x2, array (n,)."""
@@ -83,31 +63,7 @@ class Strip:
 
     def u2(self, x2: ArrayLike) -> Array:
         """Returns the vertical displacement (46) over H at x2, array (n,)."""
-        return self.traction / self.oedometric * np.asarray(x2, float)
-
-    @property
-    def traction(self) -> float:
-        """t_n = sigma_22 over mu."""
-        if self.state == "separation":
-            return 0.0
-        if self.state == "full":
-            return -self.oedometric * (self.delta - self._lever * abs(self.psi0))
-        return -self.oedometric * abs(self.rotation) * self._compression
-
-    @property
-    def micromoment(self) -> float:
-        """M = m_2 at x2 = 1 over mu H, with gamma' of (12)."""
-        return -self.curvature * self.ell**2 * self.k * math.tanh(self.k) * self.rotation
-
-    @property
-    def L_psi(self) -> float:
-        """Layer length of psi over H, coth(k)/k, (49)."""
-        return 1 / (self.k * math.tanh(self.k))
-
-    @property
-    def L_u(self) -> float:
-        """Layer length of u1 over H, tanh(k)/k, (49)."""
-        return math.tanh(self.k) / self.k
+        return self._strain * np.asarray(x2, float)
 
     def _even(self, x2: ArrayLike) -> Array:
         """Returns cosh(k x2)/cosh(k) without overflow."""
@@ -118,14 +74,6 @@ class Strip:
         """Returns sinh(k x2)/cosh(k) without overflow or cancellation."""
         x2 = np.asarray(x2, float)
         return -np.exp(self.k * (x2 - 1)) * np.expm1(-2 * self.k * x2) / (1 + math.exp(-2 * self.k))
-
-
-def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
-    """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
-    thickness and its half-width ``a = sqrt(4 P R/(pi E*))`` (length).
-    """
-    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
-    return 2 * load / (math.pi * half_width) * np.sqrt(rest)
 
 
 def punch(x: ArrayLike, load: float, half_width: float) -> Array:
