@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import microblock as mb
-from microblock.halfspace.solver import Grid, _grid
+from microblock.halfspace.solver import Grid
 
 RTOL = 0.05
 FINER = 4  # times as many cells along each axis
@@ -90,10 +90,10 @@ def on_cells(state):
 def errors(problem, state):
     """max(|dp|, |dM|/ell)/|p| in L2, at the cells of a finer grid."""
     state = state.solution
-    grid = _grid(state)
+    grid = state.grid
     fine = Grid(FINER * grid.count, grid.width / FINER, grid.middle)
     exact = problem.solver._solved(fine, state.load, None, 1e-7, state)
-    places = np.meshgrid(*fine.axes, indexing="ij", sparse=True)
+    places = fine.places
     pressure, first, second = (
         np.linalg.norm(state.interpolated(own, *places) - other)
         for own, other in zip((state.total, *state.micromoment), (exact.total, *exact.micromoment))

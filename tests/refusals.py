@@ -35,7 +35,6 @@ from microblock.corners import active_set, projected_gradients
 from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton
 from microblock.halfplane import kernels
 from microblock.view.explorer import Explorer
-from microblock.view.friction_explorer import FrictionExplorer
 
 TABLE = Path(__file__).with_name("refusals.csv")
 COMMAND = "python -m cases "
@@ -108,7 +107,7 @@ def history(kind):
 
 
 explorer = cache(partial(Explorer, PROBLEMS["panels"], 0.1))
-rubbing = cache(partial(FrictionExplorer, PROBLEMS["rubbed"], 0.1))
+rubbing = cache(partial(Explorer, PROBLEMS["rubbed"], 0.1))
 
 
 def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
@@ -191,8 +190,7 @@ NAMED = {
     "pairs": "pairs",
     "angle": "psi0",
     "drawn": (
-        "State.plot.file State.plot_blocks.file State.plot_below.file State.plot_body.file History.plot.file "
-        "LoadPath.plot.file "
+        "State.plot.file State.plot_blocks.file State.plot_below.file History.plot.file LoadPath.plot.file "
     ),
 }
 ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
@@ -249,7 +247,6 @@ CALLS = {
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
     **{f"state('{kind}').plot_below": "" for kind in ("panels", "condensed")},
-    "state('condensed').plot_body": "",
     "state('condensed').reaction": "boundary='bottom'",
     "state('panels').fields": "x1=0.0, x2=-1.0",
     "history('rubbed').plot": "",
@@ -266,7 +263,6 @@ CALLS = {
     "Loads": "",
     "Loads3D": "",
     "Explorer": "problem=PROBLEMS['panels'], load=0.1",
-    "FrictionExplorer": "problem=PROBLEMS['rubbed'], load=0.1",
     "friction.FrictionFacets": "body=BODY, law=Unilateral(0.3), obstacle=CYLINDER",
     "explorer().update": "",
     "Condensation": "body=BODY",

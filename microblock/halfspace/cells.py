@@ -1,8 +1,7 @@
 """The half-space on n x n equal cells, matrix-free: its `microblock.corners.on_cells.Flexibility`, by FFT.
 
 In Fourier space (u, phi) = C (p, m), phi and m as in `microblock.halfspace.symbol`, with C = D R D^H, D =
-diag(1, -i, -i) and R real and symmetric: of R six arrays are kept, and of its inverse, the preconditioner.
-Without images R is that of the cells' responses in a doubled period.
+diag(1, -i, -i) and R real and symmetric. Without images R is that of cells in a doubled period.
 """
 
 from __future__ import annotations
@@ -109,9 +108,8 @@ def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: b
     """Returns R of the cells' responses without images in a period of the length; the three of `_held` where
     psi = 0.
     """
-    table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
     found = []
-    for number, quarter in enumerate(table.cells(count, width / solid.ell, clamped)):
+    for number, quarter in enumerate(kernels(solid).cells(count, width / solid.ell, clamped)):
         moment = clamped and number > 0
         quarter *= (width / solid.ell) ** 2 if moment else (1 - solid.nu) / solid.mu / solid.ell
         found.append(embedded(quarter, length, number in (1, 4), number in (2, 4)))  # along x1, along x2

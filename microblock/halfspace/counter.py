@@ -1,18 +1,16 @@
 """A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
 
 Corner (a, b) of the block at x presses the second body at x + (ell/2)(a, b), where its displacement u2 adds
-to the gap. These places are no multiples of a cell apart: a force on a cell is shared among the cells of the
-second surface about its place, by the weights of the polynomial through five of them along each axis, and the
-displacement is taken with the same weights. With S for these shares
+to the gap. Its force is shared among cells of the second surface by the weights of the polynomial through
+five of them along each axis, and the displacement is taken with the same weights. With S for these shares
 
     gaps = S^T U2 S forces
 
-is symmetric and positive, and keeps force and moment. U2 is that of cells: on a period the symbol, else the
-displacement at the centre of a cell under the pressure on another, of a classical solid in closed form (Love
-1929).
+is symmetric and positive, and keeps force and moment. U2 is on a period the symbol, else the displacement at
+the centre of a cell under the pressure on another, of a classical solid in closed form (Love 1929).
 
 Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and hardly so if the block is
-small. These gaps get HELD of what short waves displace times such forces besides, which falls with the width
+small. These gaps get 0.003 of what short waves displace times such forces besides, which falls with the width
 of the cells as other errors do.
 """
 
@@ -30,13 +28,11 @@ from ..errors import BadArgument
 from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
-from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
 from .cells import wavenumbers
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
-HELD = 3e-3  # see above
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
 FEW = 48  # squares along an axis: cells of a window that is looked for, loads that act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
@@ -100,13 +96,13 @@ class Counter:
         else:
             whole = _without_images(solid, count + 2 * beyond, width)
         response = Waves((len(whole), len(whole)), [[whole]])
-        held, (_, twist) = HELD * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
+        held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
         twisted = held + float(np.max(whole * twist**2))
         return cls(solid, ell, offsets, shares, response, beyond, held, twisted)
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n, n)."""
-        u2 = self.displacement(self.pressed(forces))
+        u2 = self.displacement(forces)
         gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
         if len(gaps) == len(NONE):
             gaps += np.multiply.outer(NONE, self.held * np.tensordot(NONE, forces, 1))
@@ -118,29 +114,27 @@ class Counter:
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        """Returns u2 on the cells of the second surface from the forces there, arrays (m, m)."""
-        found: Array = self.response(forces[None])[0]
+        """Returns u2 on the cells of the second surface from the forces of the corners."""
+        found: Array = self.response(self.pressed(forces)[None])[0]
         return found
 
-    def over(self, values: Array) -> Array:
-        """Returns values on the cells of the second surface at the contact points alone, array (n, n)."""
-        inside = slice(self.beyond, len(values) - self.beyond)
-        return values[inside, inside]
+    def above(self, forces: Array) -> Array:
+        """Returns u2 at the contact points, array (n, n)."""
+        u2 = self.displacement(forces)
+        inside = slice(self.beyond, len(u2) - self.beyond)
+        return u2[inside, inside]
 
     def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
-        """Returns what the second body adds to the gaps of blocks at (x1, x2), anywhere, under the forces of
-        corners on cells with these centres along the axes, taken as points: array (corners, k).
+        """Returns what the second body adds to the gaps at places anywhere, array (corners, k), under the
+        forces on cells with these centres, taken as points.
         """
         whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
         centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
         y1, y2, pressed = as_points(*centres, whole)
-        found = np.empty((len(self.offsets), len(x1)))
         nearest = width / (4 * np.arcsinh(1))  # where a point displaces as a cell does its own centre
-        for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
-            for block in in_blocks(len(x1), len(y1)):
-                r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
-                own[block] = kernel(self.solid, np.maximum(r, nearest)) @ pressed
-        return found
+        corners = self.ell / 2 * self.offsets
+        away = (np.hypot(x1[:, None] + a - y1, x2[:, None] + b - y2) for a, b in corners)
+        return np.array([kernel(self.solid, np.maximum(r, nearest)) @ pressed for r in away])
 
     def smooth(self, length: int, width: float) -> Array:
         """Returns U2 at the wavenumbers of a period of so many cells, positive at each."""
@@ -166,9 +160,7 @@ class Counter:
         return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
 
     def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
-        """Returns what short waves displace, twist and turn, over what the pressure displaces the first body
-        by: of the second body in the mean over all waves of such a length.
-        """
+        """Returns what short waves displace, twist and turn, over the displacement of the first body."""
         v, twist = _seen(self.ell, length, width)
         seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
         seen *= short_waves(self.solid)[0] / displaced
@@ -193,7 +185,7 @@ def kernel(solid: Cosserat, r: Array) -> Array:
     c = (1 - solid.nu) / solid.mu
     if is_classical(solid):
         return c / (2 * np.pi * r)
-    found: Array = c / solid.ell * _table(solid)(r / solid.ell)[0]
+    found: Array = c / solid.ell * kernels(solid)(r / solid.ell)[0]
     return found
 
 
@@ -237,14 +229,10 @@ def _without_images(solid: Cosserat, count: int, width: float) -> Array:
         quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
     else:
         scale = (1 - solid.nu) / solid.mu / solid.ell
-        quarter = _table(solid).cells(count, width / solid.ell)[0] * scale
+        quarter = kernels(solid).cells(count, width / solid.ell)[0] * scale
     return embedded(quarter, next_fast_len(2 * count, real=True), False, False)
 
 
 def _love(x: Array, y: Array) -> Array:
     """Returns the integral of 1/r over the rectangle from 0 to (x, y), neither of them 0."""
     return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
-
-
-def _table(solid: Cosserat) -> Any:
-    return kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)

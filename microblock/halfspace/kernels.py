@@ -13,6 +13,7 @@ the real part). They are tabulated in log r, over c/ell with c = (1 - nu)/mu (th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -28,15 +29,11 @@ from ..model.types import AnyArray as Array
 from .symbol import along, require_stable, spread_rate
 
 NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated
-PER_DECADE = 32  # points of the table, between which a spline of order 7 is good to 1e-11
 PIECE = 0.4  # its width in log t
-GRADED = 40  # halvings of a piece towards a branch point
-MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are symmetric
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, for ell = 1 and given nu, beta, gamma', alpha',
-    beta'.
+    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, of a solid with ell = 1.
 
     Raises
     ------
@@ -44,24 +41,12 @@ class Kernels:
         If beta is too small or the layer too thin for the quadrature, or the surface is unstable.
     """
 
-    def __init__(
-        self, nu: float, beta: float, curvature: float, alpha_prime: float, beta_prime: float
-    ) -> None:
-        solid = Cosserat(
-            E=2 * (1 + nu),
-            nu=nu,
-            ell=1.0,
-            beta=beta,
-            curvature=curvature,
-            alpha_prime=alpha_prime,
-            beta_prime=beta_prime,
-        )
+    def __init__(self, solid: Cosserat) -> None:
         if not RATES[0] <= 1 / solid.layer_length <= RATES[1]:
-            raise BadArgument("beta", beta, "must hold the rotation of a half-space: take a larger one")
+            raise BadArgument("beta", solid.beta, "must hold the rotation of a half-space: take a larger one")
         require_stable(solid)
-        self._r = np.geomspace(NEAREST, FARTHEST, int(PER_DECADE * np.log10(FARTHEST / NEAREST)) + 1)
-        values = _integrals(solid, self._r) * self._r
-        self._spline = make_interp_spline(np.log(self._r), values.T, k=7)
+        r = np.geomspace(NEAREST, FARTHEST, 417)  # 32 a decade, between which a spline is good to 1e-11
+        self._spline = make_interp_spline(np.log(r), (_integrals(solid, r) * r).T, k=7)
 
     def __call__(self, r: Array) -> Array:
         """Returns the kernels at r/ell, array (6, ...)."""
@@ -93,30 +78,28 @@ class Kernels:
             keep = (np.maximum(i, j) >= near) & (np.maximum(i, j) < far)
             i, j = i[keep], j[keep]
             points, gauss = gauss_rule(order)
-            x, y = ((points - 0.5) * width)[:, None], ((points - 0.5) * width)[None, :]
+            x, y = np.meshgrid((points - 0.5) * width, (points - 0.5) * width, indexing="ij")
             for block in in_blocks(len(i), order**2):
-                places = i[block, None, None] * width + x, j[block, None, None] * width + y
-                values = (self.clamped if clamped else self.components)(*places)
+                values = self.components(
+                    i[block, None, None] * width + x, j[block, None, None] * width + y, clamped
+                )
                 found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
         u, w, held = self._own(width)
         found[:, 0, 0] = (held, 0, 0) if clamped else (u, 0, 0, w, 0, w)
         return found
 
-    def components(self, x: Array, y: Array) -> Array:
-        """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell: array (6, ...)."""
-        x, y = np.broadcast_arrays(x, y)
+    def components(self, x: Array, y: Array, clamped: bool = False) -> Array:
+        """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell, array (6, ...); where
+        psi = 0 on the whole surface u, m1 and m2 from p, array (3, ...).
+        """
         r = np.hypot(x, y)
-        u, v, w0, w2 = self(r)[:4]
+        u, v, w0, w2, held, m = self(r)
         c, s = x / r, y / r
+        if clamped:
+            return np.array((held, m * c, m * s))
         return np.array(
             (u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1))
         )
-
-    def clamped(self, x: Array, y: Array) -> Array:
-        """Returns u, m1 and m2 from p at (x, y)/ell where psi = 0: array (3, ...)."""
-        r = np.hypot(x, y)
-        u, m = self(r)[4:]
-        return np.array((u, m * x / r, m * y / r))
 
     def _own(self, width: float) -> Array:
         """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre; the others
@@ -132,10 +115,12 @@ class Kernels:
         return averages
 
 
-@lru_cache(maxsize=16)
-def kernels(nu: float, beta: float, curvature: float, alpha_prime: float, beta_prime: float) -> Kernels:
-    """Returns the tables of a material, made once."""
-    return Kernels(nu, beta, curvature, alpha_prime, beta_prime)
+_made = lru_cache(maxsize=16)(Kernels)
+
+
+def kernels(solid: Cosserat) -> Kernels:
+    """Returns the tables of a solid of any E and ell, made once."""
+    return _made(replace(solid, E=2 * (1 + solid.nu), ell=1.0))
 
 
 def _integrals(solid: Cosserat, r: Array) -> Array:
@@ -183,7 +168,7 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
     rates = np.sqrt([1 / solid.layer_length**2, spread_rate(solid)])
     low, high = 1e-3 / FARTHEST, 40 / NEAREST
     logs = [np.linspace(np.log(low), np.log(high), int(np.log(high / low) / PIECE) + 1)]
-    halvings = PIECE * 0.5 ** np.arange(GRADED)
+    halvings = PIECE * 0.5 ** np.arange(40)
     b = max(0.25, 2 * solid.beta * (1 - solid.nu))  # see `microblock.halfplane.kernels`
     root = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
     for place in (*np.log(rates), np.log(rates[0] * abs(np.sin(root.real)) + low)):
@@ -192,7 +177,7 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
     edges = edges[np.concatenate(([True], np.diff(edges) > 1e-12))]
     if (pole := _pole(solid)) is not None:  # two pieces, each other's mirror, give the principal value
         place = np.log(pole)
-        reach = min(PIECE / 2**MIRRORED, (place - np.log(rates).max()) / 4)
+        reach = min(PIECE / 2**8, (place - np.log(rates).max()) / 4)
         away = halvings[halvings > reach]
         edges = edges[np.abs(edges - place) > 1.5 * reach]
         edges = np.unique(

@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive
-from ..model.obstacles import Cylinder, SelfAffine, evaluated, real, returned
+from ..model.obstacles import SelfAffine, evaluated, real
 from ..model.quadrature import in_blocks
 from ..model.types import AnyArray as Array
 
@@ -214,19 +213,6 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
     return height
 
 
-def _over_a_line(obstacle: Any) -> str:
-    """Returns what to write for an obstacle with heights over a line; "" for others."""
-    try:
-        if returned(obstacle, np.zeros(2)).shape != (2,):
-            return ""
-    except BadArgument:
-        return ""
-    if isinstance(obstacle, Cylinder):
-        return f"it has one over a line: write lambda x, y: x**2/{2 * obstacle.R:g} + 0*y"
-    height = "obstacle.height" if hasattr(obstacle, "height") else "height"
-    return f"it has one over a line: write lambda x, y: {height}(x) + 0*y"
-
-
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:
     """Returns the heights of an obstacle or a callable at (x1, x2), arrays of one shape.
 
@@ -244,8 +230,8 @@ def heights(obstacle: object, x1: Array, x2: Array) -> Array:
         x2,
         name="obstacle",
         given=obstacle,
-        allowed="must have a height(x1, x2) of two arrays that returns as many numbers",
-        hint=lambda: _over_a_line(obstacle),
+        allowed="must have a height(x1, x2) of two arrays that returns as many numbers; of a height over a "
+        "line write lambda x, y: height(x) + 0*y",
     )
     if np.any(np.isnan(found)) or np.any(found == -np.inf):
         raise BadArgument("obstacle", obstacle, "must have heights that are numbers, or inf")

@@ -6,12 +6,11 @@ radius a, under the load P,
     approach <= P/(2 E* a) + <h>_A,
 
 <h>_A the mean of the height under the punch's pressure, that over a hemisphere projected on A. No place with
-f above the least over all discs can touch. With corners one of a block may carry all, which yields at most
-`softer` times as much, and the bound is doubled, as the energy of the least forces is convex in P.
+f above the least over all discs can touch. One corner of a block may carry all, which yields more, and the
+bound is doubled, as the energy of the least forces is convex in P.
 
-Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances:
-whatever is two spacings wide has a sample. Samples that no neighbour undercuts are followed down to their
-valley, and squares about valleys below the bound look for others beside them.
+Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances.
+Samples that no neighbour undercuts are followed down to their valley.
 """
 
 from __future__ import annotations
@@ -30,12 +29,7 @@ Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
-SEEN = 8**0.5  # of a square's side over its rows: diameter of a disc in which there is a sample
-NEAR = 8.0  # radii of the disc: its side
-BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
-NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
-STEPS = 200  # towards a valley, each a quarter of the one before once less is nearer
 EQUAL = 1e-6  # of their range in question: heights that differ less are the same
 SAME = 0.25  # of the disc's radius, between two valleys
 
@@ -53,22 +47,19 @@ class Picture:
     Parameters
     ----------
     gaps : function
-        Initial gaps of the corners of blocks at places (x1, x2), array (corners, ...) (lengths).
+        Initial gaps of corners at places (x1, x2), array (corners, ...) (lengths).
     ell : float
-        Side of the blocks (length).
     needed : (float, float) or float
-        P/(2 E*) for all corners of a block alike and for one of them (length^2); or the approach (length).
+        P/(2 E*) for all corners of a block alike and for one (length^2); or the approach (length).
     obstacle : object
-        To be named in errors.
-    window : optional
-        Square with a `middle` and a `side`, in which a contact is looked for.
+    window : Grid, optional
     repeats : bool
-        Whether it is a period.
+        Whether the window is a period.
 
     Attributes
     ----------
     samples, valleys : arrays (n, 3), (k, 3)
-        x1, x2 and f where f was below the bound as it stood then.
+        x1, x2 and f.
     bound, radius : float
         Approach that is not exceeded, and radius of the disc that says so (lengths).
 
@@ -92,7 +83,7 @@ class Picture:
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
         self._draw = np.random.default_rng(0)
         if window is not None:
-            for times in 2.0 ** np.arange(2, 1 if repeats else BESIDE):
+            for times in 2.0 ** np.arange(2, 1 if repeats else 7):
                 self.look(window.middle, times * window.side, COARSE)
             self.look_about(window)
             if not len(self.samples):
@@ -153,8 +144,8 @@ class Picture:
         places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
         ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
         ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
-        for _ in range(STEPS):
-            if not np.any(step > NARROW * self.radius):
+        for _ in range(200):  # at most, a quarter of the one before once less is nearer
+            if not np.any(step > 1e-5 * self.radius):
                 break
             around = places[:, None, :2] + step[:, None, None] * ways
             f = self._least(around[..., 0], around[..., 1])
@@ -170,9 +161,7 @@ class Picture:
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
-        """Looks at squares about the middle, in more rows if none meets the obstacle, then about the lowest
-        place, as far as the bound asks for.
-        """
+        """Looks at squares about the middle, then about the lowest place, as far as the bound asks for."""
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):
             self.look(np.zeros(2), side, count)
@@ -191,7 +180,7 @@ class Picture:
         away = 0.0
         while True:  # about what is lower still, and farther while it could touch there
             (*middle, least), reach = self.lowest, FARTHEST * max(self.ell, self.radius, away)
-            self.look(middle, NEAR * self.radius, FINE)
+            self.look(middle, 8 * self.radius, FINE)
             for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
                 self.look(middle, side, COARSE)
             self.follow()

@@ -1,10 +1,9 @@
 """Contact on square cells of the half-space, from coarse grids to finer ones.
 
-1. The picture of the obstacle (`microblock.halfspace.picture`) says where a contact can be. A window about
-   its lowest places grows while cells press near its rim, or a gap outside is negative, and shrinks to the
-   contact until that fills it.
-2. Grids of 32, 64, ... cells a side are solved, each started from the one before, until the estimate is below
-   rtol and no place between the cells would touch. Then places outside are looked at again.
+1. A window about the lowest places of the picture (`microblock.halfspace.picture`) grows while cells press
+   near its rim, or a gap outside is negative, and shrinks to the contact.
+2. Grids of 32, 64, ... cells a side are solved until the estimate is below rtol and no place between the
+   cells would touch.
 
 Two grids whose contacts have few cells agree by themselves, so the load on such spots counts as error.
 """
@@ -12,8 +11,8 @@ Two grids whose contacts have few cells agree by themselves, so the load on such
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
 from ..model.material import joint_modulus
-from ..model.quadrature import in_blocks
 from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import State, in_space
@@ -37,44 +35,16 @@ from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
-from .picture import EQUAL, FINE, SEEN, Picture
-from .state import SurfaceCells
+from .picture import EQUAL, FINE, Picture
+from .state import Grid, SurfaceCells
 from .surface_law import closed_corners, on_surface
 from .symbol import symbol
 
-FIRST, MOST = 32, 1024  # cells a side of the coarsest and of the finest grid that rtol may ask for
+MOST = 1024  # cells a side of the finest grid that rtol may ask for
 COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
-FILLED = 0.3  # of such a window, that the contact must fill
-WIDENED = 1.5  # times, where the contact reaches the rim of the window
 TRIES = 60  # windows
-SPARE = 0.08  # of the contact's size, free on either side
-LOOKED = 256  # low places outside of the window at which gaps are computed
-TIP = 0.05  # of the approach: what a place may be lower than the cells about it
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
-USUAL, FASTEST = 1.4, 2.5  # ratio of successive changes from grid to grid
-PLACES = 65  # on an edge of a period, at which they are compared
-SHORTEST = 1e4  # over ell, a wavenumber of which only the short waves' stiffness is felt
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Equal square cells: their number a side, width, and centres."""
-
-    count: int
-    width: float
-    middle: tuple[float, float]
-
-    @cached_property
-    def axes(self) -> tuple[Array, Array]:
-        """Centres along x1 and along x2, arrays (count,)."""
-        x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
-        return self.middle[0] + x, self.middle[1] + x
-
-    @property
-    def side(self) -> float:
-        """Of all cells together (length)."""
-        return self.count * self.width
 
 
 class SurfaceSolver(Solver):
@@ -107,15 +77,13 @@ class SurfaceSolver(Solver):
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         if period is None:
             return
-        if not _repeats(lambda x1, x2: heights(self.obstacle, x1, x2), period):
-            raise BadArgument("obstacle", self.obstacle, f"must repeat with the period, {period:g}")
-        if not _repeats(self.surface_law.tilt, period):
-            psi0 = getattr(self.law, "psi0", None)
-            raise BadArgument("psi0", psi0, f"must repeat with the period, {period:g}")
-
-    def initial_gaps(self, x1: Array, x2: Array) -> Array:
-        """Returns the initial gaps of all corners at cells with these centres, array (corners, n, n)."""
-        return self._gaps(*np.meshgrid(x1, x2, indexing="ij"))
+        psi0, height = getattr(self.law, "psi0", None), partial(heights, self.obstacle)
+        for name, given, values in (
+            ("obstacle", self.obstacle, height),
+            ("psi0", psi0, self.surface_law.tilt),
+        ):
+            if not _repeats(values, period):
+                raise BadArgument(name, given, f"must repeat with the period, {period:g}")
 
     def solve(
         self,
@@ -140,19 +108,19 @@ class SurfaceSolver(Solver):
                 picture.look_about(window)
             state, outside = self._refined(picture, window, load, approach, goal, near, progress)
             if not len(outside):
-                return replace(state, seen_width=SEEN * window.side / FINE)
+                # in a disc of so many rows there is a sample
+                return replace(state, seen_width=8**0.5 * window.side / FINE)
             box, window = _around(np.vstack((box, outside))), None
         raise NotConverged(NO_WINDOW)
 
     def state(self, solution: Any) -> State:
         """Returns the State on cells, row after row."""
         shape = solution.displacement.shape
-        places = np.meshgrid(solution.x1, solution.x2, [0.0], indexing="ij")
-        points = np.stack(places, axis=-1).reshape(-1, 3)
-        weights = np.full(len(points), solution.width**2)
+        (x1, x2), width = solution.grid.axes, float(solution.grid.width)
+        points = np.stack(np.meshgrid(x1, x2, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
         opposite = None if body_of(self.obstacle) is None else solution.opposite.ravel()
-        axes = {"x1": solution.x1, "x2": solution.x2}
-        return in_space(solution, points, weights, shape=shape, opposite=opposite, **axes)
+        cells = {"shape": shape, "x1": x1, "x2": x2, "width": width, "opposite": opposite}
+        return in_space(solution, points, np.full(len(points), width**2), **cells)
 
     def _refined(
         self,
@@ -164,15 +132,12 @@ class SurfaceSolver(Solver):
         near: SurfaceCells | None,
         progress: bool,
     ) -> tuple[SurfaceCells, Array]:
-        """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
-        many nodes as are fixed; and, array (k, 2), places that a wider window must hold, none if it does.
-
-        Which grids and windows are solved does not depend on the goal before it is reached.
+        """Returns the state of a window on the first grid with an estimate below the goal, or on that of the
+        fixed nodes; and, array (k, 2), places that a wider window must hold.
         """
-        most, best, blind, last = self.options.nodes or MOST, None, 0.0, self.options.residual
-        sizes = [
-            most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= FIRST * part
-        ]
+        most, last = self.options.nodes or MOST, self.options.residual
+        reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
+        sizes = [most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= 32 * part]
 
         def solved(count: int, before: Any) -> Any:
             grid, residual = Grid(count, window.side / count, window.middle), COARSE_RESIDUAL / count
@@ -180,59 +145,49 @@ class SurfaceSolver(Solver):
 
         for count, state, before, changes in levels(solved, sizes, _change, progress):
             if before is not None:
-                blind = _share_of_spots(before, SPOT)
                 loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
-                state = replace(state, error_estimate=_estimate(changes) + blind + loose)
+                estimate = _estimate(changes) + _share_of_spots(before, SPOT) + loose
+                state = replace(state, error_estimate=estimate)
             if count < most and (self.options.nodes or len(changes) < 2):
                 continue
             cut = self.period is None and _reaches(state, 1)
             outside, hidden = self._touching(state, picture)
             if self._given_window() is None and (cut or len(outside)):
                 return state, np.vstack((_pressing(state), outside))
-            if self.options.nodes or (state.error_estimate <= goal and not len(hidden)):
-                words = {"error_estimate": state.error_estimate, "notes": _warnings(cut, outside, hidden)}
+            notes, estimate = _warnings(cut, outside, hidden), state.error_estimate
+            seen = np.inf if len(hidden) else estimate
+            if self.options.nodes or seen <= goal:
                 if state.residual > last:
-                    state = self._solved(_grid(state), load, approach, last, state)
-                return replace(state, **words), np.empty((0, 2))
-            if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
-                best = state
+                    state = self._solved(state.grid, load, approach, last, state)
+                return replace(state, error_estimate=estimate, notes=notes), np.empty((0, 2))
+            if seen <= reached[0]:
+                reached = seen, state, notes
             finer = np.log2(MOST / count)
-            falls = np.divide(changes[:-1], changes[1:]).max() ** 2 if len(changes) > 2 else FASTEST
-            late = _estimate(changes) > goal * (4 if blind else min(falls, FASTEST)) ** finer
-            if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
+            if (
+                _estimate(changes) > goal * 4**finer or _share_of_spots(before, SPOT / 2 / 4**finer) > goal
+            ):  # out of reach of MOST
                 break
-        raise self._out_of_reach(picture, best or state, goal)
-
-    def _out_of_reach(self, picture: Picture, state: SurfaceCells, goal: float) -> NotConverged:
-        """Returns the error for a goal that no grid reaches, at the state of the least estimate."""
-        places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
-        cut = self.period is None and _reaches(state, 1)
-        words, ways = [f" on {len(state.x1)} x {len(state.x1)} cells"], ["fix Cells(nodes=...)"]
-        if len(places) > 1:
-            apart = np.ptp(_around(places), axis=0).max()
-            words.append(f"contacts at up to {len(places)} places within {apart:.3g} are on one grid")
-            ways += ["solve parts apart, Cells(window=(left, right))"] * (self.period is None)
-        why = "; ".join((*words, *_warnings(cut, outside, hidden)))
-        best = np.inf if len(hidden) else state.error_estimate or 0.0  # where places are left out
-        return out_of_reach(goal, best, why, ", or ".join(ways), load=state.load)
+        least, state, notes = reached
+        why = "; ".join((f" on {state.grid.count} x {state.grid.count} cells", *notes))
+        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
+        ways = "fix Cells(nodes=...)" + apart * (self.period is None)
+        raise out_of_reach(goal, least, why, ways, load=state.load)
 
     @cached_property
-    def _kept(self) -> dict[Grid, Flexibility]:
+    def _kept(self) -> dict[Any, Flexibility]:
         return {}
 
     def _flexibility(self, grid: Grid) -> Flexibility:
-        own, period = Grid(grid.count, grid.width, (0.0, 0.0)), self.period
-        law = self.surface_law
-        tilt = law.tilt(*np.meshgrid(*grid.axes, indexing="ij"))
-        if own not in self._kept:
+        law, cells = self.surface_law, (grid.width, grid.count, self.period is not None)
+        tilt = law.tilt(*grid.places)
+        if cells not in self._kept:
             self._kept.clear()  # the last one alone: they are large
-            where = grid.width, grid.count, period is not None
             second = body_of(self.obstacle)
-            counter = second and Counter.on(second.solid, self.solid.ell, law.offsets, *where)
-            self._kept[own] = flexibility(
-                self.solid, law.offsets, tilt, grid.width, period is not None, law.clamped, counter
+            counter = second and Counter.on(second.solid, self.solid.ell, law.offsets, *cells)
+            self._kept[cells] = flexibility(
+                self.solid, law.offsets, tilt, grid.width, cells[-1], law.clamped, counter
             )
-        return replace(self._kept[own], tilt=tilt)
+        return replace(self._kept[cells], tilt=tilt)
 
     def _solved(
         self,
@@ -243,19 +198,18 @@ class SurfaceSolver(Solver):
         start: SurfaceCells | None,
     ) -> SurfaceCells:
         """Returns the state on a grid, begun from another one."""
-        x1, x2 = grid.axes
-        g0 = self.initial_gaps(x1, x2)
+        g0 = self.gaps(*grid.places)
         H, area = self._flexibility(grid), grid.width**2
         first = None
         if start is not None:
-            i, j = start.nearest(x1, x2)
-            first = area * start.pressures[:, i[:, None], j]
+            i, j = start.grid.nearest(*grid.places)
+            first = area * start.pressures[:, i, j]
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
         if H.counter is not None:
-            other = H.counter.over(H.counter.displacement(H.counter.pressed(forces)))
+            other = H.counter.above(forces)
         least = min(2 * found.kkt, COARSE_RESIDUAL / grid.count)  # beyond that touching is a matter of force
         closed = found.gaps <= least * np.ptp(surface[0] + other)
         if H.counter is None:
@@ -267,9 +221,7 @@ class SurfaceSolver(Solver):
             self,
             found.load if load is None else load,
             found.approach,
-            x1,
-            x2,
-            grid.width,
+            grid,
             pressures,
             psi,
             surface[0],
@@ -290,20 +242,19 @@ class SurfaceSolver(Solver):
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
         """Returns the Picture of the obstacle for a load or an approach."""
-        second, short = body_of(self.obstacle), np.array([SHORTEST / self.solid.ell])
+        second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
         needed = (plain, softer * plain) if approach is None else approach
-        return Picture(self._gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
+        return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
-    def _gaps(self, x1: Array, x2: Array) -> Array:
+    def gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners of blocks at places, array (corners, ...)."""
         obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of least and largest
-        x1 and x2."""
+        """Returns the square that holds the contact and a box, array (2, 2) of least and largest x1, x2."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
         width = side / FEW
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
@@ -315,10 +266,10 @@ class SurfaceSolver(Solver):
             held = _around(np.vstack((box, _pressing(state))))
             size = np.ptp(held, axis=0).max()
             middle, before = np.rint(2 * held.mean(axis=0) / grid.width) * grid.width / 2, side
-            side = size * (1 + 2 * SPARE) + 2 * 3 * size / FEW
+            side = size * (1.16 + 6 / FEW)  # a twelfth and three cells free on either side
             if _reaches(state, 2) and not len(outside):
-                side = WIDENED * before
-            elif not len(outside) and size >= FILLED * before:
+                side = 1.5 * before
+            elif not len(outside) and size >= 0.3 * before:
                 return Grid(FEW, side / FEW, tuple(middle))
         raise NotConverged(NO_WINDOW)
 
@@ -326,27 +277,24 @@ class SurfaceSolver(Solver):
         """Returns places of the picture at which a gap is negative, outside of the window, and between cells:
         arrays (k, 2).
         """
-        low, grid = picture.low(state.approach), _grid(state)
+        low, grid = picture.low(state.approach), state.grid
         if self.period:
             low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
         away = np.abs(low[:, :2] - grid.middle)
         out = away.max(axis=1) > grid.side / 2
         inside, outside = low[~out], low[out]
-        if len(outside) > LOOKED:  # where the displacement of a point load leaves the least gaps
-            r = np.maximum(np.hypot(*away[out].T), state.width)
-            gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)
-            outside = outside[np.argpartition(gaps, LOOKED)[:LOOKED]]
+        r = np.maximum(np.hypot(*away[out].T), grid.width)
+        gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)  # over a point load
+        outside = outside[np.argsort(gaps)[:256]]
         least = picture.lowest[2]
         outside = outside[self._overlap(state, least, outside, *self._surface_at(state, *outside[:, :2].T))]
-        i, j = state.nearest(*inside[:, :2].T)
-        cells = self.initial_gaps(*grid.axes).min(axis=0)
+        i, j = grid.nearest(*inside[:, :2].T)
+        cells = self.gaps(*grid.places).min(axis=0)
         near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
-        hidden = inside[:, 2] < near - TIP * (state.approach - least)
-        inside, i, j = inside[hidden], i[hidden], j[hidden]
-        half = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1)
-        psi1, psi2 = state.psi[:, i, j]
-        u = (state.displacement + state.opposite)[i, j]
-        phi = np.array((-half * psi2, half * psi1))
+        tip = inside[:, 2] < near - (state.approach - least) / 20
+        inside, (psi1, psi2) = inside[tip], state.psi[:, i[tip], j[tip]]
+        u = (state.displacement + state.opposite)[i[tip], j[tip]]
+        phi = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1) * np.array((-psi2, psi1))
         inside = inside[self._overlap(state, least, inside, u, phi)]
         return outside[:, :2], inside[:, :2]
 
@@ -355,40 +303,34 @@ class SurfaceSolver(Solver):
         obstacle of a least height.
         """
         law, (x1, x2) = self.surface_law, places[:, :2].T
-        gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
+        gaps = self.gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
         return np.asarray(gaps.min(axis=0) < -EQUAL * (state.approach - least))
 
     def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
-        """Returns u with that of a second body, array (n,) or (corners, n), and the phi that corners see,
-        array (2, n), at places outside, under the forces of the cells as points.
+        """Returns u of both bodies, array (n,) or (corners, n), and phi, array (2, n), at places outside,
+        under the forces of the cells as points.
         """
-        solid, law = self.solid, self.surface_law
-        table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-        scale, (M1, M2) = (
-            state.width**2 * (1 - solid.nu) / solid.mu / solid.ell,
-            2 / solid.ell * state.micromoment,
-        )
-        y1, y2, p, m1, m2 = as_points(state.x1, state.x2, scale * state.total, -scale * M2, scale * M1)
-        found = np.zeros((3, len(x1)))
-        for block in in_blocks(len(x1), len(p)):
-            away = (x1[block, None] - y1) / solid.ell, (x2[block, None] - y2) / solid.ell
-            if not law.psi0:
-                found[0, block] = (table.clamped if law.clamped else table.components)(*away)[0] @ p
-                continue
-            own, v1, v2, w11, w12, w22 = table.components(*away)
-            rows = (own, -v1, -v2), (v1, w11, w12), (v2, w12, w22)
-            found[:, block] = [sum(part @ load for part, load in zip(row, (p, m1, m2))) for row in rows]
-        u, phi = found[0], found[1:]
-        if (counter := self._flexibility(_grid(state)).counter) is not None:
-            u = u + counter.at(state.pressures * state.width**2, (state.x1, state.x2), x1, x2)
+        solid, law, (grid, area) = self.solid, self.surface_law, (state.grid, state.grid.width**2)
+        scale, (M1, M2) = area * (1 - solid.nu) / solid.mu / solid.ell, 2 / solid.ell * state.micromoment
+        y1, y2, *loads = as_points(*grid.axes, scale * state.total, -scale * M2, scale * M1)
+        away = (x1[:, None] - y1) / solid.ell, (x2[:, None] - y2) / solid.ell
+        own, v1, v2, *w = kernels(solid).components(*away, law.clamped)
+        u, phi = own @ loads[0], np.zeros((2, len(x1)))
+        if law.psi0:
+            u = u - v1 @ loads[1] - v2 @ loads[2]
+            rows = (v1, w[0], w[1]), (v2, w[1], w[2])
+            phi = np.array([sum(part @ load for part, load in zip(row, loads)) for row in rows])
+        if (counter := self._flexibility(grid).counter) is not None:
+            u = u + counter.at(state.pressures * area, grid.axes, x1, x2)
         return u, phi
 
 
 def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
-    along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
-    inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
+    along = period * np.linspace(-0.5, 0.5, 65)
+    edge = np.full_like(along, period / 2)
+    inside = values(*(x.ravel() for x in np.meshgrid(along, along)))
     finite = inside[np.isfinite(inside)]
     most = EQUAL * np.ptp(finite) if finite.size else 0.0
     pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
@@ -397,7 +339,7 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
 
 def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
     """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, interpolated at the cells of the finer one."""
-    places = np.meshgrid(fine.x1, fine.x2, indexing="ij", sparse=True)
+    places = fine.grid.places
     pressure, first, second = (
         np.linalg.norm(coarse.interpolated(one, *places) - other)
         for one, other in zip((coarse.total, *coarse.micromoment), (fine.total, *fine.micromoment))
@@ -405,18 +347,13 @@ def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
     return float(max(pressure, np.hypot(first, second) / fine.solver.solid.ell) / np.linalg.norm(fine.total))
 
 
-def _spots(state: SurfaceCells) -> Array:
-    """Returns for each cell of how many its spot consists, connected cells that press; array (n, n)."""
-    # on a period spots go on beyond its rim
-    n, repeats = len(state.x1), 1 if state.solver.period is None else 2
-    labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
-    sizes = np.bincount(labels.ravel())[labels] * (labels > 0)
-    return np.asarray(sizes.reshape(repeats, n, repeats, n).max(axis=(0, 2)))
-
-
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
-    """Returns the share of the load on spots of fewer cells."""
-    return float(state.total[_spots(state) < least].sum() / state.total.sum())
+    """Returns the share of the load on spots, connected cells that press, of fewer cells."""
+    # on a period spots go on beyond its rim
+    n, repeats = state.grid.count, 1 if state.solver.period is None else 2
+    labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
+    sizes = np.bincount(labels.ravel())[labels].reshape(repeats, n, repeats, n).max(axis=(0, 2))
+    return float(state.total[(sizes < least) & (state.total > 0)].sum() / state.total.sum())
 
 
 def _estimate(changes: list[float]) -> float:
@@ -425,31 +362,23 @@ def _estimate(changes: list[float]) -> float:
     Errors that fall by a ratio r and are alike leave r - 1 times the finer one as change, those of the edge's
     steps, which have nothing to do with each other, sqrt(1 + r^2) times.
     """
-    ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else USUAL
-    last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]
-    return last / min(max(ratio - 0.5, 0.5), 1.4)
-
-
-def _grid(state: SurfaceCells) -> Grid:
-    return Grid(len(state.x1), state.width, (float(state.x1.mean()), float(state.x2.mean())))
+    *_, before, last = 1.4 * changes[-1], *changes  # as errors fall as a rule
+    ratio = before / last if last > 0 else 1.4
+    return max(last, before / 2.5) / min(max(ratio - 0.5, 0.5), 1.4)
 
 
 def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
     """Returns what a fixed window, or fixed nodes, leave out."""
-    words = ["the window cuts the contact: cells at its rim press"] * cut
-    for places, where in ((outside, "outside of the window"), (hidden, "between cells")):
-        if len(places):
-            words.append(
-                f"the obstacle would touch {where} as well, as at ({places[0, 0]:.4g}, {places[0, 1]:.4g})"
-            )
-    return tuple(words)
+    parts = (outside, "outside of the window"), (hidden, "between cells")
+    at = [(*places[0], where) for places, where in parts if len(places)]
+    words = (f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})" for x1, x2, where in at)
+    return *["the window cuts the contact: cells at its rim press"] * cut, *words
 
 
 def _pressing(state: SurfaceCells) -> Array:
     """Returns the corners of the rectangle of cells that press, array (2, 2)."""
-    i, j = np.nonzero(state.closed)
-    centres = np.column_stack((state.x1[i], state.x2[j]))
-    return _around(centres) + state.width / 2 * np.array([[-1], [1]])
+    centres = np.column_stack([x[state.closed > 0] for x in state.grid.places])
+    return _around(centres) + state.grid.width / 2 * np.array([[-1], [1]])
 
 
 def _around(places: Array) -> Array:

@@ -7,9 +7,44 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Equal square cells: their number a side, width, and the middle of all."""
+
+    count: int
+    width: float
+    middle: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def axes(self) -> tuple[Array, Array]:
+        """Centres along x1 and along x2, arrays (count,)."""
+        x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
+        return self.middle[0] + x, self.middle[1] + x
+
+    @property
+    def places(self) -> tuple[Array, ...]:
+        """x1 and x2 of all centres, arrays (count, count)."""
+        return np.meshgrid(*self.axes, indexing="ij")
+
+    @property
+    def side(self) -> float:
+        """Of all cells together (length)."""
+        return self.count * self.width
+
+    def steps(self, x1: Array, x2: Array) -> Array:
+        """Returns places in cells from the first one on along both axes, array (2, ...)."""
+        apart = np.array(np.broadcast_arrays(x1 - self.axes[0][0], x2 - self.axes[1][0]))
+        return np.asarray(apart / self.width)
+
+    def nearest(self, x1: Array, x2: Array) -> Array:
+        """Returns the numbers along both axes of the cells nearest to places, array (2, ...) of int."""
+        return np.clip(np.rint(self.steps(x1, x2)).astype(int), 0, self.count - 1)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -21,21 +56,17 @@ class SurfaceCells(Solution):
     solver : SurfaceSolver
     load, approach : float
         Force, on a period that of one period; approach as of `microblock.State` (length).
-    x1, x2 : arrays (n,)
-        Centres of the cells (length).
-    width : float
-        Side of a cell (length).
+    grid : Grid
     pressures : array (corners, n, n)
-        Those of least norm: of four closed corners the resultants alone are unique.
+        Those of least norm.
     psi, micromoment : arrays (2, n, n)
-        About x1 and x2 (radians), and couples of the corners' forces, or the reaction to psi = 0 (stress x
-        length).
+        About x1 and x2 (radians), and couples or the reaction to psi = 0 (stress x length).
     displacement, opposite : arrays (n, n)
-        Normal displacement into the body, and that of a second body along x3, 0 of a rigid one (lengths).
+        Into the body, and of a second body along x3 (lengths).
     closed : array (n, n) of int
-        Number of closed corners at each cell: those with a force, and all four where no gap is open.
+        Number of closed corners.
     residual, iterations : float, int
-        Largest relative residual of the contact conditions, and products with the flexibility on this grid.
+        Of the contact conditions, relative, and products with the flexibility.
     error_estimate : float or None
         None where there is no coarser grid.
     notes : tuple of str
@@ -46,9 +77,7 @@ class SurfaceCells(Solution):
     solver: Any
     load: float
     approach: float
-    x1: Array
-    x2: Array
-    width: float
+    grid: Grid
     pressures: Array
     psi: Array
     displacement: Array
@@ -82,22 +111,11 @@ class SurfaceCells(Solution):
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
         """Returns values on the cells, array (n, n), between their centres; 0 beyond the cells."""
-        n, (i, j) = len(self.x1), ((x - axis[0]) / self.width for x, axis in ((x1, self.x1), (x2, self.x2)))
-        inside = True
-        if self.solver.period is None:
-            inside = (np.abs(i - (n - 1) / 2) <= n / 2) & (np.abs(j - (n - 1) / 2) <= n / 2)
-            i, j = (np.clip(each, 0, n - 1) for each in (i, j))
-        first, second = (np.floor(each).astype(int) for each in (i, j))
-        s, t = i - first, j - second
-        (a, b), (c, d) = ((each % n, (each + 1) % n) for each in (first, second))
-        low, high = (1 - t) * values[a, c] + t * values[a, d], (1 - t) * values[b, c] + t * values[b, d]
-        return np.where(inside, (1 - s) * low + s * high, 0.0)
-
-    def nearest(self, x1: Array, x2: Array) -> tuple[Array, ...]:
-        """Returns the numbers along x1 and x2 of the cells that are nearest to these, arrays of int."""
-        places = (x1, self.x1), (x2, self.x2)
-        steps = (np.rint((x - centres[0]) / self.width).astype(int) for x, centres in places)
-        return tuple(np.clip(step, 0, len(self.x1) - 1) for step in steps)
+        places, n = self.grid.steps(x1, x2), self.grid.count
+        periodic = self.solver.period is not None
+        mode = "grid-wrap" if periodic else "nearest"
+        found = map_coordinates(values, places, order=1, mode=mode)
+        return np.where(periodic | np.all(np.abs(places - (n - 1) / 2) <= n / 2, axis=0), found, 0.0)
 
     @property
     def unknowns(self) -> int:
@@ -107,6 +125,6 @@ class SurfaceCells(Solution):
     @property
     def energy(self) -> float:
         """Elastic energy of both bodies: half the work of the corner forces from the unloaded state on."""
-        gaps = self.solver.initial_gaps(self.x1, self.x2)
+        gaps = self.solver.gaps(*self.grid.places)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
-        return float(np.sum(self.pressures * self.width**2 * lowered) / 2)
+        return float(np.sum(self.pressures * self.grid.width**2 * lowered) / 2)

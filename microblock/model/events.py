@@ -146,9 +146,9 @@ class LoadPath(Shown, PlainData):
         >>> path = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
         >>> figure = path.plot("path.pdf")
         """
-        from ..view.path_figure import draw  # here: whoever does not draw does not load matplotlib
+        from ..view.history_figure import draw_path  # here: whoever does not draw does not load matplotlib
 
-        drawing = draw(self, ax)
+        drawing = draw_path(self, ax)
         return saved(drawing, file) if ax is not None else saved(drawing, file, self.warnings)
 
     def summary(self) -> Summary:

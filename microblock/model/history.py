@@ -111,12 +111,11 @@ class History(Shown, PlainData):
         >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
         >>> figure = problem.history([(1.0, 0.0), (1.0, 0.3)], rtol=0.05).plot("history.pdf")
         """
-        from ..view.friction_figure import FrictionFigure, draw_loop, slip_and_shear
+        from ..view.history_figure import draw_history, draw_loop
 
-        loop = [slip_and_shear(state) for state in self.states]
         if ax is not None:
-            return saved(draw_loop(ax, loop), file)
-        return saved(FrictionFigure().update(self.states[-1], loop).drawing, file, self.warnings)
+            return saved(draw_loop(ax, self.states), file)
+        return saved(draw_history(self.states), file, self.warnings)
 
     def summary(self) -> Summary:
         """Returns the pairs of loads and the events."""

@@ -878,8 +878,8 @@ class State(Shown, PlainData):
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and the rotated blocks
-        over x1; in three dimensions of pressure and closed corners from above, with cuts through cells or the
-        micromoment.
+        over x1; in three dimensions of the pressure, of the size of the micromoment and of the number of
+        closed corners, from above.
 
         Parameters
         ----------
@@ -908,8 +908,7 @@ class State(Shown, PlainData):
             return self._saved(surface_figure.draw(self, ax), file, ax)
         if ax is not None:
             return self._saved(state_figure.draw_curves(ax, self, window), file, ax)
-        figure = state_figure.StateFigure(tuple(self.pressures)).update(self, window)
-        return self._saved(figure.drawing, file, ax)
+        return self._saved(state_figure.draw(self, window), file, ax)
 
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
@@ -931,13 +930,12 @@ class State(Shown, PlainData):
         BadArgument
             In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
-        from ..view import surface_blocks
-        from ..view.state_figure import draw_blocks
+        from ..view import blocks, surface_figure
 
         window = self._window(window)
         if not self.flat:
-            return self._saved(surface_blocks.draw(self, ax), file, ax)
-        return self._saved(draw_blocks(ax, self, window), file, ax)
+            return self._saved(surface_figure.draw_blocks(ax, self), file, ax)
+        return self._saved(blocks.draw(ax, self, window), file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -962,29 +960,6 @@ class State(Shown, PlainData):
         from ..view.below import draw_below
 
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
-
-    def plot_body(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
-        """Returns a picture of a field in all of a body on a mesh.
-
-        Parameters
-        ----------
-        field, file, ax : optional
-            As of `plot_below`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        BadArgument
-            If the body has no mesh, or the field is unknown.
-        """
-        self._require_flat("picture of all of the body")
-        self._offered("reaction_on", "method", self.method, "has no mesh to show; use plot_below")
-        from ..view.below import draw_body
-
-        return self._saved(draw_body(self, field, ax), file, ax)
 
     def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
         """Returns a figure; one of its own says what the state is, and what it warns of."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import Field, dataclass, field, fields, is_dataclass
 from html import escape
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -134,7 +135,9 @@ def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), capti
         lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
         drawing.captioned("\n".join(lines).strip())
     if file is not None:
-        require_place(file, "file", drawing.canvas.get_supported_filetypes())
+        require_place(file, "file", formats := drawing.canvas.get_supported_filetypes())
+        path = Path(file)
+        known = path.suffix[1:].lower() in formats  # what follows another point may be a number's digits
         with writing(file, "file"):
-            drawing.savefig(file)
+            drawing.savefig(path if known else path.with_name(f"{path.name}.png"))
     return cast("Figure", drawing)

@@ -3,51 +3,28 @@ psi0 + psi. Displacements, heights of the obstacle and angles are magnified alik
 the picture where its gap (21), (22) is closed.
 """
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.patches import Patch
 
-from ..errors import BadArgument
 from ..model import zones
+from . import plots
 
-MOST = 25  # blocks in a picture, side by side
-LEAST = 10  # of them that would fit: the picture is flat
-BEYOND = 6  # of them outside the contact, where it is too wide for all
-MARGIN = 0.3  # of the half-width of the contact, shown on either side, and a block and a half more
-SHOWN_TURN = 0.35  # largest magnified angle (radians)
-SHOWN_DEPTH = 0.12  # largest magnified difference of displacements, over the width of the picture
-ROUNDING = 1e-10  # of displacements, below which gaps and what else comes from them are nothing
-CLOSED = 1e-6  # of the range of the gaps: rounding in one that is closed
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """What a picture of blocks shows.
-
-    Attributes
-    ----------
-    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
-    closed : boolean array (m, 2), of A and B; False of laws without corners
-    surface, obstacle : arrays (n, 2), lines; nan where there is none
-    window : (left, right)
-    magnification : float
-    """
-
-    squares: np.ndarray
-    closed: np.ndarray
-    surface: np.ndarray
-    obstacle: np.ndarray
-    window: tuple
-    magnification: float
+MOST, LEAST = 25, 10  # blocks in a picture, side by side
+FILLS = {"none closed": "white", "A (left)": "#CFE4F3", "B (right)": "#FBDCC4", "both closed": "#DCD0E8"}
 
 
 def without_rounding(surface):
     """A `Surface` without what rounding leaves of gaps, rotations and differences of displacements."""
-    size = ROUNDING * np.abs(surface.displacement).max(initial=0.0)
     level = surface.displacement
+    size = 1e-10 * np.abs(level).max(initial=0.0)
     return replace(
         surface,
-        gaps=np.where(np.abs(surface.gaps) > size, surface.gaps, 0.0),
+        gaps=np.where(np.abs(surface.gaps) > max(size, 1e-6 * np.ptp(level)), surface.gaps, 0.0),
         rotation=np.where(np.abs(surface.rotation) > size / surface.ell, surface.rotation, 0.0),
         displacement=level if np.ptp(level) > size else np.full_like(level, level.mean()),
     )
@@ -55,73 +32,101 @@ def without_rounding(surface):
 
 def interrupted(surface, x, values):
     """x and values (..., n) there, with a nan wherever the surface is interrupted: a line breaks there."""
-    if surface.apart is None or not surface.apart.any():
-        return x, values
-    ends = np.flatnonzero(surface.apart)
+    ends = np.flatnonzero([] if surface.apart is None else surface.apart)
     places = np.searchsorted(x, (surface.x[ends] + surface.x[ends + 1]) / 2)
     return np.insert(x, places, np.nan), np.insert(values, places, np.nan, axis=-1)
 
 
 def blocks(surface, contact, frame=None):
-    """The Blocks of a `Surface` with the contact zones [(left, right), ...].
+    """What a picture of the blocks of a `Surface` with contact zones [(left, right), ...] shows, in a frame
+    (left, right), or in that of `window`, as far as the surface leaves room for a few blocks.
 
-    frame : (left, right); without it that of `window`
+    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
+    closed : boolean array (m, 2), of A and B; False of laws without corners
+    surface, obstacle : arrays (n, 2), lines; nan where there is none
+    window : (left, right)
+    magnification : float
     """
-    left, right = frame or within(window(surface.ell, contact), surface)
-    if not left < right:
-        raise BadArgument("window", frame, "must be (left, right), left < right")
-    count = int(np.clip(np.floor((right - left) / surface.ell), 1, 4 * MOST))
-    x = (left + right) / 2 + surface.ell * (np.arange(count) - (count - 1) / 2)
+    ell = surface.ell
+    if frame is None:
+        left, right = window(ell, contact)
+        middle, half = (surface.x[0] + surface.x[-1]) / 2, max(np.ptp(surface.x), LEAST / 2 * ell) / 2
+        frame = max(left, middle - half), min(right, middle + half)
+    left, right = frame
+    count = int(np.clip((right - left) / ell, 1, 4 * MOST))
+    x = (left + right) / 2 + ell * (np.arange(count) - (count - 1) / 2)
     surface = without_rounding(surface)
     x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
-    ends = np.clip((left, right), surface.x[0], surface.x[-1])
-    inside = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
-    rotation, displacement = (
-        np.interp(x, surface.x, values) for values in (surface.rotation, surface.displacement)
-    )
-    magnification = _magnification(rotation, np.interp(inside, surface.x, surface.displacement), right - left)
-    shown = _along(surface, inside)
-    level = np.interp(inside, surface.x, surface.displacement)
-    over = np.interp(inside, surface.x, np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan))
-    squares = _squares(
-        *_along(surface, x), magnification * rotation, magnification * displacement, surface.ell
-    )
-    line = shown[0] - magnification * level[:, None] * shown[1]
-    return Blocks(
-        squares,
-        _closed(surface, x),
-        interrupted(surface, inside, line.T)[1].T,
-        shown[0] + magnification * over[:, None] * shown[1],
-        (left, right),
-        magnification,
+    ends = np.clip(frame, surface.x[0], surface.x[-1])
+    line = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
+    turn, down = (np.interp(x, surface.x, values) for values in (surface.rotation, surface.displacement))
+    known = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
+    level, over = (np.interp(line, surface.x, each) for each in (surface.displacement, known))
+    magnified = magnification(np.abs(turn).max(initial=0.0), np.ptp(level) / (0.12 * (right - left)))
+    points, normals = _along(surface, line)
+    return SimpleNamespace(
+        squares=_squares(*_along(surface, x), magnified * turn, magnified * down, ell),
+        closed=_closed(surface, x),
+        surface=interrupted(surface, line, points.T - magnified * level * normals.T)[1].T,
+        obstacle=(points.T + magnified * over * normals.T).T,
+        window=frame,
+        magnification=magnified,
     )
 
 
 def window(ell, contact):
     """(left, right) of the contact [(left, right), ...] and its surroundings, or of its right edge alone."""
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
-    margin = max(MARGIN * (right - left) / 2 + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
-    if right - left + 2 * margin > MOST * ell:
-        return right - (MOST - BEYOND) * ell, right + BEYOND * ell
-    return left - margin, right + margin
+    margin = max(0.15 * (right - left) + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
+    wide = right - left + 2 * margin > MOST * ell
+    return (right - 0.75 * MOST * ell, right + MOST * ell / 4) if wide else (left - margin, right + margin)
 
 
-def within(frame, surface):
-    """A frame without what lies beyond the surface, as far as that leaves room for a few blocks."""
-    middle, half = (surface.x[0] + surface.x[-1]) / 2, max(np.ptp(surface.x), LEAST / 2 * surface.ell) / 2
-    return max(frame[0], middle - half), min(frame[1], middle + half)
-
-
-def _magnification(rotation, displacement, width):
-    """The largest of 1, 2, 5, 10, ... that keeps angles and displacements within what is shown well."""
-    most = min(
-        SHOWN_TURN / max(np.abs(rotation).max(initial=0.0), 1e-12),
-        SHOWN_DEPTH * width / max(np.ptp(displacement), 1e-12 * width),
-    )
-    if not rotation.any() and not np.ptp(displacement):
-        return 1.0
-    decade = 10.0 ** np.floor(np.log10(max(most, 1.0)))
+def magnification(turn, depth):
+    """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1; 1 of
+    nothing.
+    """
+    most = min((limit / size for limit, size in ((0.35, turn), (1.0, depth)) if size), default=1.0)
+    decade = 10.0 ** math.floor(math.log10(max(most, 1.0)))
     return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
+
+
+def turn(corners):
+    """The name of the rotation of blocks of a law."""
+    return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
+
+
+@plots.styled
+def draw(axis, state, frame=None):
+    """The figure of an axis, or of none a new one, into which the rotated blocks are drawn."""
+    drawing, axis = plots.in_place(axis, width=7.0, height=3.1)
+    contact, corners = state.zones["contact"], tuple(state.pressures)
+    shown = blocks(state.surface(frame or window(state.solid.ell, contact)), contact, frame)
+    (left, right), look = shown.window, {"edgecolor": "0.35", "linewidth": 0.8}
+    # heights from the uppermost point of the surface on
+    down = np.array((0.0, np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-np.inf))))
+    kinds = shown.closed @ (1, 2) if len(corners) == 2 else 3 * shown.closed.all(axis=1)
+    fills = np.array(list(FILLS.values()))[kinds]
+    axis.add_collection(PolyCollection(shown.squares - down, facecolor=fills, **look))
+    axis.plot(*(shown.surface - down).T, color="k", linewidth=0.7)
+    above = 0.08 * (right - left)
+    x, over = (shown.obstacle - down).T
+    axis.fill_between(x, over, np.fmax(over, above), facecolor="0.75", edgecolor="k", lw=0.8, zorder=0.5)
+    axis.set(
+        aspect="equal",
+        xlabel="$x_1$ (length)",
+        xlim=(left, right),
+        ylim=(above - 0.29 * (right - left), above),
+    )
+    axis.tick_params(axis="y", left=False, labelleft=False)
+    axis.spines["left"].set_visible(False)
+    if len(corners) == 2:
+        keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
+        axis.legend(handles=keys[1:], loc="lower right", ncols=3, handlelength=1.4)
+    touches = "" if len(corners) == 2 else "; their middle touches"
+    words = f"blocks: {turn(corners)} and heights {shown.magnification:g} times{touches}"
+    axis.set_title(words, loc="left")
+    return drawing
 
 
 def _along(surface, x):
@@ -146,9 +151,5 @@ def _squares(points, normals, rotation, displacement, ell):
 def _closed(surface, x):
     if len(surface.corners) == 1:
         return np.zeros((len(x), 2), bool)
-    finite = surface.gaps[np.isfinite(surface.gaps)]
-    size = CLOSED * max(np.ptp(finite), 1e-300)
     # between two points of a closed zone the gap is closed too; a single open neighbour opens it
-    return np.column_stack(
-        [np.interp(x, surface.x, np.where(gaps > size, 1.0, 0.0)) == 0 for gaps in surface.gaps]
-    )
+    return np.column_stack([np.interp(x, surface.x, gaps > 0) == 0 for gaps in surface.gaps])

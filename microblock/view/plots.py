@@ -1,34 +1,25 @@
 """One figure style: sizes for print, colours that the colour-blind can tell apart."""
 
 import io
-from contextlib import contextmanager
-from pathlib import Path
 from textwrap import fill
-from types import SimpleNamespace
+from typing import Any
 
 import matplotlib
-from matplotlib import mathtext
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 
-from ..errors import require_kind, require_place, writing
+from ..errors import require_kind
 
-SCREEN_DPI = 110  # of what notebooks show
 COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
-SMALLEST = 7  # points, of letters at that width
 # Okabe and Ito's palette (2008), ordered for contrast on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-SCRIPTS = 0.87  # of indices and exponents over what they stand at: with 0.7, as elsewhere, 5 points are left
-CAPTION = 8  # points
-LETTERS = 16  # of a caption in an inch; 17.5 were measured
-BELOW = 5.5  # of a legend under a panel, in its letters: room for ticks and label
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.labelsize": 8,
     "axes.titlesize": 8,
-    "legend.fontsize": SMALLEST,
-    "legend.title_fontsize": SMALLEST,
+    "legend.fontsize": 7,  # points, the smallest letters at the width of a column
+    "legend.title_fontsize": 7,
     "xtick.labelsize": 7.5,
     "ytick.labelsize": 7.5,
     "lines.linewidth": 1.2,
@@ -36,57 +27,29 @@ STYLE = {
     "axes.linewidth": 0.6,
     "legend.frameon": False,
     "axes.prop_cycle": cycler(color=COLOURS),
-    "savefig.dpi": 250,
+    "figure.dpi": 250,
     "mathtext.fontset": "dejavusans",
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
-
-
-@contextmanager
-def styled():
-    """The house style while something is drawn: STYLE, and indices and exponents that are read at 9 cm, for
-    which matplotlib has no setting.
-    """
-    layout = getattr(mathtext, "_mathtext", SimpleNamespace())
-    before = vars(layout).get("SHRINK_FACTOR")
-    try:
-        layout.SHRINK_FACTOR = SCRIPTS
-        with matplotlib.rc_context(STYLE):
-            yield
-    finally:
-        layout.SHRINK_FACTOR = before
+styled = matplotlib.rc_context(STYLE)
 
 
 class Drawing(Figure):
-    """A figure that keeps the house style when it is drawn and saved, and shows itself in a notebook."""
+    """A figure with a caption that shows itself in a notebook."""
 
     def captioned(self, text):
         """This figure with small letters above it, any text, broken where it is longer than the figure is
         wide.
         """
-        lines = [fill(problem, int(LETTERS * self.get_figwidth())) for problem in text.splitlines()]
-        self.suptitle("\n".join(lines), fontsize=CAPTION, parse_math=False)
+        across = int(16 * self.get_figwidth())  # 17.5 letters of 8 points in an inch were measured
+        lines = [fill(line, across) for line in text.splitlines()]
+        self.suptitle("\n".join(lines), fontsize=8, parse_math=False)
         return self
-
-    def draw(self, renderer):
-        with styled():
-            super().draw(renderer)
-
-    def savefig(self, fname, **settings):
-        """Save as matplotlib does; without an ending ".png" is added."""
-        if not hasattr(fname, "write"):
-            formats = self.canvas.get_supported_filetypes()
-            require_place(fname, "file", formats)
-            path = Path(fname)
-            known = path.suffix[1:].lower() in formats
-            fname = path if known or "format" in settings else path.with_name(f"{path.name}.png")
-        with styled(), writing(fname, "file"):
-            super().savefig(fname, **settings)
 
     def _repr_png_(self):
         written = io.BytesIO()
-        self.savefig(written, format="png", dpi=SCREEN_DPI)
+        self.savefig(written, format="png", dpi=110)
         return written.getvalue()
 
 
@@ -108,4 +71,4 @@ def in_place(axis, **size):
 
 def legend_below(axis):
     """A legend under the panel and its label, where it cannot cover data."""
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW, ncols=2)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=5.5, ncols=2)

@@ -1,47 +1,95 @@
-"""The figure of a state in three dimensions: what is seen from above, and cuts or the micromoment."""
+"""Figures of a state in three dimensions: from above, and the blocks as cubes of side ell below
+their contact points.
+"""
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+from scipy.interpolate import RegularGridInterpolator
 
+from ..errors import BadArgument, require_kind
+from ..halfspace.surface_law import on_surface
 from . import plots
+from .blocks import magnification
 
-CLOSED = ("#FFFFFF", "#C6DBEF", "#6BAED6", "#3182BD", "#08306B")  # none to four corners
-OPEN = "#D9D9D9"  # none, where it is a mark that has to be seen on white
+CUBE = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / 2  # over ell
+FACES = {(1, 3, 7, 5): 1.0, (0, 1, 5, 4): 0.75, (4, 5, 7, 6): 0.75}  # top, front and right, and their light
 
 
-@plots.styled()
+@plots.styled
 def draw(state, axis=None):
     """The figure of a state on cells or at nodes; into an axis that is given the pressure alone."""
     if axis is not None:
         figure, axis = plots.in_place(axis)
-        from_above(axis, state, state.pressure, "$p$")
+        _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
         return figure
-    second = state.shape is not None and state.opposite is not None
-    figure, axes = plots.figure(1, 3 + second, height=2.6, width=7.2 + 2.4 * second)
+    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
     figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
-    from_above(axes[0], state, state.pressure, "$p$")
-    corners = len(state.pressures)
-    look = colours_of(corners, CLOSED[0] if state.shape is not None else OPEN)
-    numbered(from_above(axes[1], state, state.closed, "closed corners", **look), corners)
-    if state.shape is None:
-        from_above(axes[2], state, np.hypot(*state.micromoment.T) / state.solid.ell, r"$|M|/\ell$")
-        return figure
-    cuts(axes[2], state)
-    if second:
-        surfaces(axes[3], state)
-    handles = [handle for axis in axes[2:] for handle in axis.get_legend_handles_labels()[0]]
-    figure.legend(handles=handles, loc="outside lower right", ncols=len(handles))
+    _from_above(axes[0], state, state.pressure, "$p$", cmap="cividis")
+    moment = np.hypot(*state.micromoment.T) / state.solid.ell
+    _from_above(axes[1], state, moment, r"$|M|/\ell$", cmap="cividis")
+    # not white at nodes: a mark has to be seen
+    look = _look(state, "0.85" if state.shape is None else "w")
+    bar = _from_above(axes[2], state, state.closed, "closed corners", **look)
+    bar.set_ticks(range(len(state.pressures) + 1))
     return figure
 
 
-def from_above(axis, state, values, label, **look):
+@plots.styled
+def draw_blocks(axis, state):
+    """The figure of the blocks of a state on cells, or of a given axis of three dimensions: displacements
+    ``u + psi x r``, (21), magnified, with the initial rotation psi0.
+
+    Raises
+    ------
+    BadArgument
+        If the law has no blocks, or the state is one at nodes.
+    """
+    law, ell = on_surface(state.law), state.solid.ell
+    if not law.psi0:
+        raise BadArgument("law", state.law, "has no blocks: plot_blocks() is for Microblock")
+    if state.shape is None:
+        raise BadArgument(
+            "method", state.method, "has no cells on which blocks are drawn in three dimensions"
+        )
+    x1, x2 = _contact_points(state, ell)
+    psi1, psi2, u = (_between(state, row, x1, x2) for row in (*state.psi.T, state.displacement))
+    turned, deep = np.hypot(psi1, psi2).max(), np.abs(u).max() / (1.5 * ell)
+    magnified, tilt = magnification(turned, deep), law.tilt(x1, x2)  # (-psi0_2, psi0_1)
+    psi = magnified * np.column_stack((psi1 + tilt[1], psi2 - tilt[0], np.zeros_like(u)))
+    middle = np.column_stack((x1, x2, -ell / 2 - magnified * u))
+    corners = middle[:, None] + ell * CUBE + np.cross(psi[:, None], ell * CUBE[None])  # (n, 8, 3)
+    closed = _between(state, state.closed, x1, x2, "nearest").astype(int)
+    if axis is None:
+        axis = plots.Drawing((plots.COLUMN, 3.0), layout="constrained").add_subplot(projection="3d")
+    require_kind(Axes3D, "an Axes of matplotlib in three dimensions", ax=axis)
+    look = _look(state, "w")
+    faces = np.concatenate([corners[:, members] for members in FACES])
+    colours = look["cmap"](closed)[:, :3]
+    shown = np.concatenate([light * colours for light in FACES.values()])
+    axis.add_collection3d(
+        Poly3DCollection(faces, facecolors=shown, edgecolors="0.25", linewidths=0.3, clip_on=False)
+    )
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axis.set(xlabel="$x_1$", ylabel="$x_2$", zticks=())
+    axis.set_title(f"displacement and rotation {magnified:g} times as large")
+    axis.locator_params(nbins=4)
+    axis.set_box_aspect(high - low, zoom=1.2)
+    axis.view_init(elev=50, azim=-60)
+    bar = axis.figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, label="closed corners")
+    bar.set_ticks(range(len(law.names) + 1))
+    return axis.figure
+
+
+def _from_above(axis, state, values, label, **look):
     """Values at cells or nodes, (n,), from above; the bar of their colours, which it returns."""
-    look = {"cmap": "cividis"} | look
     if state.shape is not None:
         half = state.width / 2
         box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
-        cells = values.reshape(state.shape).T
-        shown = axis.imshow(cells, extent=box, origin="lower", interpolation="nearest", **look)
+        shown = axis.imshow(values.reshape(state.shape).T, extent=box, origin="lower", **look)
     elif "norm" in look:  # numbers have nothing between nodes
         shown = axis.scatter(state.x1, state.x2, c=values, s=5, linewidths=0, **look)
     else:
@@ -52,35 +100,26 @@ def from_above(axis, state, values, label, **look):
     return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
 
 
-def cuts(axis, state):
-    """Pressure along x1 and a diagonal, and the micromoment along x1."""
-    along, across = state.along("x1"), state.along("diagonal")
-    axis.plot(along["x1"], along["pressure"], label="$p$ along $x_1$")
-    axis.plot(np.sqrt(2) * across["x1"], across["pressure"], label="$p$, diagonal")
-    moment, look = along["m2"] / state.solid.ell, {"ls": "--", "color": plots.COLOURS[0]}
-    axis.plot(along["x1"], moment, label=r"$M_2/\ell$ along $x_1$", **look)
-    axis.set(xlabel="distance", ylabel="stress", xlim=state.x1[[0, -1]], box_aspect=1)
-
-
-def surfaces(axis, state):
-    """What both bodies are pressed in along x1, through the middle of the cells."""
-    n = len(state.x2)
-    for values, label, look in (
-        (state.displacement, "first body", "-"),
-        (state.opposite, "second body", "--"),
-    ):
-        middle = values.reshape(state.shape)[:, [(n - 1) // 2, n // 2]].mean(axis=1)
-        axis.plot(state.x1, middle, look, color="k", label=label)
-    axis.set(xlabel="$x_1$", xlim=state.x1[[0, -1]], title="displacement", box_aspect=1)
-
-
-def colours_of(corners, none=CLOSED[0]):
+def _look(state, none):
     """Colours and their borders of numbers of closed corners, of as many as the law has."""
-    colours = ListedColormap([none, *CLOSED[-corners:]])
+    corners = len(state.pressures)
+    colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
     return {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)}
 
 
-def numbered(bar, corners):
-    """A bar of these colours with its numbers."""
-    bar.set_ticks(range(corners + 1))
-    bar.minorticks_off()
+def _contact_points(state, ell):
+    """Contact points of the blocks about the contact, at most 19 a side: arrays (n,)."""
+    box, closed = [], state.closed.reshape(state.shape)
+    for x, there in ((state.x1, closed.any(axis=1)), (state.x2, closed.any(axis=0))):
+        first, last = x[there][[0, -1]]
+        middle, half = (first + last) / 2, 0.625 * (last - first) + ell
+        own = middle + ell * np.arange(-9, 10)
+        box.append(own[(np.abs(own - middle) <= half) & (own >= x[0]) & (own <= x[-1])])
+    x1, x2 = np.meshgrid(*box, indexing="ij")
+    return x1.ravel(), x2.ravel()
+
+
+def _between(state, values, x1, x2, method="linear"):
+    """Values of cells at places between their centres, array (n,)."""
+    cells = values.reshape(state.shape).astype(float)
+    return RegularGridInterpolator((state.x1, state.x2), cells, method)((x1, x2))

@@ -264,7 +264,7 @@ def of_kernels():
     names, parts = ("u", "v", "w0", "w2", "u clamped", "m clamped"), ("u", "v1", "v2", "w11", "w12", "w22")
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
-        table = kernels.kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
+        table = kernels.kernels(solid)
         cells = {"free": table.cells(14, 0.2), "clamped": table.cells(14, 0.2, clamped=True)}
         symbols = zip(("U", "V", "W", "W along"), symbol.symbol(solid, k))
         found |= {

@@ -163,7 +163,7 @@ def test_gaps_are_those_of_both_surfaces_at_the_corners(law, second):
         1e-3 if second else 1e-8,
     )
     solver = state.problem.solver
-    initial, tilt = solver.initial_gaps(state.x1, state.x2), solver.surface_law.tilt(x1, x2)
+    initial, tilt = solver.gaps(x1, x2), solver.surface_law.tilt(x1, x2)
     phi = np.array((-half * state.psi[1], half * state.psi[0])) * (len(initial) > 1)
     for number, ((a, b), own) in enumerate(zip(solver.surface_law.offsets, state.pressures.values())):
         gap = initial[number] - state.approach + state.displacement - a * phi[0] - b * phi[1]

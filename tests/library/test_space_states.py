@@ -51,8 +51,8 @@ SQUARE = mb.FlatPunch(1.0, face="square")
     [
         (lambda: problem(waves, ell=0.005, period=1.0), 1e-6, 1e-2, "error"),
         (lambda: problem(window=(-100, 100)), 4 / 3, 1e-2, "error"),
-        (lambda: problem(law=BLOCKS, ell=100), 4 / 3, 1e-2, "4 places within 100"),
-        (lambda: problem(summits((10, 0, 0), (-10, 0, 0))), 1e-3, 1e-2, "2 places within 20.*window="),
+        (lambda: problem(law=BLOCKS, ell=100), 4 / 3, 1e-2, "cells.*window="),
+        (lambda: problem(summits((10, 0, 0), (-10, 0, 0))), 1e-3, 1e-2, "cells.*window="),
         (lambda: problem(SQUARE, BLOCKS), 1.0, 1e-2, "on (64 x 64|128 x 128) cells"),
         (lambda: problem(SQUARE, BLOCKS), 1.0, 0.3, "on (64 x 64|128 x 128|256 x 256) cells"),
     ],
