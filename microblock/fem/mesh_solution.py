@@ -152,7 +152,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
     def interpolated(self, values, x):
         """Nodal values at x, array (n,): polynomials of a condensed body, else a polygon."""
         if self.method == "condensed":
-            return self.nodes.interpolate(values, x)
+            return self.nodes.along.interpolate(values, x)
         return np.interp(x, self.x, values, period=self.period)
 
     def reaches(self, x):

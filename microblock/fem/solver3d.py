@@ -33,9 +33,10 @@ class Solver3D(Solver):
         """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         H, residual = self.nodes.flexibility(self.directions(self.nodes.points)), 1e-9
-        found = projected_gradients.solve(
-            H, self.reachable_gaps(), load=load, approach=approach, rtol=residual
-        )
+        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)  # inf where nothing can touch
+        if not np.any(np.isfinite(gaps)):
+            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
+        found = projected_gradients.solve(H, gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
@@ -60,13 +61,6 @@ class Solver3D(Solver):
         nodes = solution.nodes
         given = {"x1": nodes.points[:, 0], "x2": nodes.points[:, 1], "triangles": nodes.triangles}
         return in_space(solution, nodes.points, nodes.weights, opposite=None, **given)
-
-    def reachable_gaps(self):
-        """Initial gaps, array (corners, n); inf where no obstacle is above, or supports hold the node."""
-        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)
-        if not np.any(np.isfinite(gaps)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
-        return gaps
 
     @staticmethod
     def require_no_rtol(rtol):
