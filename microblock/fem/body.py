@@ -41,7 +41,7 @@ def require_finite_within(**arguments):
 
 @dataclass(frozen=True)
 class Loads:
-    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction, in three dimensions three.
+    """Dead loads of (8): numbers or CoefficientFunctions, in three dimensions three.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class Body(Shown):
         return self.derived[key]
 
     def summary(self):
-        """Elements, orders, unknowns, supports and moduli, for a notebook."""
+        """What a notebook shows."""
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
@@ -241,7 +241,7 @@ class Body(Shown):
         return 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
 
     def integrated(self, density, **options):
-        """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
+        """The integral over the body of a quadratic function of fields."""
         order = 2 * max(self.order, self.order_psi) + self.bonus
         return ng.Integrate(density, self.mesh, order=order, **options)
 
@@ -309,7 +309,7 @@ class Body(Shown):
         return orders
 
     def vectors(self, components):
-        """u and psi of components (trial or grid functions), with three components each."""
+        """u and psi of components, with three components each."""
         parts = [ng.CF(0)] * len(FIELDS3D)
         for name, component in zip(self.names, components):
             parts[PLACES[name]] = component

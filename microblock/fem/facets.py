@@ -28,7 +28,7 @@ TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in
 
 @lru_cache(maxsize=64)
 def lobatto(order):
-    """Gauss-Lobatto rule of order + 1 points on [0, 1], exact for degree 2 order - 1: points, weights."""
+    """Gauss-Lobatto rule of order + 1 points on [0, 1]: points, weights."""
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
     points = np.concatenate(([-1.0], inner, [1.0]))
     legendre = np.polynomial.legendre.Legendre.basis(order)(points)
@@ -37,7 +37,7 @@ def lobatto(order):
 
 @lru_cache(maxsize=64)
 def nodal_rule(kind, order):
-    """NGSolve's rule whose points are the nodes of a facet of this kind and order."""
+    """NGSolve's rule whose points are the nodes of a facet."""
     points, weights = lobatto(order)
     if kind == ng.ET.POINT:
         return rule_at([(0.0,)], [1.0])
@@ -49,7 +49,7 @@ def nodal_rule(kind, order):
 
 
 def nodal_shapes(kind, order, places):
-    """The nodal polynomials of such a facet at reference coordinates, (k, 2): array (k, nodes)."""
+    """The nodal polynomials at reference coordinates, (k, 2): array (k, nodes)."""
     if kind == ng.ET.TRIG:
         return np.column_stack((places, 1 - places.sum(axis=1)))
     along = [lagrange(lobatto(order)[0], own) for own in places.T]
@@ -57,7 +57,7 @@ def nodal_shapes(kind, order, places):
 
 
 def rule_at(places, weights=None):
-    """NGSolve's rule of these reference coordinates, [(s, ...)], and weights, 0 without them."""
+    """NGSolve's rule of reference coordinates, [(s, ...)], and weights."""
     weights = np.zeros(len(places)) if weights is None else weights
     return ng.IntegrationRule([tuple(map(float, place)) for place in places], list(map(float, weights)))
 
@@ -121,7 +121,6 @@ class ContactNodes:
         return type(self), (self.body, self.boundary)
 
     def _require_upwards(self):
-        """BadArgument unless all facets are horizontal, face upwards, and have a rule."""
         kinds = {facet.type for facet in self.region.Elements()}
         if self.body.order != self.body.order_psi:
             words = "must be the order of u on a body in space that is pressed"
@@ -170,7 +169,6 @@ class ContactNodes:
             self.shares, self.weights = self.weights, self._areas()
 
     def _measured(self, elements, members, count):
-        """Points, normals times weights, and weights by the rule, of the nodes."""
         shape = count, max(self.dim, 2)
         points, normals, weights = np.zeros(shape), np.zeros(shape), np.zeros(count)
         points[:, -self.dim :] = np.inf
@@ -229,7 +227,7 @@ class ContactNodes:
         return {name: self.is_free(name, self.body) for name in self.body.names}
 
     def motion(self, directions, arms):
-        """Displacement u + psi x arm along directions, arrays (n, dim): sparse (n, unknowns)."""
+        """Displacement u + psi x arm along directions, (n, dim): sparse (n, unknowns)."""
         along, arms = _in_space(directions), _in_space(arms)
         factors = np.hstack((along, np.cross(arms, along))).T
         found = csr_matrix((len(along), self.body.space.ndof))
@@ -240,19 +238,15 @@ class ContactNodes:
         return found
 
     def at(self, name):
-        """Values of a field at the nodes from all unknowns of the body, sparse array (n, unknowns)."""
+        """Values of a field at the nodes from all unknowns, sparse (n, unknowns)."""
         trace, first = self.traces[name], self.body.unknowns_of(name).start
         shape = len(self.points), self.body.space.ndof
         return csr_matrix((trace.data, trace.indices + first, trace.indptr), shape=shape)
 
     @cached_property
     def onto(self):
-        """R of `microblock.fem.condensation`."""
-        return self._onto()
-
-    def _onto(self):
-        """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and
-        phi = (-psi2, psi1) ell/2; sparse.
+        """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and phi =
+        (-psi2, psi1) ell/2; sparse.
         """
         if self.dim < 3:
             return vstack((self.motion(self.normals, 0 * self.normals), self.at("psi")), format="csr")
@@ -335,7 +329,7 @@ class ContactNodes:
         return trace, splu(trace.tocsc())
 
     def field(self, values):
-        """An expression with values at the nodes, array (n,), or (n, dim) of a vector."""
+        """An expression with nodal values, array (n,), or (n, dim) of a vector."""
         if values.ndim == 1:
             function = ng.GridFunction(self.multipliers)
             function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
@@ -473,7 +467,7 @@ class ContactFacets(ContactNodes):
         return self.g0 - displacements - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
-        """The contact term of (37), or of (31) where multipliers are 0."""
+        """The contact term of (37), or of (31)."""
         vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
         total = contact_term.contact(
             self, self.g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho

@@ -225,7 +225,7 @@ class FittedMesh:
         sites = [x[~self.beside_tips(x)] for x in self._sites]
         raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
         known = {"approach": state.approach, "raised": raised, "psi": psi}
-        found = between.overlaps(self._facets, self.closed, law, obstacle, sites, **known)
+        found = between.overlaps(self.body.along, self.closed, law, obstacle, sites, **known)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * problem.solid.layer_length
         zones = state.all_zones
         return found + between.pulled_at_valleys(problem, zones, self.x, self.pressures, tips, reach)
@@ -236,11 +236,7 @@ class FittedMesh:
         law, obstacle = self.solver.law, self.solver.obstacle
         if getattr(obstacle, "formulas", False):
             return 0.0
-        return between.missed(self._facets, self.closed, law, obstacle, self._sites).sum()
-
-    @cached_property
-    def _facets(self):
-        return between.Facets(self.body)
+        return between.missed(self.body.along, self.closed, law, obstacle, self._sites).sum()
 
     @cached_property
     def _sites(self):

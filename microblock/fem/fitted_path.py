@@ -1,4 +1,4 @@
-"""The load path of a block: events from two meshes of equal elements, states on fitted meshes."""
+"""The load path of a block: events from two meshes, states on fitted ones."""
 
 from functools import cached_property
 from itertools import groupby
@@ -49,7 +49,7 @@ class FittedPath(LoadPath):
         ]
 
     def _on_mesh(self, solver, count):
-        """{(kind, zone, how many of that kind before): (load, x)} on one mesh."""
+        """{(kind, zone, how many before): (load, x)} on a mesh."""
         law, body = solver.law, solver.evenly(self.last, 4, count)
         flexibility, gaps, share = body.compliance.corner_system(law, solver.obstacle)
         history = active_set.path(flexibility, gaps, [solver.share(self.last)], c=share).events

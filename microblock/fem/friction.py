@@ -34,10 +34,11 @@ class SlipNodes(Condensed):
     def _require_pressed(self, body, boundary):
         """Any body is followed."""
 
-    def _onto(self):
+    @cached_property
+    def onto(self):
         """R with rows of u.t."""
         along = np.column_stack((self.normals[:, 1], -self.normals[:, 0]))
-        return sparse.vstack((super()._onto(), self.motion(along, 0 * along)), format="csr")
+        return sparse.vstack((super().onto, self.motion(along, 0 * along)), format="csr")
 
     def _matrix(self):
         self.response, n = super()._matrix(), len(self.weights)
@@ -131,7 +132,6 @@ class FrictionFacets:
         )
 
     def solution(self, solver, moment, method):
-        """The FrictionSolution of a solver at a Moment."""
         nodes, shape = self.nodes, self.gaps.shape
         loads = self.onto.T @ np.concatenate((moment.normal, moment.tangential))
         raised, psi, _ = np.split(self.start + nodes.response @ loads, 3)
@@ -156,7 +156,7 @@ class FrictionFacets:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrictionSolution(OfMoment, MeshSolution):
-    """A solution at a pair of loads, with its follower.Moment, and `loads`, array (3 n,), on the nodes."""
+    """A solution at a pair of loads, with its Moment, and `loads`, array (3 n,)."""
 
     moment: Moment | None = None
     loads: np.ndarray | None = None
@@ -179,7 +179,7 @@ class FrictionSolution(OfMoment, MeshSolution):
 
     @cached_property
     def zones_by_name(self):
-        """Zones of the corners, and those that stick and slip."""
+        """With those that stick and slip."""
         bound = self.law.friction * self.pressures.sum(axis=0)
         stick = self.moment.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
         own, plain = {"stick": stick, "slip": self.closed.any(axis=0) & ~stick}, laws.Unilateral()

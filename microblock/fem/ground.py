@@ -32,7 +32,7 @@ class Within:
         return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
 
     def forgotten(self, found):
-        """A Picture without the ends and steps that are those of the body."""
+        """A Picture without ends and steps of the body."""
 
         def own(place):
             return abs(place) < self.far * (1 - 1e-6)
@@ -123,7 +123,7 @@ class GroundSolver(Solver):
         return load / 2 if self.symmetric else load
 
     def runs(self, x, closed, pressures):
-        """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
+        """{corner: intervals} of closed nodes; at their ends p^2, continued linearly, vanishes."""
         closed = closed.copy()
         if self.symmetric:  # there one multiplier stands for all corners
             closed[:, 0] = closed[:, 0].any() & closed[:, 1]
@@ -134,7 +134,6 @@ class GroundSolver(Solver):
         return zones
 
     def _end(self, x, p, i, j, side):
-        """End of a run of closed nodes from i to j."""
         fixed = [end for end in self.ends() if abs(end - x[i]) < 1e-9 * abs(end)]
         if fixed or (self.symmetric and x[i] == 0):
             return float(x[i])

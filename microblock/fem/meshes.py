@@ -47,7 +47,7 @@ def locking(solid, order, depth, half_width):
 
 
 def elements_at(mesh, region):
-    """Numbers of the elements at the facets of a boundary, array (facets,)."""
+    """Numbers of the elements at the facets of a boundary."""
     beside = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
     if not all(beside):
         raise BadArgument("mesh", mesh, "has facets in its boundary that belong to no element")
@@ -149,7 +149,7 @@ class Ground:
     ----------
     far : size of the domain (length)
     reach : (left, right) ends of the boundary "contact"; left is 0 on a half
-    half : whether x1 = 0 is an axis of symmetry
+    half : whether x1 = 0 is an axis
 
     Examples
     --------
@@ -174,7 +174,7 @@ class Ground:
 
     @property
     def supports(self):
-        """{field: boundaries}: the bottom holds all fields, the axis u1 and psi, the sides are free."""
+        """{field: boundaries}; the sides are free."""
         axis = "|axis" if self.half else ""
         return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
 
@@ -243,7 +243,7 @@ def _rounded(length, unit):
 
 
 def _face(ground, tips, parts):
-    """The rectangle of a Ground as a geometry, its tips marked for RefineHP."""
+    """The rectangle of a Ground as a geometry, its tips marked."""
     (left, right), far = ground.reach, ground.far
     start, known = 0.0 if ground.half else -far, {left, right, *tips}
     ends = {x for part in parts for x in part[:2] if min(abs(x - other) for other in known) > SLIVER}
@@ -366,7 +366,7 @@ def falling_orders(mesh, ground, tips, top):
 
 
 def apart(places, least):
-    """Places, ascending, each farther than `least` from the one before."""
+    """Places, ascending, farther than `least` from the one before."""
     found = []
     for place in sorted(places):
         if not found or place - found[-1] > least:

@@ -207,7 +207,7 @@ class MonolithicNewton:
         return [part.vec.FV().NumPy() for part in parts]
 
     def _touching(self, unknowns):
-        """The approach at which the nearest corner has just closed."""
+        """The approach at which the nearest corner closes."""
         stresses, moved = self._corners(unknowns)
         ahead = (stresses / self.rho + self.facets.g0 - moved) / self.facets.normals[:, -1]
         ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])

@@ -47,7 +47,7 @@ class Systems:
 
 
 class Direct(Systems):
-    """Saddle-point systems with unknown multipliers, or those of a penalty, by factorisation."""
+    """Saddle-point or penalty systems, by factorisation."""
 
     rtol, advice = 1e-11, "another rho, or less stretched elements; is the body supported?"
     _inverse = None
