@@ -1,4 +1,4 @@
-"""Contact states on a compliance: a load or an approach by block pivoting, the load path event by event.
+"""Contact states on a compliance: at a load or an approach by block pivoting, the load path by its events.
 
 Corner forces f >= 0 and the approach d leave the gaps
 
@@ -6,13 +6,12 @@ Corner forces f >= 0 and the approach d leave the gaps
 
 H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load.
 
-The forces of a face of closed corners follow from one Cholesky factorisation; at a given load a rigid level
-is added to H. Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone
-(Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite H; at a
-given load the path is followed after many faces.
+The forces of closed corners follow from a Cholesky factorisation. Wrong corners are exchanged all at once,
+or, when that brings no fewer, the first one alone (Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At an
+approach that ends for every definite H; at a load the path is followed after many sets.
 
-Where H is semidefinite, H + D is solved, D a diagonal just above rounding, with gaps g0 - D f' of the forces
-before (proximal point method, Rockafellar, SIAM J. Control Optim. 14 (1976) 877).
+Where H is semidefinite the proximal point method (Rockafellar, SIAM J. Control Optim. 14 (1976) 877) solves
+H + D, D a diagonal just above rounding.
 """
 
 from dataclasses import dataclass, replace
@@ -38,8 +37,8 @@ class ContactState:
 
     Attributes
     ----------
-    forces, gaps : arrays (m,); gaps from H and the forces, inf where a corner cannot touch
-    closed : boolean array (m,), the solver's set; a closed corner may carry no force
+    forces, gaps : arrays (m,); inf where a corner cannot touch
+    closed : boolean array (m,); a closed corner may carry no force
     approach, load : float, d and c.f
     iterations : int, sets that were tried
     kkt : float, largest relative residual of load, complementarity and feasibility
@@ -68,7 +67,7 @@ class CornerEvent:
 
 @dataclass(frozen=True)
 class Path:
-    """States at the loads asked for, ascending, and every event from first touch to the last of them."""
+    """States at the loads, ascending, and all events from first touch to the last load."""
 
     states: list
     events: list
@@ -93,18 +92,18 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 
     Parameters
     ----------
-    H : array (m, m), length per force; positive semidefinite, at a given load on zero-sum vectors only
+    H : array (m, m), length per force; positive semidefinite, at a load on zero-sum vectors only
     g0 : array (m,), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
-    c : array (m,), weights > 0 of the forces in the load; 1 without it
+    c : array (m,), weights > 0; 1 without it
     start : boolean array (m,), closed corners to begin with
 
     Raises
     ------
     BadArgument
-        Also for an H that is not positive semidefinite: no unique state then.
+        Also for an H that is not positive semidefinite.
     NotConverged
-        If pivots are used up at a given approach, or rigid corners cannot take it.
+        If sets do not settle at an approach, or rigid corners cannot take it.
     """
     require_level(load, approach)
     for problem in _problems(H, g0, c, free=load is not None):
@@ -123,8 +122,8 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 
 @bounded
 def path(H, g0, loads, *, c=None):
-    """States at the `loads`, and all events from first touch to the last load, found by a
-    `follower.Follower`. Parameters and errors are those of `solve`; `reached` is the last load.
+    """The Path through `loads`, by a `follower.Follower`. Parameters and errors are those of `solve`;
+    `reached` is the last load.
     """
     loads = np.sort(require_numbers(loads=loads))
     if not len(loads) or loads[0] < 0:
@@ -156,7 +155,7 @@ def path(H, g0, loads, *, c=None):
 
 
 def _problems(H, g0, c, free):
-    """The _Problem, with more and more of D."""
+    """Yields the _Problem with more and more of D."""
     H, g0 = np.array(H, float), np.array(g0, float)
     if g0.ndim != 1 or np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
         raise BadArgument("g0", g0, "must be one-dimensional, finite or inf, somewhere finite")
@@ -185,7 +184,7 @@ def _problems(H, g0, c, free):
 
 
 def lifted(H):
-    """The rigid level to add to an H that is definite on forces whose sum is 0."""
+    """The rigid level that makes an H definite that is so on zero-sum forces."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
@@ -208,7 +207,7 @@ def _start(start, problem):
 
 
 def require_level(load, approach):
-    """Raises BadArgument unless either is given, finite, and the load not negative."""
+    """Raises BadArgument unless one is given, finite, and the load not negative."""
     if (load is None) == (approach is None):
         raise BadArgument("load", load, "give either load or approach")
     require_finite(**({"load": load} if approach is None else {"approach": approach}))
@@ -217,7 +216,7 @@ def require_level(load, approach):
 
 
 def _state(problem, closed, load=None, approach=None):
-    """Proximal point method on (a), the state with the smallest residual."""
+    """The state of the smallest residual by the proximal point method."""
     H, g0, D, count = problem.H, problem.g0, problem.D, 0
     best, forces = (np.inf,), np.zeros(len(g0))
     if load == 0 or (load is None and approach <= g0.min()):
@@ -255,7 +254,7 @@ def _report(problem, kkt, forces, closed, d, sets):
 
 
 def _kkt(H, g0, forces, closed, d, load):
-    """Largest residual of (a); gaps over the largest terms that make up a gap where it matters."""
+    """Largest residual of (a); gaps are over the largest terms of a gap that counts."""
     gaps = g0 - d + H @ forces
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
@@ -268,8 +267,8 @@ def _kkt(H, g0, forces, closed, d, load):
 
 
 def faces(H, g0, closed, load, lift, patience=5, budget=None):
-    """Forces and closed corners of (a), and the number of sets tried, by exchange of all wrong corners, and
-    of the first one alone after `patience` sets with no fewer.
+    """Forces and closed corners of (a), and the number of sets tried. The first wrong corner is exchanged
+    alone after `patience` sets with no fewer.
 
     Parameters
     ----------
@@ -283,7 +282,7 @@ def faces(H, g0, closed, load, lift, patience=5, budget=None):
     NotConverged
         If the sets do not settle.
     LinAlgError
-        If H is not definite beyond rounding.
+        If H is singular to rounding.
     """
     # at a load its path is faster by then
     budget = budget or (5000 + 10 * len(g0) if load is None else 500)
