@@ -1,7 +1,6 @@
-"""What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
+"""Singular places that a second body carries from corner to corner (docs/theory/two_bodies.md).
 
-What is singular in p_A at x is so in the gap of B at x - ell, what is singular in p_B at x in that of A at x
-+ ell, fainter by a factor each step (docs/theory/two_bodies.md).
+A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at x + ell.
 """
 
 import numpy as np
@@ -14,8 +13,7 @@ SAME = 1e-9  # of ell: places this near to each other are one
 
 
 def decay(problem):
-    """Factor by which singularities are fainter from step to step, 0 to 1; 0 without a second body or with
-    one corner.
+    """Factor by which singularities fade in a step, 0 to 1; 0 without a second body or with one corner.
 
     ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
     c of the second body.
@@ -55,7 +53,7 @@ def carried_edges(problem, zones, order):
 
 
 def carried(problem, shares, order):
-    """Singular places of {place: what it is worth} and those they are carried to, ascending list."""
+    """Places {place: worth} and those they are carried to, ascending list."""
     found = sorted(shares)
     for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
@@ -64,8 +62,8 @@ def carried(problem, shares, order):
 
 
 def log_sizes(problem, zones, order):
-    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there: a jump J
-    in the slope of a corner's initial gap needs ``pi J`` through the limits of k U and k W.
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact: a jump J in the
+    slope of a gap needs ``pi J`` through the limits of k U and k W.
     """
     whole = problem.all_zones(zones)
     found = {kink: {} for kink in problem.kinks}

@@ -1,7 +1,7 @@
 """Edges of contact, of each corner's zones and of stick below the length of a cell.
 
-Towards an edge pressures, and f p - |q| in a stick zone that shrinks, fall like the root of the distance; in
-a stick zone that grows f p - |q| falls like its third power. Means of such powers over cells are fitted.
+Towards an edge pressures and f p - |q| fall like the root of the distance, f p - |q| of a stick zone that
+grows like its third power. Means of such powers over cells are fitted.
 """
 
 from __future__ import annotations
@@ -124,14 +124,13 @@ def zones_on_cells(
 
 
 def _runs(cells: Array, inside: Flags) -> list[tuple[int, int]]:
-    """First and last numbers of neighbouring cells inside."""
     gaps = np.flatnonzero(cells[1:, 0] > cells[:-1, 1])
     pieces = zip([0, *(gaps + 1).tolist()], [*(gaps + 1).tolist(), len(cells)])
     return [(a + first, a + last) for a, b in pieces for first, last in runs(inside[a:b])]
 
 
 def _is_zone(run: tuple[int, int], bound: Array, shear: Array) -> bool:
-    """Whether a run of sticking cells is a zone: a few next to their limit stick for the sake of the sum."""
+    """Whether a run of sticking cells is a zone, not a few at the limit."""
     first, last = run
     limit, sides = bound[first : last + 1], np.pad(shear, 1)
     left = limit - np.abs(shear[first : last + 1])

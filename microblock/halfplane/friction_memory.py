@@ -2,8 +2,8 @@
 
     q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 
-While P grows and Q by no more than f times that, all sticks, and g = dQ/dP. Else g becomes f in the direction
-of slip from xi = P down to that P* with which its integral is Q, and the contact of P* sticks.
+While P grows and Q by no more than f times that, g = dQ/dP. Else g becomes f in the direction of slip from xi
+= P down to that P* with which its integral is Q.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..errors import BadArgument
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slip has changed: bounds, change of g, and loads P at which slip reached them."""
+    """A layer that slips: bounds, change of g, and loads P at which slip reached them."""
 
     lower: float
     upper: float
@@ -34,7 +34,7 @@ class Memory:
     Attributes
     ----------
     bounds : tuple of float, loads, ascending from 0 to P
-    shares : tuple of float, g between a bound and the next
+    shares : tuple of float, g between the bounds
     stuck : float, the load P* whose contact has stuck
     slipped : tuple of Slipped since the pair before
     """
@@ -53,7 +53,7 @@ class Memory:
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:
-        """Returns the memory at the next pair; BadArgument for more new shear than new friction allows."""
+        """Returns the memory at the next pair; BadArgument where friction cannot bear the shear."""
         load = self.load if abs(load - self.load) <= PATHS * load else load
         grown, change = load - self.load, shear - self.shear
         if grown > 0 and abs(change) > friction * grown * (1 + PATHS):

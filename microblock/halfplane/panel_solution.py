@@ -25,9 +25,9 @@ class Estimate(ErrorParts):
     Attributes
     ----------
     discretisation : float, distance to the next coarser order; None where the order was prescribed
-    edges : float, what pressures at the edges are worth
-    kernel : float, what rounding of the kernel does
-    conditions : float, what violations of (26) are worth
+    edges : float, of pressures at the edges
+    kernel : float, of the kernel's rounding
+    conditions : float, of violations of (26)
     """
 
     discretisation: float | None
@@ -67,7 +67,7 @@ class PanelSolution(LineSolution):
 
     @property
     def residual(self):
-        """What violations of (26) are worth in the norm of the error."""
+        """Violations of (26) in the norm of the error."""
         return self.estimate.conditions
 
     @property
@@ -91,7 +91,7 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _anchored(self):
-        """q at the anchor of each panel with a square root, but for edges that the obstacle fixes."""
+        """q at the anchors of root panels, but for edges that the obstacle fixes."""
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends]
         ends += [-end for end in ends if self.problem.mirror]
@@ -123,13 +123,12 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _numbers(self):
-        """Of all nodes in `x`."""
         middles, panels = (self.x[1:] + self.x[:-1]) / 2, self.whole[0]
         return np.searchsorted(middles, panels.nodes[2])
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n), brought to the load."""
+        """Pressure of each corner at `x`, array (corners, n), scaled to the load."""
         panels, rows = self.whole
         panel, v, _, _ = panels.nodes
         own = [e in np.ravel(self.all_zones[corner]) for e, corner in zip(panels.e, panels.corner)]
@@ -171,7 +170,7 @@ class PanelSolution(LineSolution):
         return matrix @ self.q + known
 
     def displacement_at(self, x, lever):
-        """u, or the gap without height and approach of a corner with such levers, at x, array (n,)."""
+        """u, or the change of the gap with such levers, at x, array (n,)."""
         return self._response(x, lever, gap_kernel)
 
     def gaps(self, corner, x):
@@ -240,7 +239,7 @@ class PanelSolution(LineSolution):
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two solutions of one problem."""
+    """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     if fine.problem.law.clamps_rotation:

@@ -1,4 +1,4 @@
-"""Contact of a half-plane on panels, and on uniform cells where panels do not do."""
+"""Contact of a half-plane on panels, or on uniform cells where panels fail."""
 
 import math
 from dataclasses import replace
@@ -94,7 +94,7 @@ class PanelSolver(Solver):
         return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
 
     def _picture(self, load):
-        """The obstacle's Picture for loads up to the next power of 4 times E* ell, made once."""
+        """The obstacle's Picture for loads up to the next power of 4 times E* ell."""
         unit = self.problem.E_star * self.problem.ell
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
         if bracket not in self._pictures:
@@ -109,8 +109,8 @@ class PanelSolver(Solver):
         return {}
 
     def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
-        """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution instead; raises
-        NotConverged if the accuracy is out of reach or no zones fit.
+        """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution instead; NotConverged
+        if no zones fit or the accuracy is out of reach.
         """
         self._check_width(load)
         near = self._neighbour(near)
@@ -125,7 +125,7 @@ class PanelSolver(Solver):
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
-        """The failure, with an rtol that has been reached when it was asked for."""
+        """The failure, with an rtol that was reached by asking for it."""
         best = failure.rtol_reached or math.inf
         for looser in (each for each in (best, 2 * best, 4 * best) if each < OFFERED):
             try:

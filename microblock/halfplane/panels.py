@@ -20,9 +20,7 @@ from .carried import carried, carried_edges, log_sizes
 
 @dataclass(frozen=True)
 class Panels:
-    """Panels of all corners: anchors e and signed lengths h, ``x = e + h v^2`` (root) or ``e + h v``, 0 <= v
-    <= 1.
-    """
+    """Panels of all corners: anchors e, signed lengths h; 0 <= v <= 1."""
 
     corner: np.ndarray
     e: np.ndarray
@@ -39,7 +37,7 @@ class Panels:
         return np.abs(self.h[panel]) * np.where(self.root[panel], 2 * v, 1.0)
 
     def parameter(self, panel, x):
-        """v at the abscissae x, or the end that is nearest."""
+        """v at the abscissae x, or the nearest end."""
         along = np.clip((x - self.e[panel]) / self.h[panel], 0, 1)
         return np.where(self.root[panel], np.sqrt(along), along)
 
@@ -48,7 +46,7 @@ class Panels:
         return -2 * self.log_size[panel] * np.log(v)
 
     def at(self, corner, x):
-        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters."""
+        """Numbers of a corner's panels that hold x, or are next to it, and the parameters."""
         own = np.flatnonzero(self.corner == corner)
         starts = np.minimum(self.e, self.e + self.h)[own]
         along = np.argsort(starts)
@@ -57,7 +55,7 @@ class Panels:
         return number, self.parameter(number, x)
 
     def interpolated(self, values, number, v):
-        """What has `values` (..., panels, order) at the Gauss points, at parameters v: array (..., n)."""
+        """`values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
 
     def of(self, own):
@@ -65,7 +63,7 @@ class Panels:
         return Panels(*chosen, self.order)
 
     def whole(self, problem):
-        """The panels of a Problem, those of a symmetric one with their mirror images."""
+        """The panels of a Problem, with mirror images of a symmetric one."""
         if not problem.mirror:
             return self
         images = len(problem.law.corners) - 1 - self.corner, -self.e, -self.h, self.root, self.log_size
@@ -101,9 +99,7 @@ def _log_weights(order):
 
 
 def make_panels(problem, zones, order):
-    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at kinks of the
-    obstacle.
-    """
+    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at kinks."""
     sizes = log_sizes(problem, zones, order)
     rows = [
         (corner, *part)
@@ -117,7 +113,7 @@ def make_panels(problem, zones, order):
 
 
 def panels_outside(problem, zones, order):
-    """Panels, all of corner 0, where a corner is out of contact and could touch."""
+    """Panels of corner 0 where a corner is out of contact and could touch."""
     kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
     rest = [problem.reach]
     for left, right in reduce(common, zones.values()):
@@ -152,8 +148,8 @@ def _rows(problem, zones, order, kinks, intervals):
 
 
 def _between(left, right, roots, first):
-    """Panels between two breaks, growing away from those that are singular: (anchor, signed length, root).
-    The first at a break is no longer than `first`.
+    """Panels between two breaks, growing away from singular ones: (anchor, signed length, root). The first is
+    no longer than `first`.
     """
     if not any(roots):
         return [(left, right - left, False)]
@@ -174,7 +170,7 @@ def _between(left, right, roots, first):
 
 
 def short_enough(problem, anchor, length, root):
-    """A panel, or parts of one that is longer than the obstacle's features."""
+    """Parts of a panel that are no longer than the obstacle's features."""
     if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
@@ -209,7 +205,7 @@ def _block(problem, panels, x, target, kernel):
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel over near panels, each cut at the v0 nearest to the target: array (..., pairs,
+    """Integrals of the kernel over near panels, cut at the v0 nearest to the target: array (..., pairs,
     order, or one more for the logarithm).
     """
     same = 1e-13  # a distance of cuts that the quadrature does not see
@@ -276,6 +272,6 @@ def _cut_rule(order, v0, logs):
 
 @lru_cache(maxsize=64)
 def _log_rule(order):
-    """Weights at the nodes for integrals of polynomials times the logarithm, array (order,)."""
+    """Weights for integrals of polynomials times the logarithm, array (order,)."""
     rule = _cut_rule(order, 0.0, True)
     return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.sides)

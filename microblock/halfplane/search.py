@@ -1,9 +1,8 @@
 """A state of a half-plane at one load on fitted panels: cells first, then edges.
 
 1. First zones: a neighbour's, the classical contact's, or those of cells (`first_zones`). 2. The edges move
-until the pressure vanishes there (`edges.fit`), on panels of higher and higher order. 3. What overlaps is
-added to the zones, what is in tension is taken out (`survey`). 4. Two neighbouring orders agree to what is
-asked for.
+until the pressure vanishes there (`edges.fit`), on panels of rising order. 3. Overlaps are added to the
+zones, tension is taken out (`survey`). 4. Two neighbouring orders agree.
 """
 
 from dataclasses import replace
@@ -106,8 +105,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones without tension and with overlaps that are worth the tolerance or apart from all edges; None if
-    there are none. NotConverged if no zone is left.
+    """Zones without tension and with overlaps worth the tolerance or apart from all edges, or None.
+    NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))
