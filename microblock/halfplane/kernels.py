@@ -116,7 +116,7 @@ class Kernels:
     def _values(self, solid, x):
         """All kernels at x > 0, array (n,), by quadrature along `path`: (9, n)."""
         k, weights, level = rotated_weights(solid)
-        below = np.insert(np.cumsum(weights.real, axis=1), 0, 0, axis=1)
+        below = np.insert(np.cumsum(weights.real, axis=1, dtype=np.longdouble), 0, 0, axis=1)
         values = np.empty((len(weights), x.size))
         for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
             own = x[block]
@@ -305,7 +305,7 @@ def rotated_weights(solid):
     """(k, weights, level) of the integrals of all kernels over c along `path`: arrays (n,), (9, n), float,
     taken off numbers 0 and 3, which diverge at k = 0.
     """
-    k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 12)
+    k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 16)
     s, s_minus_k = roots(solid, k)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c = (1 - solid.nu) / solid.mu
