@@ -6,12 +6,10 @@ Corner forces f >= 0 and the approach d leave the gaps
 
 H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load.
 
-The forces of closed corners follow from a Cholesky factorisation. Wrong corners are exchanged all at once,
-or, when that brings no fewer, the first one alone (Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At an
-approach that ends for every definite H; at a load the path is followed after many sets.
-
-Where H is semidefinite the proximal point method (Rockafellar, SIAM J. Control Optim. 14 (1976) 877) solves
-H + D, D a diagonal just above rounding.
+Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone (Judice and Pires,
+Comput. Oper. Res. 21 (1994) 587). At an approach that ends for every definite H; at a load the path is
+followed after many sets. Where H is semidefinite the proximal point method (Rockafellar, SIAM J. Control
+Optim. 14 (1976) 877) solves H + D, D a diagonal just above rounding.
 """
 
 from dataclasses import dataclass, replace
@@ -39,10 +37,10 @@ class ContactState:
     ----------
     forces, gaps : arrays (m,); inf where a corner cannot touch
     closed : boolean array (m,); a closed corner may carry no force
-    approach, load : float, d and c.f
-    iterations : int, sets that were tried
-    kkt : float, largest relative residual of load, complementarity and feasibility
-    followed : bool, whether the load path was followed to here
+    approach, load : d and c.f
+    iterations : sets that were tried
+    kkt : largest relative residual of load, complementarity and feasibility
+    followed : whether the load path was followed to here
     """
 
     forces: np.ndarray
@@ -75,7 +73,7 @@ class Path:
 
 @dataclass(frozen=True)
 class _Problem:
-    """Corners that can touch, in shares of the load: weights 1."""
+    """Corners that can touch, in shares of the load."""
 
     H: np.ndarray
     g0: np.ndarray
@@ -254,7 +252,7 @@ def _report(problem, kkt, forces, closed, d, sets):
 
 
 def _kkt(H, g0, forces, closed, d, load):
-    """Largest residual of (a); gaps are over the largest terms of a gap that counts."""
+    """Largest residual of (a)."""
     gaps = g0 - d + H @ forces
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
@@ -273,16 +271,11 @@ def faces(H, g0, closed, load, lift, patience=5, budget=None):
     Parameters
     ----------
     H : array (m, m), positive definite; its part `lift` is a rigid level
-    g0 : array (m,), finite; less the approach if that is given
+    g0 : array (m,), finite; less a given approach
     closed : boolean array (m,), to begin with
     load : float, or None where the approach is given
 
-    Raises
-    ------
-    NotConverged
-        If the sets do not settle.
-    LinAlgError
-        If H is singular to rounding.
+    Raises NotConverged if the sets do not settle, LinAlgError if H is singular to rounding.
     """
     # at a load its path is faster by then
     budget = budget or (5000 + 10 * len(g0) if load is None else 500)

@@ -9,13 +9,9 @@ with the rows (n2, -n1) of B_n and (n1, n2) of B_t at the normal (n1, n2). A nod
 not change; it slips in the direction of t while |t| = f times the sum of n. Uncoupled, C^T t is left out.
 
 M = [[A, -B], [B^T, 0]] pairs corner forces with gaps, tangential forces with the slip, motions with loads.
-Closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots), and t =
-tau + f sigma n where a node slips. Between events all is affine. Pairs beyond their limit are exchanged at
-once, and if that brings no fewer the first one alone (Murty, Opsearch 11 (1974) 123).
-
-Histories are refused where the product of all pivots is not positive (states turn back while loads grow), and
-where an exchange with a negative pivot gives a second way on.
-"""
+Closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots); t = tau +
+f sigma n where a node slips. Pairs beyond their limit are exchanged at once, and if that brings no fewer the
+first one alone (Murty, Opsearch 11 (1974) 123)."""
 
 from __future__ import annotations
 
@@ -52,10 +48,9 @@ class FrictionalContact:
     normal : array (corners n, corners n), H (length per force), corner by corner
     cross : array (n, corners n), C
     tangential : array (n, n), T; symmetric as H
-    gaps : array (corners n,), initial gaps (lengths), inf where a corner cannot touch
-    friction : float
-    coupled : bool, whether tangential forces act on gaps
-    normals : array (n, 2), optional, of the nodes; (0, 1) without it
+    gaps : array (corners n,), g0 (lengths), inf where a corner cannot touch
+    coupled : whether tangential forces act on gaps
+    normals : array (n, 2), of the nodes; (0, 1) without it
     """
 
     normal: Array
@@ -95,7 +90,7 @@ class Moment:
 
     Attributes
     ----------
-    load, shear : float, P and Q (force)
+    load, shear : P and Q (force)
     normal, gaps : arrays (corners n,), forces and gaps
     tangential, slip : arrays (n,), forces, and slip since first contact (length)
     raised : array (corners n,), changes of the gaps by forces (lengths)
@@ -103,10 +98,9 @@ class Moment:
     stick : boolean array (n,)
     slips : array (n,), sign of t where a node slips, else 0
     at_limit : boolean array (n,), nodes with the largest shear force
-    iterations : int, changes so far
-    approach, offset : float, d and D (length)
-    energy, work, dissipation : float
-    residual : float, largest violated condition over the largest force or displacement
+    iterations : changes so far
+    approach, offset : d and D (length)
+    residual : largest violated condition over the largest force or displacement
     """
 
     load: float
@@ -149,7 +143,7 @@ class Tableau:
     Attributes
     ----------
     exchanged : boolean array (N,)
-    sign : float, that of the product of all pivots
+    sign : that of the product of all pivots
     """
 
     def __init__(self, matrix: Array) -> None:
@@ -158,7 +152,6 @@ class Tableau:
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
     def times(self, numbers: Any, weights: Array) -> Array:
-        """The weighted sum of columns."""
         found: Array = self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
         return found
 
@@ -205,15 +198,11 @@ class Sets:
 
     Parameters
     ----------
-    contact : FrictionalContact
     pairs : numbers of closed corners, nodes that stick and motions whose load is given, in this order
     slips : array (n,), sign of t where a node slips, else 0
-    sliding : float, their sign where all slip at the largest shear load, else 0
+    sliding : their sign where all slip at the largest shear load, else 0
 
-    Raises
-    ------
-    NotConverged
-        If the answer is not unique.
+    Raises NotConverged if the answer is not unique.
     """
 
     def __init__(
@@ -245,7 +234,7 @@ class Sets:
         return self._flat and bool(self.tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
 
     def _meant(self, number: int, passing: Array) -> tuple[list[int], int, float]:
-        """Pairs to exchange for a number of `exchange`, the node, and its slip then."""
+        """Pairs to exchange, the node, and its slip then."""
         m, n = len(self.closed), len(self.slips)
         node = (number - m) % n
         shear, slips, corners = m + node, float(self.slips[node]), self.of[:, node]
@@ -308,22 +297,9 @@ class Sets:
 
 
 class Follower:
-    """The contact along loads or motions, from first touch on.
+    """The contact along loads (P, Q), or `by_motions` (d, D), from first touch on.
 
-    Parameters
-    ----------
-    contact : FrictionalContact
-    by_motions : bool, whether (d, D) is given in place of (P, Q)
-
-    Attributes
-    ----------
-    sets : Sets
-    changes : list of Change
-
-    Raises
-    ------
-    NotConverged
-        If motions begin with an overlap.
+    Raises NotConverged if motions begin with an overlap.
     """
 
     def __init__(self, contact: FrictionalContact, by_motions: bool = False) -> None:
@@ -354,12 +330,8 @@ class Follower:
         self.sets = Sets(contact, pairs, np.zeros(n))
 
     def to(self, *target: float) -> Moment:
-        """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end.
-
-        Raises
-        ------
-        NotConverged
-            If rates are not unique or there are none; `reached` says where.
+        """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end. Raises
+        NotConverged if rates are not unique or there are none; `reached` says where.
         """
         for _ in self.pieces(*target):
             pass
@@ -381,7 +353,6 @@ class Follower:
 
     @property
     def _given(self) -> Array:
-        """The vector of the prescribed loads or motions."""
         return self.x if self.by_motions else self.y
 
     def _pieces(self, end: Array, way: Array) -> Iterator[float]:
@@ -436,8 +407,8 @@ class Follower:
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
-        """Rates of x and y; then values, rates of falling and flags of limits, of forces of closed corners or
-        gaps of open ones, of bounds forwards or rates of slip, and of bounds backwards.
+        """Rates of x and y; then values, rates of falling and flags of limits, of forces or gaps of corners,
+        of bounds forwards or rates of slip, and of bounds backwards.
         """
         (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
@@ -456,7 +427,6 @@ class Follower:
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
     def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
-        """Rates after exchanges, the first event, and the way to it."""
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)

@@ -51,7 +51,7 @@ class AtNodes(Solution):
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
     def gap(self, corner, x):
-        """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument for x beyond the nodes."""
+        """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
         if not np.all(self.reaches(x)):
             raise BadArgument(
                 "x",
@@ -74,12 +74,11 @@ class NodalSolution(AtNodes):
 
     Attributes
     ----------
-    solver : NodalSolver
-    load, approach : float, force per thickness and approach of the obstacle
+    load, approach : force per thickness and approach of the obstacle
     forces, gaps : arrays (corners, nodes), forces along -n and initial gaps, inf where a corner cannot touch
     closed : boolean array (corners, nodes)
-    residual : float, largest relative residual
-    iterations : int, contact sets that were tried
+    residual : largest relative residual
+    iterations : contact sets that were tried
     """
 
     solver: Solver
@@ -155,7 +154,6 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def energy(self):
-        """Elastic energy per thickness."""
         pressed = self.forces > 0
         depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * depth) / 2)
@@ -200,7 +198,7 @@ class NodalSolver(Solver):
         )
 
     def _closed_near(self, other):
-        """Corners that another solution closes at the nearest node, array (corners, nodes)."""
+        """Corners closed at the nearest node of another solution."""
         x, borders = self.compliance.points[:, 0], (other.x[1:] + other.x[:-1]) / 2
         return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
 
@@ -248,9 +246,9 @@ class NodalPath(LoadPath):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        `load_error` adds up the way back to the nodal event before and a share h/a of the load, h the
-        distance of nodes, a the half-width; where edges of two corners cross, 1.7 (h/a)^s with the solver's
-        `crossing` s. x is good to h.
+        `load_error` adds the way back to the nodal event before to a share h/a of the load (h the distance of
+        nodes, a the half-width), or 1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners
+        cross. x is good to h.
         """
         solver, law = self._solver, self.problem.law
         x = solver.compliance.points[:, 0]
@@ -283,7 +281,7 @@ class NodalPath(LoadPath):
 
 
 def _unseen(x, apart, contact):
-    """The largest distance of nodes in and beside the contact over its half-width, at most 1."""
+    """Largest distance of nodes over the half-width of contact, at most 1."""
     if not contact:
         return 0.0
     left, right = contact[0][0], contact[-1][1]
@@ -292,9 +290,7 @@ def _unseen(x, apart, contact):
 
 
 def zones_of(x, closed, law, apart=None, end=None):
-    """{name: intervals} of closed nodes, half the way to the neighbours, at the last node up to `end`; the
-    surface is interrupted after nodes `apart`.
-    """
+    """{name: intervals} of closed nodes, half the way to their neighbours, at the last node up to `end`."""
     pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
     own = [[] for _ in closed]
     for piece in pieces:

@@ -32,10 +32,10 @@ class Flexibility:
     offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
     tilt : array (d, ...), t at the cells; (0, ...) for one corner
     response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
-    back : function that returns the approximate inverse of `response`
+    back : approximate inverse of `response`
     aside : function, of one corner from p to phi, or to the m of psi = 0; else None
-    clamped : bool, whether psi = 0 on the whole surface
-    counter : object or None, added to the gaps by ``@``: a second body, which `back` includes
+    clamped : whether psi = 0 on the whole surface
+    counter : second body or None, added to the gaps by ``@`` and known to `back`
     short : array (1 + d,), or (2 + d,) with a counter
         Of four corners, displacement, twist of the second body, and rotations under short waves.
     """
@@ -66,11 +66,11 @@ class Flexibility:
         return ones if len(ones) == 1 else np.hstack((ones, -self.offsets))
 
     def surface(self, forces: Array) -> Array:
-        """(u, phi), or u of one corner, from forces: array (1 + d or 1, ...)."""
+        """(u, phi), or u of one corner, array (1 + d or 1, ...)."""
         return self.response(self.resultants(forces))
 
     def resultants(self, forces: Array) -> Array:
-        """(p, m), or p of one corner, from forces: array (1 + d or 1, ...)."""
+        """(p, m), or p of one corner, array (1 + d or 1, ...)."""
         found: Array = np.tensordot(self._rows.T, forces, 1)
         found[1:] += self.tilt * found[0]
         return found
@@ -108,7 +108,6 @@ class Flexibility:
         return precondition
 
     def _backs_of(self, there: Array) -> Array:
-        """B of the corners that are there, array (3 or 4, corners, ...)."""
         return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
 
     @cached_property
@@ -128,10 +127,9 @@ class Flexibility:
         return self.counter is not None and len(self.offsets) == len(NONE)
 
     def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
-        """Forces with the same resultants and the least work on the initial gaps.
-
-        Where g0-- - g0-+ - g0+- + g0++ of a block is positive, "--" or "++" is open; where it is 0 the forces
-        have the least norm. On a second body the forces 1, -1, -1, 1 take a step down the slope.
+        """Forces with the same resultants and the least work on the initial gaps: "--" or "++" of a block is
+        open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a second body
+        the forces 1, -1, -1, 1 take a step down the slope.
         """
         if len(forces) != len(NONE):
             return forces

@@ -42,7 +42,6 @@ class GridForces:
     Attributes
     ----------
     forces, gaps : arrays (corners, n), gaps inf where a corner cannot touch
-    approach, load : float
     kkt : float
         Largest penetration, or gap under a force, over the range of H f, or over LEAST times that of the load
         on one corner.
@@ -71,12 +70,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     start : array like g0, forces to begin with; scaled to the load
     rtol : float, of `GridForces.kkt`
 
-    Raises
-    ------
-    BadArgument
-        Also for a flexibility that is not positive definite where the approach is given.
-    NotConverged
-        If rtol is out of reach.
+    Raises BadArgument, also for a flexibility that is not positive definite where the approach is given, and
+    NotConverged if rtol is out of reach.
     """
     problem = _problem(flexibility, g0, load, approach)
     if load == 0 or (load is None and approach <= g0.min()):
@@ -121,7 +116,6 @@ class _Problem:
     count: Counter
 
     def spread(self, values):
-        """Values of the corners that can touch among all, else 0."""
         if len(values) == self.touch.size:
             return values.reshape(self.touch.shape)
         whole = np.zeros(self.touch.shape)
@@ -133,7 +127,7 @@ class _Problem:
 
     @cached_property
     def even(self):
-        """Forces without displacement, on a period an even pressure, or None."""
+        """Forces without displacement, or None."""
         precondition = getattr(self.H, "precondition", None)
         if precondition is None or len(self.g0) < self.touch.size:
             return None
@@ -142,8 +136,8 @@ class _Problem:
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
-        """Distance of the given approach from full contact over the range of g0; inf where no contact is
-        full. BadArgument unless it is positive.
+        """Distance of the given approach from full contact, or inf, over the range of g0; BadArgument unless
+        it is positive.
         """
         if self.even is None:
             return np.inf
@@ -162,12 +156,10 @@ class _Problem:
         return self.kept(self.H @ self.spread(forces))
 
     def preconditioner(self, face):
-        """The preconditioner on a boolean `face`."""
         on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
         return lambda values: self.kept(on_face(self.spread(values))) * face
 
     def settled(self, forces, slope):
-        """Settled forces and their slope."""
         settle = getattr(self.H, "settled", None)
         if settle is None:
             return forces, slope
@@ -179,7 +171,7 @@ class _Problem:
         return self.g0 + self.displacement(forces)
 
     def level(self, forces, slope):
-        """The free approach, such that f.g = 0; 0 where it is given."""
+        """The free approach, such that f.g = 0, else 0."""
         return 0.0 if self.load is None else float(forces @ slope / forces.sum())
 
     def first(self, start):
@@ -208,7 +200,6 @@ class _Problem:
         return found
 
     def size(self, forces, slope):
-        """The range of the normal displacement."""
         return max(np.ptp(slope - self.g0), LEAST * self.unit * forces.sum())
 
     def residual(self, forces, slope):
@@ -273,7 +264,7 @@ def _gradient_step(problem, forces, slope, alpha):
 
 
 def _curvature_step(problem, change, bend):
-    """|change|^2 over its product with the change of slope; 0 where that is unknown."""
+    """Step from the change of slope; 0 where that is unknown."""
     curvature, length = change @ bend, change @ change
     return length / curvature if curvature > FLAT * problem.unit * length else 0.0
 
@@ -322,7 +313,6 @@ def _face_step(problem, forces, slope, rtol, inner):
 
 
 def _on_face(slope, face, free):
-    """Slope on the face, less its mean if sum f = P; 0 elsewhere."""
     residual = slope * face
     return residual - residual.sum() / np.count_nonzero(face) * face if free else residual
 

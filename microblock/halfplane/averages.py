@@ -27,7 +27,6 @@ class SecondAntiderivatives(Kernels):
 
 
 def _tables(solid):
-    """Functions of (x/ell, numbers): kernels over c, and F/x^2; a classical solid has U and Y."""
     if not is_classical(solid):
         material = solid.nu, solid.beta, solid.curvature
         return kernels(*material), kernels(*material, SecondAntiderivatives)
@@ -42,8 +41,8 @@ def _tables(solid):
 
 
 def averaged(solid, apart, source, target, which):
-    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape:
-    array (len(which), ...) of lengths per force.
+    """Kernels averaged over cells of the widths `source` and `target` at distances: array (len(which), ...)
+    of lengths per force.
     """
     once, twice = _tables(solid)
     apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
@@ -61,5 +60,5 @@ def averaged(solid, apart, source, target, which):
 
 
 def normal_averages(solid, distance, source, target):
-    """`kernels.normal_kernel` averaged as in `averaged`: lengths per force."""
+    """`kernels.normal_kernel` as in `averaged`."""
     return averaged(solid, distance, source, target, (0,))[0]

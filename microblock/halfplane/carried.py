@@ -31,7 +31,7 @@ def decay(problem):
 
 
 def ways(problem, order, share=1.0):
-    """Lengths by which places worth `share` are carried until panels of an order do not see them."""
+    """Lengths by which places worth `share` are carried on panels of an order."""
     factor = decay(problem)
     if not factor:
         return []
@@ -42,7 +42,7 @@ def ways(problem, order, share=1.0):
 
 
 def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals}, worth the root of their distance, and where they go."""
+    """Edges of zones {corner: intervals} and places they are carried to."""
     shares, whole = {}, np.ptp(zone_edges(zones))
     for intervals in problem.all_zones(zones).values():
         edges = np.ravel(intervals)
@@ -53,7 +53,7 @@ def carried_edges(problem, zones, order):
 
 
 def carried(problem, shares, order):
-    """Places {place: worth} and those they are carried to, ascending list."""
+    """{place: worth} and where they are carried, ascending list."""
     found = sorted(shares)
     for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
@@ -62,9 +62,7 @@ def carried(problem, shares, order):
 
 
 def log_sizes(problem, zones, order):
-    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact: a jump J in the
-    slope of a gap needs ``pi J`` through the limits of k U and k W.
-    """
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
     whole = problem.all_zones(zones)
     found = {kink: {} for kink in problem.kinks}
     for kink, jumps in problem.kinks.items():
@@ -108,7 +106,7 @@ def _short_waves_between(problem, inside):
 
 
 def meeting_exponent(problem, zones, x):
-    """s of p ~ x^s where edges of the two corners meet at x, with these zones."""
+    """s of p ~ x^s where edges of two corners meet at x."""
     if not decay(problem):
         return coalescence_exponent(problem.solid)
     others = [

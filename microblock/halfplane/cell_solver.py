@@ -38,10 +38,10 @@ class CellSolution(Solution):
     pressures : array (corners, n)
     micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2
     load, approach : force per thickness (and period), approach over the mean of the surface
-    energy : float, up to a constant
-    residual : float, `GridForces.kkt` of `microblock.corners.projected_gradients`
-    iterations : int, products with the flexibility
-    change : float, the error estimate, or None
+    energy : up to a constant
+    residual : `GridForces.kkt` of `microblock.corners.projected_gradients`
+    iterations : products with the flexibility
+    change : the error estimate, or None
     notes : sentences on why cells were taken
     raised : array (corners, n), displacement of a second body, or None
     """
@@ -115,7 +115,6 @@ class CellSolution(Solution):
         return np.array((own[0], reaction / self.problem.ell))
 
     def moment_at(self, x):
-        """M at x, array (n,)."""
         return self.problem.ell * self.pressure_and_moment(x)[1]
 
     def gap(self, corner, x):
@@ -233,7 +232,7 @@ class CellSolver(Solver):
         return CellSolver(self.contact, replace(self.options, window=around(found, self.solid.ell)))
 
     def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, progress=False):
-        """The state on the first grid with rtol and at least so many cells, or the finest."""
+        """The state on the first grid that is within rtol and has that many cells, or on the finest."""
         for state in self._solutions(load, approach, sizes, self.options.residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break
@@ -350,7 +349,7 @@ def _estimate(changes, residual, fastest):
 
 
 def around(found, ell):
-    """(left, right) of a surface with all low stretches of an obstacle's Picture."""
+    """(left, right) around all low stretches of a Picture."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
     margin = (right - left) / 20
     return left - margin, right + margin
@@ -374,7 +373,6 @@ def _polygon(x, nodes, values, period):
 
 
 def _folded(x, period):
-    """x moved into the period around x1 = 0."""
     return x if period is None else (x + period / 2) % period - period / 2
 
 

@@ -1,7 +1,7 @@
 """The load at which two symmetric zones of partial contact meet on the axis.
 
-The inner edge is prescribed: K0 and K1 of the edges are affine in the load. With the edge b from the axis the
-load misses coalescence by b^(2 s), where p ~ x^s there (docs/theory/halfplane.md).
+The inner edge is prescribed; K0 and K1 of the edges are affine in the load. The load misses coalescence by
+b^(2 s), b from the axis to the edge, p ~ x^s (docs/theory/halfplane.md).
 """
 
 import numpy as np

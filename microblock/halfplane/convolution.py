@@ -1,14 +1,13 @@
 """Convolutions of one or two real fields on equal cells with kernels that are known in Fourier space.
 
-Two fields p, m answer with u = U p + i V m, phi = -i V p + W m at each wavenumber, U and W even in it, V odd,
-all real. For long periods `Halves` uses z = p + i m and w = u + i phi,
+Two fields p, m answer with u = U p + i V m, phi = -i V p + W m, U and W even in the wavenumber, V odd, all
+real. For long periods `Halves` uses z = p + i m and w = u + i phi,
 
     w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2.
 
-The even wavenumbers of a doubled period are those of the length itself, the odd ones those of exp(-i pi
-t/length) times the field. Rows x columns values are transformed along the columns, multiplied by exp(-2 pi i
-row column/length), and transformed along the rows (D. H. Bailey, J. Supercomput. 4 (1990) 23).
-"""
+The odd wavenumbers of a doubled period are those of exp(-i pi t/length) times the field. Rows x columns
+values are transformed along columns, times exp(-2 pi i row column/length), along rows (D. H. Bailey, J.
+Supercomput. 4 (1990) 23)."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of anot
 
 
 def free_period(count: int) -> int:
-    """Returns a good period in cells for so many cells without images."""
+    """Returns a good period for so many cells without images."""
     return 2 * next_fast_len(count) if 2 * count >= LONG else next_fast_len(2 * count, real=True)
 
 
@@ -131,7 +130,7 @@ class Half:
     D: Array
 
     def __call__(self, z: Array) -> Array:
-        """Returns conj(w) from z, arrays (rows, columns); z is lost."""
+        """Conj(w) from z, arrays (rows, columns), which is overwritten."""
         # four short transforms wait for each other: threads take a share of more values than elsewhere
         (rows, columns), threads = z.shape, workers(z.size // 8)
         turn = _turn(rows, columns, self.shift)

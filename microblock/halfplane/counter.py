@@ -17,9 +17,7 @@ def counter_kernel(problem, distance, target, source):
 
 
 def counter_response(problem, panels, places):
-    """Displacement of the second body along x2 at places, from q and from the known logarithms: arrays (n,
-    m), (n,).
-    """
+    """Displacement of the second body along x2 from q and the known logarithms: arrays (n, m), (n,)."""
     both = panels.whole(problem)
     matrix, known = np.zeros((len(places), len(both.e) * both.order)), 0.0
     whole, none = replace(problem, mirror=False), np.zeros(len(places))
@@ -43,9 +41,7 @@ def require_same_period(body, obstacle):
 
 
 def counter_flexibility(problem, x, widths):
-    """Gaps of all corners at the centres from pressures of cells by way of the second body: array (corners n,
-    corners n).
-    """
+    """Gaps of all corners from pressures of cells by way of the second body: array (corners n, corners n)."""
     places = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
     return normal_averages(problem.counter, places[:, None] - places, widths, widths[:, None])

@@ -20,7 +20,7 @@ class CounterCells:
 
     Attributes
     ----------
-    length, back : int, cells of the period of products and of a preconditioner
+    length, back : cells of the period of products and of a preconditioner
     spectra : array (corners, corners, length//2 + 1), of gap a from force b
     smooth, phase : arrays (back//2 + 1,), U2 and k times the way between the corners
     """

@@ -66,7 +66,7 @@ def _pressed(problem, load, cells, start):
 
 
 def _unresolved(closed):
-    """Cells of zones and holes of few cells, and their neighbours: flags (n,)."""
+    """Flags (n,) of cells in and beside short zones and holes."""
     few = np.zeros(closed.shape[1], bool)
     for own in closed:
         # what lies beyond the outermost zones is no hole

@@ -68,7 +68,7 @@ def _size(
 
 
 def fixed(problem: Problem) -> list[float]:
-    """Returns contact points with a corner under a slope discontinuity or an edge."""
+    """Returns contact points of corners under slope discontinuities or edges."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 

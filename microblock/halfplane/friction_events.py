@@ -16,8 +16,8 @@ from ..model.zones import runs
 
 
 def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bool]]:
-    """Yields pairs (P, Q) at the ends of each leg, whether shear is reversed at the first and full slip
-    begins at the second.
+    """Yields pairs (P, Q) at the ends of a leg, whether shear turns at the first, and full slip begins at the
+    second.
     """
     direction = 0.0
     for before, after in pairwise(np.vstack(((0.0, 0.0), pairs))):
@@ -67,7 +67,6 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
 
 
 def _parts(stick: Flags, touching: Flags, edges: Array, zones: list[Flags]) -> Iterator[Flags]:
-    """Runs of sticking cells that are wide or were zones before."""
     extent = np.ptp(edges[touching]) if touching.any() else 0.0
     for first, last in runs(stick):
         part = np.zeros(len(stick), bool)

@@ -1,9 +1,6 @@
 """The shear traction between equal bodies as a sum of pressures without friction (docs/theory/friction.md),
 
-    q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
-
-While P grows and Q by no more than f times that, g = dQ/dP. Else g becomes f in the direction of slip from xi
-= P down to that P* with which its integral is Q.
+q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 """
 
 from __future__ import annotations
@@ -18,7 +15,7 @@ from ..errors import BadArgument
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slips: bounds, change of g, and loads P at which slip reached them."""
+    """A layer that slips: bounds, change of g, and loads P of slip there."""
 
     lower: float
     upper: float
@@ -33,10 +30,10 @@ class Memory:
 
     Attributes
     ----------
-    bounds : tuple of float, loads, ascending from 0 to P
-    shares : tuple of float, g between the bounds
-    stuck : float, the load P* whose contact has stuck
-    slipped : tuple of Slipped since the pair before
+    bounds : loads, ascending from 0 to P
+    shares : g between the bounds
+    stuck : the load P* whose contact has stuck
+    slipped : since the pair before
     """
 
     bounds: tuple[float, ...] = (0.0,)

@@ -77,7 +77,6 @@ class FrictionPanels:
         return found
 
     def at(self, load) -> PanelSolution:
-        """The state at a load without friction."""
         if load not in self._known:
             self._known[load] = self.solver.at(load, self._rtol, fallback=False)
         return self._known[load]
@@ -87,7 +86,7 @@ class FrictionPanels:
         return self.at(load).zones_by_name["contact"]
 
     def _require_growing(self):
-        """NotConverged unless the contact of a load holds those of smaller ones."""
+        """NotConverged unless contacts grow with the load."""
         for low, high in pairwise(sorted(self._known)):
             outer = self.contact_at(high)
             slack = 1e-3 * (outer[-1][1] - outer[0][0])  # edges have errors
@@ -103,7 +102,7 @@ class FrictionPanels:
         return self.solver._picture(float(self.pairs[:, 0].max())).lowest
 
     def scalars(self, load):
-        """d, the integral of d over the loads up to this one, and that of p times the height."""
+        """d, and the integrals of d over smaller loads and of p times height."""
         if load == 0:
             lowest = self.solver.problem.initial_gap(np.zeros(1, int), np.array([self._lowest]))
             return np.array([float(lowest[0]), 0.0, 0.0])
@@ -157,7 +156,7 @@ class PanelFriction(Solution):
     ----------
     plain : FrictionPanels
     memory : Memory
-    first : tuple of Memory, each with the largest normal force so far
+    first : tuple of Memory, with the largest normal forces so far
     dissipation : float
     """
 
@@ -178,7 +177,7 @@ class PanelFriction(Solution):
         return self._parts_of(self.memory)
 
     def _parts_of(self, memory):
-        """[(factor, state), ...] of the sum at a Memory."""
+        """[(factor, state), ...] at a Memory."""
         steps = zip(memory.bounds[1:], memory.shares, (*memory.shares[1:], 0.0))
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
@@ -200,7 +199,7 @@ class PanelFriction(Solution):
 
     @cached_property
     def error_estimate(self):
-        """Of pressure, and of q over the friction: the sum over its parts."""
+        """Of pressure and q/f: the sum over the parts."""
         sums = sum(abs(factor) * one.error_estimate for factor, one in self._parts)
         return max(self._own.error_estimate, sums / self.plain.friction)
 
@@ -264,7 +263,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def zone_errors(self):
-        """The share of the pressure's error at edges, more of narrow zones."""
         errors = {}
         for load in filter(None, (self.memory.stuck, self.memory.load)):
             zones, error = self.plain.contact_at(load), self.plain.at(load).error_estimate
@@ -298,7 +296,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def energy(self):
-        """Elastic energy, up to a constant."""
         scalars = {one.load: self.plain.scalars(one.load) for _, one in self._parts}
         total = 0.0
         for factor, one in self._parts:
@@ -309,7 +306,6 @@ class PanelFriction(Solution):
 
     @property
     def work(self):
-        """Energy and dissipation, up to the constant of the energy."""
         return self.energy + self.dissipation
 
     def _of_shear(self, x, target):

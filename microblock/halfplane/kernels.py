@@ -41,7 +41,7 @@ def symbol(solid, k):
 
 
 def symbol_of_roots(solid, k, s, s_minus_k):
-    """U, V, W from s and, so that nothing cancels, `s_minus_k`."""
+    """U, V, W; `s_minus_k` has not cancelled."""
     c, g = (1 - solid.nu) / solid.mu, solid.curvature * solid.ell**2
     D = 1 + g * (1 - solid.nu) * k * (k / s) * s_minus_k
     return np.array(
@@ -65,8 +65,8 @@ def short_waves(solid):
 
 
 def coalescence_exponent(solid: Cosserat) -> float:
-    """Returns s of p ~ x^s where two zones of partial contact touch: ``cos(pi s) = (c_u - c_phi)/(c_u +
-    c_phi)`` with the limits of `short_waves`.
+    """Returns s of p ~ x^s where two zones of partial contact touch, ``cos(pi s) = (c_u - c_phi)/(c_u +
+    c_phi)`` with `short_waves`.
     """
     displacement, rotation = short_waves(solid)
     return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
@@ -114,7 +114,7 @@ class Kernels:
         return np.exp(-y)
 
     def _values(self, solid, x):
-        """All kernels at x > 0, array (n,), by quadrature along `path`: (9, n)."""
+        """All kernels at x > 0, array (n,): (9, n)."""
         k, weights, level = rotated_weights(solid)
         below = np.insert(np.cumsum(weights.real, axis=1, dtype=np.longdouble), 0, 0, axis=1)
         values = np.empty((len(weights), x.size))
@@ -151,7 +151,7 @@ def _chebyshev_points(count):
 
 
 def _parting(points, parts, terms):
-    """Coefficients in powers of t in [-1, 1] on each part of a piece."""
+    """Coefficients in powers of t in [-1, 1] on parts."""
     coarse, fine = _chebyshev_points(points), _chebyshev_points(terms)
     places = 2 * (np.arange(parts)[:, None] + (fine + 1) / 2) / parts - 1
     values = chebyshev.chebvander(places, points - 1) @ np.linalg.inv(
@@ -235,8 +235,8 @@ class HalfPlane(Unbounded):
         return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
-        """Returns the kernels numbered `which` averaged over a cell of a width (length), at distances of 0,
-        1, ... cells: array (len(which), count).
+        """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array
+        (len(which), count).
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
@@ -266,7 +266,7 @@ def cell_rule(near, far, order):
 
 @lru_cache(maxsize=64)
 def kernels(nu, beta, curvature, kind=Kernels):
-    """The tables of a material, made once; without coupling those of `Elastic`."""
+    """The tables of a material, made once."""
     return kind(nu, beta or UNCOUPLED, curvature)
 
 
@@ -291,9 +291,7 @@ def normal_symbol(solid, k):
 
 
 def path(low, high, order):
-    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high, where exp(i k x), x >
-    0, decays.
-    """
+    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high."""
     points, gauss = gauss_rule(order)
     count = int(np.ceil(np.log(high / low)))
     width = np.log(high / low) / count
@@ -302,8 +300,8 @@ def path(low, high, order):
 
 
 def rotated_weights(solid):
-    """(k, weights, level) of the integrals of all kernels over c along `path`: arrays (n,), (9, n), float,
-    taken off numbers 0 and 3, which diverge at k = 0.
+    """(k, weights, level) of the integrals of all kernels over c: arrays (n,), (9, n), float, taken off
+    numbers 0 and 3, which diverge at k = 0.
     """
     k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 16)
     s, s_minus_k = roots(solid, k)
@@ -316,7 +314,7 @@ def rotated_weights(solid):
 
 
 def roots(solid, k):
-    """s and s - k at wavenumbers with positive real parts, arrays (n,), without cancellation."""
+    """s and s - k at wavenumbers with positive real parts, arrays (n,)."""
     rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
     return s, rate / (s + k) * rate

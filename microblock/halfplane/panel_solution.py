@@ -24,10 +24,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser order; None where the order was prescribed
-    edges : float, of pressures at the edges
-    kernel : float, of the kernel's rounding
-    conditions : float, of violations of (26)
+    discretisation : distance to the next coarser order; None where the order was prescribed
+    edges : of pressures at the edges
+    kernel : of the kernel's rounding
+    conditions : of violations of (26)
     """
 
     discretisation: float | None
@@ -42,11 +42,11 @@ class PanelSolution(LineSolution):
 
     Attributes
     ----------
-    load : float, force per thickness
+    load : force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
-    approach : float, up to a constant
-    iterations : int, steps of Newton's method
+    approach : up to a constant
+    iterations : steps of Newton's method
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
     further : zones after one more step
     """
@@ -67,7 +67,6 @@ class PanelSolution(LineSolution):
 
     @property
     def residual(self):
-        """Violations of (26) in the norm of the error."""
         return self.estimate.conditions
 
     @property
@@ -85,13 +84,13 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def whole(self):
-        """The panels of all corners, and q on them, array (panels, order)."""
+        """The panels of all corners, and q, array (panels, order)."""
         panels = self.panels.whole(self.problem)
         return panels, np.resize(self.q, (len(panels.e), panels.order))
 
     @cached_property
     def _anchored(self):
-        """q at the anchors of root panels, but for edges that the obstacle fixes."""
+        """q at the anchors of root panels, but for fixed edges."""
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends]
         ends += [-end for end in ends if self.problem.mirror]

@@ -1,9 +1,4 @@
-"""A state of a half-plane at one load on fitted panels: cells first, then edges.
-
-1. First zones: a neighbour's, the classical contact's, or those of cells (`first_zones`). 2. The edges move
-until the pressure vanishes there (`edges.fit`), on panels of rising order. 3. Overlaps are added to the
-zones, tension is taken out (`survey`). 4. Two neighbouring orders agree.
-"""
+"""A state of a half-plane at one load by the steps of docs/theory/halfplane.md: zones, edges, conditions."""
 
 from dataclasses import replace
 
@@ -79,7 +74,7 @@ def _beside(coarse, state):
 
 
 def _amended(state, tolerance):
-    """A state with its zones amended until nothing is wrong or, twice, that has not halved."""
+    """A state with its zones amended until violations vanish or, twice, have not halved."""
     best, worth, idle = state, np.inf, 0
     while True:
         found = survey(state)

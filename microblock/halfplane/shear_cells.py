@@ -20,8 +20,7 @@ def averages(solid, edges, which, shift=0.0):
 
     Parameters
     ----------
-    solid : Cosserat
-    edges : array (n, 2), left and right edges of the cells (lengths)
+    edges : array (n, 2), of the cells (lengths)
     which : sequence of int, as in `Kernels`
     """
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
@@ -37,10 +36,9 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
     Parameters
     ----------
-    problem : Problem, whose law has friction
     edges : array (n, 2), of the cells (lengths)
     gaps : array (corners, n), averaged over the cells (lengths)
-    coupled : bool, whether shear acts on gaps
+    coupled : whether shear acts on gaps
 
     Raises
     ------
@@ -65,7 +63,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
 
 def with_counter(contact, problem, edges):
-    """A FrictionalContact with a problem's second body, if any, and tangential forces of each corner."""
+    """A FrictionalContact with the second body, if any, and tangential forces of each corner."""
     if problem.counter is None:
         return contact
     shifts = problem.shifts

@@ -29,8 +29,8 @@ class Violation:
 
 @dataclass(frozen=True)
 class Survey:
-    """`violations`, `least`: [(corner, x, gap)] of the local minima of the gaps, `beyond`: whether the
-    obstacle could touch beyond its picture.
+    """`violations`, `least`: [(corner, x, gap)] of local minima, `beyond`: whether the obstacle could touch
+    beyond its picture.
     """
 
     violations: list
@@ -77,7 +77,6 @@ class _Surface:
         return rise + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[number]
 
     def places(self, corner):
-        """Abscissae at which the gap of a corner is taken."""
         count = 4 * self.panels.order
         number = np.repeat(np.arange(len(self.panels.e)), count)
         own = self.panels.x(number, np.resize((np.arange(count) + 0.5) / count, len(number)))
@@ -86,7 +85,7 @@ class _Surface:
 
 
 def _gaps(state, surface, corner):
-    """Places, ascending, a corner's gaps, nan at the edges of its zones, and their errors."""
+    """Places, ascending, gaps, nan at edges of zones, and their errors."""
 
     def at(x):
         rise, noise = surface(corner, x)
@@ -113,7 +112,6 @@ def _minima(gaps):
 
 
 def _stands_out(gaps, i, noise):
-    """Whether a minimum is below both sides of its stretch, beyond its error."""
     ends = np.flatnonzero(np.isnan(gaps))
     first, last = np.split(ends, [np.searchsorted(ends, i)])
     left, right = gaps[max(first, default=-1) + 1 : i], gaps[i + 1 : min(last, default=len(gaps))]
@@ -121,7 +119,6 @@ def _stands_out(gaps, i, noise):
 
 
 def _overlaps(state, corner, x, gaps, noise, unit):
-    """Intervals of negative gaps, those within their errors without interpolation."""
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
         gaps[doubtful] = state.gaps(corner, x[doubtful])
@@ -155,8 +152,8 @@ def _tensile(state, size):
 
 
 def _at_valleys(state, size):
-    """Tension between slope discontinuities and nodes: with ``p = A + K log(|h|/r)``, K < 0, up to ``r0 = |h|
-    exp(A/K)``, in L2 worth sqrt(2 r0) |K|.
+    """Tension beside slope discontinuities: with ``p = A + K log(|h|/r)``, K < 0, up to ``r0 = |h|
+    exp(A/K)``, worth sqrt(2 r0) |K|.
     """
     panels, v = state.panels, state.panels.points[0][0]
     for number in np.flatnonzero(panels.log_size < 0):
