@@ -11,7 +11,8 @@ not change; it slips in the direction of t while |t| = f times the sum of n. Unc
 M = [[A, -B], [B^T, 0]] pairs corner forces with gaps, tangential forces with the slip, motions with loads.
 Closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots); t = tau +
 f sigma n where a node slips. Pairs beyond their limit are exchanged at once, and if that brings no fewer the
-first one alone (Murty, Opsearch 11 (1974) 123)."""
+first one alone (Murty, Opsearch 11 (1974) 123).
+"""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ real. For long periods `Halves` uses z = p + i m and w = u + i phi,
 
 The odd wavenumbers of a doubled period are those of exp(-i pi t/length) times the field. Rows x columns
 values are transformed along columns, times exp(-2 pi i row column/length), along rows (D. H. Bailey, J.
-Supercomput. 4 (1990) 23)."""
+Supercomput. 4 (1990) 23).
+"""
 
 from __future__ import annotations
 

@@ -2,7 +2,8 @@
 
 Panels run ``x = e + h v^2`` from where a pressure has a square root, ``x = e + h v`` elsewhere. The unknown
 is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v^2 as well, carry ``p =
-q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size."""
+q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
