@@ -80,8 +80,7 @@ class _Problem:
     c: np.ndarray
     touch: np.ndarray
     D: np.ndarray  # of regularisation
-    regular: np.ndarray  # H + D + lift
-    lift: float  # rigid level
+    regular: np.ndarray  # H + D + a rigid level
 
 
 @bounded
@@ -174,7 +173,7 @@ def _problems(H, g0, c, free):
         regular = H + lift + np.diag(level * rows)
         if _is_positive(regular):
             found = True
-            yield _Problem(H, g0, c, touch, level * rows, regular, lift)
+            yield _Problem(H, g0, c, touch, level * rows, regular)
     if not found:
         allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
         allowed = "on vectors with c.f = 0" if free else allowed
@@ -222,7 +221,7 @@ def _state(problem, closed, load=None, approach=None):
     for _ in range(30):  # 2 or 3 do unless H is nearly singular
         size = forces.sum()
         ahead = g0 - (approach or 0.0) - D * forces
-        forces, closed, sets = faces(problem.regular, ahead, closed, load, problem.lift)
+        forces, closed, sets = faces(problem.regular, ahead, closed, load)
         d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
         residual, count = _kkt(H, g0, forces, closed, d, load), count + sets
         # where rigid corners cannot take an approach the forces grow by as much again each time, and no gap
@@ -264,13 +263,13 @@ def _kkt(H, g0, forces, closed, d, load):
     return max(wrong.max() / length if length else 0.0, abs(forces.sum() - load) / load)
 
 
-def faces(H, g0, closed, load, lift, patience=5, budget=None):
+def faces(H, g0, closed, load, patience=5, budget=None):
     """Forces and closed corners of (a), and the number of sets tried. The first wrong corner is exchanged
     alone after `patience` sets with no fewer.
 
     Parameters
     ----------
-    H : array (m, m), positive definite; its part `lift` is a rigid level
+    H : array (m, m), positive definite
     g0 : array (m,), finite; less a given approach
     closed : boolean array (m,), to begin with
     load : float, or None where the approach is given
