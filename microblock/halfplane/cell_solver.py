@@ -232,7 +232,7 @@ class CellSolver(Solver):
         return CellSolver(self.contact, replace(self.options, window=around(found, self.solid.ell)))
 
     def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, progress=False):
-        """The state on the first grid that is within rtol and has that many cells, or on the finest."""
+        """The state on the first grid with so many cells that is within rtol, or on the finest."""
         for state in self._solutions(load, approach, sizes, self.options.residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break

@@ -41,7 +41,7 @@ def symbol(solid, k):
 
 
 def symbol_of_roots(solid, k, s, s_minus_k):
-    """U, V, W; `s_minus_k` has not cancelled."""
+    """U, V, W; `s_minus_k` is s - k without cancellation."""
     c, g = (1 - solid.nu) / solid.mu, solid.curvature * solid.ell**2
     D = 1 + g * (1 - solid.nu) * k * (k / s) * s_minus_k
     return np.array(
