@@ -166,8 +166,8 @@ def _problems(H, g0, c, free):
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     found, lifts = False, (0.0, lifted(H)) if free else (0.0,)
-    # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one for
-    # compliances computed less well
+    # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
+    # for compliances computed less well
     for level, lift in product((0.0, 1e-12, 1e-10), lifts):
         regular = H + lift + np.diag(level * rows)
         if _is_positive(regular):
