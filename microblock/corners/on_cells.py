@@ -32,7 +32,7 @@ class Flexibility:
     offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
     tilt : array (d, ...), t at the cells; (0, ...) for one corner
     response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
-    back : approximate inverse of `response`
+    back : function that returns an approximate inverse of `response`
     aside : function, of one corner from p to phi, or to the m of psi = 0; else None
     clamped : whether psi = 0 on the whole surface
     counter : second body or None, added to the gaps by ``@`` and known to `back`

@@ -1,7 +1,7 @@
 """The half-plane on n equal cells, matrix-free: corner forces to corner gaps by FFT.
 
-The `Flexibility` of `microblock.corners.on_cells` has u = U p + i V m, phi = -i V p + W m: those of cells in
-a circulant of twice the length, on a period the symbol. The inverse symbol is the preconditioner.
+The `Flexibility` of `microblock.corners.on_cells` has u = U p + i V m, phi = -i V p + W m, with U, V, W of
+cells in a circulant of twice the length, or with the symbol on a period. The inverse symbol preconditions.
 """
 
 from dataclasses import dataclass

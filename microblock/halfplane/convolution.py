@@ -6,8 +6,8 @@ real. For long periods `Halves` uses z = p + i m and w = u + i phi,
     w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2.
 
 The odd wavenumbers of a doubled period are those of exp(-i pi t/length) times the field. Rows x columns
-values are transformed along columns, times exp(-2 pi i row column/length), along rows (D. H. Bailey, J.
-Supercomput. 4 (1990) 23).
+values are transformed along columns, multiplied by exp(-2 pi i row column/length), and transformed along rows
+(D. H. Bailey, J. Supercomput. 4 (1990) 23).
 """
 
 from __future__ import annotations

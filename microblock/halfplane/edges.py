@@ -187,7 +187,7 @@ def _sorted_out(problem, load, rows):
 
 
 def _annihilated(edges):
-    """Edges without pairs of one corner that have met; a pressed zone is halved."""
+    """Edges without neighbours of one corner that have met; a pressed zone is halved."""
     while True:
         same = edges[1:, 0] == edges[:-1, 0]
         ways = np.where(same, np.diff(edges[:, 2]), np.inf)

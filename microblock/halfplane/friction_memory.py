@@ -1,6 +1,8 @@
 """The shear traction between equal bodies as a sum of pressures without friction (docs/theory/friction.md),
 
-q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
+    q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f,
+
+with g constant on layers of loads.
 """
 
 from __future__ import annotations

@@ -261,7 +261,7 @@ class FrictionSolver:
         return own, with_counter(own, self.problem, edges)
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
-        """NotConverged where a corner touches at the end of the cells inside the obstacle."""
+        """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
         closed = edges[moment.closed.reshape(-1, len(edges)).any(axis=0)]
         ends = np.ravel(list(self.problem.ends.values()))
         for place in np.intersect1d(closed, self.problem.stretches):

@@ -94,7 +94,7 @@ class PanelSolver(Solver):
         return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
 
     def _picture(self, load):
-        """The Picture for loads up to the next power of 4."""
+        """The Picture for loads up to the next power of 4 times E* ell."""
         unit = self.problem.E_star * self.problem.ell
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
         if bracket not in self._pictures:

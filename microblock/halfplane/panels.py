@@ -168,7 +168,7 @@ def _between(left, right, roots, first):
 
 
 def short_enough(problem, anchor, length, root):
-    """Parts of a panel no longer than features."""
+    """Parts of a panel no longer than features of the obstacle."""
     if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
