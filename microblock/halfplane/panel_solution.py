@@ -1,6 +1,6 @@
 """A state on panels fitted to the zones of each corner."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,7 +10,7 @@ from ..model.problem import Problem, level_surface
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
-from ..model.zones import contains, distance, moved_on
+from ..model.zones import contains, distance
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_response
@@ -78,10 +78,6 @@ class PanelSolution(LineSolution):
     def all_zones(self) -> CornerZones:
         """{corner number: ((left, right), ...)} of all corners, also those known by symmetry."""
         return self.problem.all_zones(self.zones)
-
-    def moved_on(self, earlier, share):
-        moved = moved_on(self.all_zones, earlier.all_zones, share)
-        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if moved else self
 
     @cached_property
     def whole(self):

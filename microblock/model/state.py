@@ -226,10 +226,6 @@ class Solution:
             pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
         )
 
-    def moved_on(self, earlier: Solution, share: float) -> Solution:
-        """Returns this solution, moved on by a share of the way from an earlier one if that helps."""
-        return self
-
     def few_nodes(self, advice: str) -> list[str]:
         """Returns a sentence in a list where a zone has few nodes and there is no error estimate."""
         zones = self.zones_by_name["contact"]
