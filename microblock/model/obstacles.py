@@ -466,14 +466,7 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     )
 
 
-def evaluated(
-    function: Callable[..., Array],
-    *x: Array,
-    name: str,
-    given: object,
-    allowed: str,
-    hint: Callable[[], str] = str,
-) -> Array:
+def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
     """Returns what a user's function returns at places, arrays of one shape; raises BadArgument where it
     fails.
     """
@@ -485,8 +478,7 @@ def evaluated(
     except MicroblockError:
         raise
     except Exception as failure:  # whatever the user's function does
-        words = hint() or shortened(repr(failure))
-        raise BadArgument(name, given, f"{allowed} ({words})") from failure
+        raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
 
 
 def real(values: ArrayLike) -> Array:
