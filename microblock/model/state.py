@@ -510,28 +510,7 @@ class State(Shown, PlainData):
     @cached_property
     def warnings(self) -> list[str]:
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*self._beyond_small_strain(), *of_samples(self)) if self.flat else ()), *known]
-
-    def _beyond_small_strain(self) -> list[str]:
-        ell, found = 0.0 if isinstance(self.solid, Elastic) else self.solid.ell, []
-        largest = float(np.abs(self.rotation).max(initial=0.0))
-        if largest > math.radians(10):  # where the small-angle form misses 1.5 %
-            angle = math.degrees(largest)
-            found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
-        edges = np.ravel(self.zones["contact"] if self.solution.has_edges else [])
-        width = float(np.ptp(edges)) if len(edges) else math.inf
-        sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * self.solid.ell)
-        beside = returned(self.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
-        known = np.isfinite(beside).all(axis=0)
-        slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
-        if slope > 0.2:
-            found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
-        if self.error_estimate is not None and self.error_estimate > 0.1:
-            figure = at_least(self.error_estimate)
-            found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
-        if width < 2 * ell:
-            found.append("blocks are larger than the half-width of the contact")
-        return found
+        return [*((*_beyond_small_strain(self), *of_samples(self)) if self.flat else ()), *known]
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -801,43 +780,7 @@ class State(Shown, PlainData):
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""
-        corners = tuple(self.pressures) if len(self.pressures) > 1 else ()
-        named = {name: f"corner {name} closed" for name in corners}
-        named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
-        named |= {"contact": "contact"}
-        force, known = "force per thickness" if self.flat else "force", self.approach is not None
-        moments = np.linalg.norm(self.micromoment.reshape(len(self.weights), -1), axis=1)
-        rows = [
-            Row("method", "", self.method, f"{self.unknowns} unknowns"),
-            Row("load", "P", self.load, force),
-            Row("approach", "d", self.approach, "length" if known else "arbitrary on a half-plane"),
-            Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
-            Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
-            Row("error estimate", "", self.error_estimate, "relative, of p and M in L2"),
-        ]
-        if self.flat:
-            turned = math.degrees(np.abs(self.rotation).max())
-            rows[5:5] = [
-                Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
-                *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
-                *scales(self.obstacle, self.solid, self.load),
-            ]
-        else:
-            rows += [
-                Row("area of contact", "", self.contact_area, "length^2"),
-                Row("narrowest summit seen", "", self.seen_width, "length"),
-                Row("largest relative residual", "", self.residual),
-            ]
-        if self.shear_traction is not None:
-            rows += [
-                Row("shear force", "Q", self.shear, "force per thickness"),
-                Row("largest shear traction", "|q|", float(np.abs(self.shear_traction).max()), "stress"),
-                Row("dissipation", "", self.dissipation, "energy per thickness"),
-            ]
-        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
-        brief = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
-        title = "Contact state" if self.shear is None else "Contact state with friction"
-        return Summary(title, brief, tuple(rows), tuple(self.warnings))
+        return _table(self)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
@@ -953,6 +896,69 @@ def _to_read(values: ArrayLike) -> Array:
     found = np.asarray(values).view()
     found.flags.writeable = False
     return found
+
+
+def _beyond_small_strain(state: State) -> list[str]:
+    """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
+    ell, found = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell, []
+    largest = float(np.abs(state.rotation).max(initial=0.0))
+    if largest > math.radians(10):  # where the small-angle form misses 1.5 %
+        angle = math.degrees(largest)
+        found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
+    edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
+    width = float(np.ptp(edges)) if len(edges) else math.inf
+    sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * state.solid.ell)
+    beside = returned(state.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
+    known = np.isfinite(beside).all(axis=0)
+    slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
+    if slope > 0.2:
+        found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
+    if state.error_estimate is not None and state.error_estimate > 0.1:
+        figure = at_least(state.error_estimate)
+        found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
+    if width < 2 * ell:
+        found.append("blocks are larger than the half-width of the contact")
+    return found
+
+
+def _table(state: State) -> Summary:
+    corners = tuple(state.pressures) if len(state.pressures) > 1 else ()
+    named = {name: f"corner {name} closed" for name in corners}
+    named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
+    named |= {"contact": "contact"}
+    force, known = "force per thickness" if state.flat else "force", state.approach is not None
+    moments = np.linalg.norm(state.micromoment.reshape(len(state.weights), -1), axis=1)
+    rows = [
+        Row("method", "", state.method, f"{state.unknowns} unknowns"),
+        Row("load", "P", state.load, force),
+        Row("approach", "d", state.approach, "length" if known else "arbitrary on a half-plane"),
+        Row("largest nodal pressure", "p", float(state.pressure.max()), "stress"),
+        Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
+        Row("error estimate", "", state.error_estimate, "relative, of p and M in L2"),
+    ]
+    if state.flat:
+        turned = math.degrees(np.abs(state.rotation).max())
+        rows[5:5] = [
+            Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
+            *(Row(named[name], "", intervals(state.zones[name]), "x1, length") for name in named),
+            *scales(state.obstacle, state.solid, state.load),
+        ]
+    else:
+        rows += [
+            Row("area of contact", "", state.contact_area, "length^2"),
+            Row("narrowest summit seen", "", state.seen_width, "length"),
+            Row("largest relative residual", "", state.residual),
+        ]
+    if state.shear_traction is not None:
+        rows += [
+            Row("shear force", "Q", state.shear, "force per thickness"),
+            Row("largest shear traction", "|q|", float(np.abs(state.shear_traction).max()), "stress"),
+            Row("dissipation", "", state.dissipation, "energy per thickness"),
+        ]
+    contact = intervals(state.zones["contact"]) if state.flat else f"area {number(state.contact_area)}"
+    brief = f"load {number(state.load)}, contact {contact}, error estimate {number(state.error_estimate)}"
+    title = "Contact state" if state.shear is None else "Contact state with friction"
+    return Summary(title, brief, tuple(rows), tuple(state.warnings))
 
 
 def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:
