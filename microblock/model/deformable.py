@@ -22,11 +22,10 @@ class Deformable:
     Parameters
     ----------
     body : HalfPlane, HalfSpace or Body
-        The second body, of the kind of the first; the solid of a half-plane or half-space may be classical
-        (``beta=0``). A `Body` lies above its contact boundary, straight and level, that reaches over all
-        corners below the shape.
+        The second body, of the kind of the first, also classical (``beta=0``) if unbounded. A `Body` lies
+        above its contact boundary, straight and level, that reaches over all corners below the shape.
     shape : obstacle or callable
-        Its lower surface before it deforms, as any obstacle of `Contact`.
+        Its lower surface before it deforms.
 
     Raises
     ------

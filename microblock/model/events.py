@@ -27,16 +27,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Event:
-    """A zone is born or vanishes, two merge or one splits; with friction also slip begins, is that of the
-    whole contact, or is reversed.
+    """What happens to a zone, or with friction to slip, at x.
 
     Attributes
     ----------
     load, load_error : float
-        Force per thickness P at which it happens, and its error; of a `History` that of P and Q together,
-        None where it is not known.
+        Force per thickness P, and its error; of a `History` that of P and Q together, None if unknown.
     kind : str
-        "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" or "reversal".
+        "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" (of the whole
+        contact) or "reversal".
     zone : str
         "A", "B", "full" or "contact"; of a history "slip" or "stick".
     x : float
@@ -133,10 +132,6 @@ class LoadPath(Shown, PlainData):
         ----------
         file, ax : optional
             As of `State.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
 
         Examples
         --------

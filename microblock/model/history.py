@@ -95,14 +95,8 @@ class History(Shown, PlainData):
 
         Parameters
         ----------
-        file : str or Path, optional
-            As of `State.plot`.
-        ax : matplotlib.axes.Axes, optional
-            Where to draw the shear force over the slip alone.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        file, ax : optional
+            As of `State.plot`; an axis has the shear force alone.
 
         Examples
         --------

@@ -34,22 +34,22 @@ class Picture:
     lowest : float
         Abscissa of the lowest point.
     half_width, rise : float
-        Of a classical contact under the load (lengths).
+        Of a classical contact (lengths).
     bound : float
         Multiple of the classical estimate below which heights are sampled.
     stretches : tuple of (left, right)
-        Intervals of x1, ascending, beyond which nothing touches.
+        Intervals beyond which nothing touches.
     angle : Proxy or None
         Of psi0 where that is a function.
     sites, heights : arrays (m,)
-        Ascending places where it could touch, and the heights there (lengths).
+        Ascending places where it could touch, and the heights there.
     edges, lengths : arrays (n + 1,), (n,)
         Pieces on which the height is a polynomial; inf where only kinks and ends count.
     kinks, jumps, ends, steps, tips : tuples of float
-        Slope discontinuities, their jumps and edges of the obstacle; places at which the height jumps, and
-        at which the curvature has no bound though the slope does not jump.
+        Slope discontinuities, their jumps and edges; places at which the height jumps, and at which the
+        curvature alone has no bound.
     found : bool
-        Whether kinks, jumps or edges were detected that the obstacle does not name.
+        Whether some of these were detected.
     """
 
     load: float

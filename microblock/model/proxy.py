@@ -175,10 +175,7 @@ def _at_singular(
     function: Function, place: float, others: Iterable[float], whole: float, exact: bool
 ) -> tuple[float, float, float]:
     """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, from
-    differences beside it.
-
-    The jump is 0 if it shrinks with their step; jump and power are nan if it grows. Where the slope jumps the
-    place is where the polynomials of either side meet.
+    differences beside it: the jump is 0 if it shrinks with their step; jump and power are nan if it grows.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
 

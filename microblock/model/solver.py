@@ -33,17 +33,17 @@ class Solver:
     contact, body, solid, obstacle, law
         Of the problem.
     has_level : bool
-        Whether the approach means something: the constant of a half-plane is arbitrary.
+        Whether the approach means something.
     has_fitted_zones : bool
         Whether the edges of zones are unknowns (`path.ZonePath`).
     usual_rtol : float or None
         Relative error where the user names none.
     most_corners : int or None
-        Corners that a law may have; None for any number.
+        Corners that a law may have.
     counter_bodies : tuple of classes
-        Of the second bodies that it knows (`Deformable`).
+        Second bodies that it knows.
     in_space : "cells", "nodes" or None
-        What its states have in three dimensions; None in the plane.
+        What its states have in three dimensions.
     verifies : bool
         Whether `require_solved` looks at the residual; else the error estimate speaks of it.
     """
@@ -122,7 +122,7 @@ class Solver:
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
         """Raises NotConverged unless a state has the load or approach that was asked for, its pressures carry
-        its load, and its residual is rounding or below the error estimate; that of a penalty does not count.
+        its load, and its residual is rounding or below the error estimate.
         """
         solution = getattr(state, "solution", state)
         carried = np.sum(state.weights * state.pressure * state.normals[:, -1])

@@ -49,8 +49,8 @@ class Surface:
 
     Attributes
     ----------
-    points, normals : arrays (n, 2)
-        Points of the undeformed surface (lengths), and unit normals.
+    points : array (n, 2)
+        Points of the undeformed surface (lengths).
     pressures, gaps : arrays (corners, n)
         Stresses and lengths; a gap is inf where there is no obstacle over the corner.
     obstacle : array (n,)
@@ -247,14 +247,14 @@ class LineSolution(Solution):
 
     @cached_property
     def micromoment(self) -> Array:
-        """M of (29) at `x`, array (n,); where psi is prescribed, the reaction to it."""
+        """M of (29) at `x`, array (n,), or the reaction."""
         if self.problem.law.clamps_rotation:
             return cast(Array, self._reaction_at_nodes())
         moments = self.problem.levers(self.x) * self.pressures
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
 
     def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,), from the pressures there, or the reaction to psi = 0."""
+        """Returns M at x, array (n,), from the pressures there, or the reaction."""
         if self.problem.law.clamps_rotation:
             return cast(Array, self.reaction(x))
         pressures = [self.pressure(corner, x) for corner in range(len(self.pressures))]
@@ -280,14 +280,14 @@ class State(Shown, PlainData):
     solid, obstacle, law
         Of the problem.
     load : float
-        Force per thickness; on a period, that of one period.
+        Force per thickness, of a period where there is one.
     approach : float or None
         Approach of the obstacle (length); None where the constant of a half-plane is arbitrary.
     x, weights : arrays (n,)
-        Points of the contact surface, ascending, and the lengths that they stand for: ``weights @ pressure``
-        is the load (of a curved surface with the normals' second component as a factor).
+        Points of the contact surface, ascending, and their lengths: ``weights @ pressure`` is the load (of a
+        curved surface with the normals' second component as a factor).
     points, normals : arrays (n, 2)
-        The same points (lengths), and the outward unit normals.
+        The same points (lengths), and outward unit normals.
     apart : boolean array (n - 1,) or None
         Whether the surface is interrupted between a point and the next; None where it nowhere is.
     pressure : array (n,)
@@ -297,23 +297,23 @@ class State(Shown, PlainData):
     psi, rotation : arrays (n,)
         Microrotation, and rotation of the blocks (radians): psi0 + psi, or psi where psi0 acts in the levers.
     displacement : array (n,)
-        Displacement into the body, -u.n (length; of a half-plane up to a constant).
+        -u.n (length; of a half-plane up to a constant).
     pressures : dict of arrays (n,)
-        Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
+        Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} without corners.
     closed : array (n,) of int
         Number of corners with a pressure.
     zones : dict of lists of (left, right)
-        Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
-        either; without corners "contact" alone. With friction "stick" and "slip" are parts of "contact". On
-        a period an interval may go on beyond its end.
+        Intervals of x1 where the corner "A" is closed, "B", both ("full") or any ("contact", the only one
+        without corners); with friction "contact" consists of "stick" and "slip". On a period one may go on
+        beyond the end.
     half_width, contact_area : float
         Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
         Relative L2 error of `pressure_at` and of the micromoment over ell, both over the pressure, with
-        friction also of the shear traction over the friction; for punches and wedges with the weight that
-        makes the norm finite. None where the discretisation was prescribed.
+        friction also of q over the friction; for punches and wedges with the weight that makes the norm
+        finite. None where the discretisation was prescribed.
     error_parts : ErrorParts or None
-        The parts of which the estimate is the sum.
+        The parts of which it is the sum.
     residual : float
         Largest relative residual of equilibrium, complementarity and feasibility; on panels the violations
         of (26) in the norm of the error.
@@ -326,7 +326,7 @@ class State(Shown, PlainData):
     energy : float
         Elastic energy per thickness; of a half-plane up to a constant.
     caption : str
-        Obstacle, law, load and error estimate in a line.
+        Obstacle, law, load and error estimate.
     shear : float or None
         Force per thickness Q that drags the surface along x1; None without friction, as all that follows.
     shear_traction, slip : arrays (n,)
@@ -339,7 +339,7 @@ class State(Shown, PlainData):
         Errors of the edges of `zones`: {name: [(left, right), ...]} (lengths), None for a name whose number
         of zones differs on the coarser discretisation.
     opposite : array (n,) or None
-        Displacement along x2 of a second body's surface (`Deformable`) at `x`; None of a rigid obstacle.
+        Displacement along x2 of a second body's surface (`Deformable`) at `x`.
     solution : Solution
         What the method has computed.
 
@@ -353,17 +353,17 @@ class State(Shown, PlainData):
     weights : array (n,)
         Areas: ``weights @ pressure`` is the load (on a part of a symmetric body that of the part).
     micromoment, psi : arrays (n, 2)
-        M1 and M2, or the reaction to psi = 0, and microrotations about x1 and x2.
+        M1 and M2, and microrotations about x1 and x2.
     pressures : dict of arrays (n,)
-        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
-        Where all four are closed they are those of least norm; `pressure` and `micromoment` are unique.
+        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2), or {"C": ...}. Where all four are closed
+        they are those of least norm; `pressure` and `micromoment` are unique.
     closed : array (n,) of int
         Number of corners with a force, and all four where no gap is open.
     contact_area : float
         Area on which a corner touches (length^2).
     shape, x1, x2, width
-        Of cells: their numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2`
-        are those of `points`, the others None.
+        Of cells: numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2` are
+        those of `points`, the others None.
     triangles : array (m, 3) of int, or None
         Numbers of nodes, of triangles between them.
     seen_width : float or None
@@ -520,7 +520,7 @@ class State(Shown, PlainData):
         x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
             Abscissae x1, or x1 and x2 (lengths).
         corner : str, optional
-            Name of the corner; without it the pressures of all corners are summed.
+            Name of the corner.
 
         Returns
         -------
@@ -549,7 +549,7 @@ class State(Shown, PlainData):
 
         Parameters
         ----------
-        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
+        x : float or array
             As of `pressure_at`, whose errors it raises.
 
         Returns
@@ -576,7 +576,6 @@ class State(Shown, PlainData):
         Parameters
         ----------
         corner : str
-            Name of the corner.
         x : float or array (n,)
             Abscissae x1 (lengths).
 
@@ -588,7 +587,7 @@ class State(Shown, PlainData):
         Raises
         ------
         BadArgument
-            If the law has no such corner, or in three dimensions.
+            As `pressure_at`, and in three dimensions.
 
         Examples
         --------
@@ -606,7 +605,7 @@ class State(Shown, PlainData):
 
         Parameters
         ----------
-        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
+        x : float or array
             As of `pressure_at`.
 
         Returns
@@ -826,10 +825,6 @@ class State(Shown, PlainData):
         file, ax, window : optional
             As of `plot`; in three dimensions the axis has to be one, too.
 
-        Returns
-        -------
-        matplotlib.figure.Figure
-
         Raises
         ------
         BadArgument
@@ -851,10 +846,6 @@ class State(Shown, PlainData):
             "psi", "s22", "s11", "skew" or "shear".
         file, ax : optional
             As of `plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
 
         Raises
         ------
