@@ -120,7 +120,7 @@ def draw(axis, state, frame=None):
     )
     axis.tick_params(axis="y", left=False, labelleft=False)
     axis.spines["left"].set_visible(False)
-    if len(corners) == 2:
+    if len(corners) == 2 and not axis.get_legend():
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3, handlelength=1.4)
     touches = "" if len(corners) == 2 else "; their middle touches"

@@ -17,8 +17,10 @@ from ..model.history import pairs_of
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.obstacles import Cylinder
 from ..model.state import State
+from ..model.summary import saved
 from ..threads import bounded
 from .history_figure import draw_history
+from .state_figure import draw
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
@@ -87,7 +89,7 @@ class Explorer:
             self._solver = FrictionSolver(problem.solver, pairs, True)
         elif type(problem.law) is not LAWS.get(_name(problem.law)):
             raise BadArgument("law", problem.law, f"must be one of {', '.join(LAWS)}")
-        self._load = float(load)
+        self._load, self._drawings = float(load), {}
         self.restart()
 
     @bounded
@@ -155,7 +157,17 @@ class Explorer:
     @bounded
     def png(self):
         """The figure of the state, with friction that of all states, as a PNG, bytes."""
-        drawing = draw_history(self.states) if self._friction else self.state.plot()
+        if self._friction:
+            return draw_history(self.states)._repr_png_()
+        law = type(self.state.law)  # which says what a figure holds
+        drawing, room = self._drawings.get(law, (None, ()))
+        drawing = saved(draw(self.state, drawing=drawing), None, self.state.warnings, self.state.caption)
+        # panels are placed anew, which takes longer than all else, where letters need more room
+        labels = [[len(label.get_text()) for label in axis.get_yticklabels()] for axis in drawing.axes]
+        asked = drawing.get_suptitle().count("\n"), *(max(lengths, default=0) for lengths in labels)
+        fits = room and all(now <= then for now, then in zip(asked, room, strict=True))
+        drawing.set_layout_engine(None if fits else "constrained")
+        self._drawings[law] = drawing, room if fits else asked
         return drawing._repr_png_()
 
 

@@ -49,7 +49,7 @@ class Drawing(Figure):
 
     def _repr_png_(self):
         written = io.BytesIO()
-        self.savefig(written, format="png", dpi=110)
+        self.savefig(written, format="png", dpi=110, pil_kwargs={"compress_level": 1})
         return written.getvalue()
 
 

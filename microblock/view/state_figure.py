@@ -1,6 +1,7 @@
 """The figure of a state of the plane: curves over x1, zones and rotated blocks."""
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from ..model.sharp import unbounded
 from . import blocks, plots
@@ -14,21 +15,29 @@ LABELS = {
 
 
 @plots.styled
-def draw(state, window=None):
+def draw(state, window=None, drawing=None):
     """The figure of pressures, micromoment, corner gaps, rotation, zones and blocks; `window` (left, right)
-    of x1, or the contact and its surroundings.
+    of x1, or the contact and its surroundings. A `drawing` of another state of the same kind of law takes the
+    curves of this one, and keeps panels, ticks and labels.
     """
     ell, contact, corners = state.solid.ell, state.zones["contact"], tuple(state.pressures)
     surface = blocks.without_rounding(state.surface(window or _around(contact, ell)))
-    drawing = plots.Drawing((7.0, 7.4), layout="constrained")
-    places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
-    axes = drawing.subplot_mosaic(places, height_ratios=(1.8, 1.8, 0.2 + 0.2 * len(state.zones), 3.1))
+    if drawing is None:  # its canvas is kept with it, and knows the formulas once they are set
+        drawing = FigureCanvasAgg(plots.Drawing((7.0, 7.4), layout="constrained")).figure
+        places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
+        drawing.subplot_mosaic(places, height_ratios=(1.8, 1.8, 0.2 + 0.2 * len(state.zones), 3.1))
+    for axis in drawing.axes:
+        for artist in (*axis.lines, *axis.collections, *axis.texts):
+            artist.remove()
+        axis.relim()
+        axis.autoscale()
+    axes = {axis.get_label(): axis for axis in drawing.axes}
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.6, zorder=0)
         for label, row, look in lines:
             axes[name].plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
-        if len(lines) > 1:
+        if len(lines) > 1 and not axes[name].get_legend():
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, handlelength=1.1)
     for name in ("pressure", "micromoment"):
         _cut(axes[name], surface, contact, unbounded(state))
