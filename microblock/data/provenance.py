@@ -32,7 +32,7 @@ def digest(*parts: object) -> str:
 
 
 def loaded() -> dict[str, object]:
-    """Returns {module: `made_of` it when first asked} of what is loaded beside Python's own and the script."""
+    """Returns {module: `made_of` it when first asked} of what is loaded beside Python and the script."""
     names = {name.partition(".")[0] for name in list(sys.modules)} - {"__main__", "__mp_main__"}
     return {name: _first(name) for name in sorted(names - sys.stdlib_module_names)}
 

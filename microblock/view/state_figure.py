@@ -16,9 +16,8 @@ LABELS = {
 
 @plots.styled
 def draw(state, window=None, drawing=None):
-    """The figure of pressures, micromoment, corner gaps, rotation, zones and blocks; `window` (left, right)
-    of x1, or the contact and its surroundings. A `drawing` of another state of the same kind of law takes the
-    curves of this one, and keeps panels, ticks and labels.
+    """The figure of a state in a window (left, right) of x1, or about the contact; a `drawing` of a state
+    under the same kind of law takes its curves, and keeps panels, ticks and labels.
     """
     ell, contact, corners = state.solid.ell, state.zones["contact"], tuple(state.pressures)
     surface = blocks.without_rounding(state.surface(window or _around(contact, ell)))
@@ -52,7 +51,7 @@ def draw(state, window=None, drawing=None):
 
 @plots.styled
 def draw_curves(axis, state, window=None):
-    """The figure of an axis, into which pressures and the micromoment of a state are drawn."""
+    """The figure of an axis with pressures and micromoment of a state."""
     drawing, axis = plots.in_place(axis)
     surface = state.surface(window or _around(state.zones["contact"], state.solid.ell))
     shown = curves(surface)
@@ -81,7 +80,7 @@ def curves(surface):
 
 
 def _bars(axis, zones, corners):
-    """The zones of each corner, and those in which all are closed, as bars."""
+    """Bars of the zones of each corner, and of all together."""
     names = [*corners, "full"] if len(corners) > 1 else ["contact"]
     for number, name in enumerate(names):
         colour = plots.COLOURS[number] if name in corners else "k"
@@ -92,9 +91,7 @@ def _bars(axis, zones, corners):
 
 
 def _cut(axis, surface, contact, places):
-    """Ends an axis next to places of unbounded pressure, or at 4 times the mean pressure, of which
-    a cylinder has 1.3, and says so.
-    """
+    """Ends an axis at 4 times the mean pressure, of which a cylinder has 1.3, and says so."""
     wide = sum(right - left for left, right in contact)
     total = surface.pressures.sum(axis=0)
     most = 4 * np.trapezoid(total, surface.x) / wide if wide else np.inf
@@ -108,7 +105,6 @@ def _cut(axis, surface, contact, places):
 
 
 def _around(contact, ell):
-    """(left, right) of the contact and its surroundings."""
     left, right = (contact[0][0], contact[-1][1]) if contact else (0.0, 0.0)
     margin = (right - left) / 4 + 1.5 * ell
     return left - margin, right + margin
