@@ -72,13 +72,10 @@ class ThinLayer:
     rotational: float
     ell: float
 
-    def pressures(self, penetration):
-        """Returns the corner pressures, array (corners, n), for psi0 = 0 in the levers, from approach minus
-        initial gaps, an array like it (lengths).
+    def pressures(self, depth):
+        """Returns the pressures of both corners, array (2, n), for psi0 = 0 in the levers; `depth` is
+        the approach minus initial gaps, an array like it (lengths).
         """
-        depth = np.maximum(penetration, -1e100)  # where there is no obstacle
-        if len(depth) == 1:
-            return self.normal * np.maximum(depth, 0)
         rotational = self.ell**2 / 4 / self.rotational if self.rotational else math.inf
         compliances = np.array((1 / self.normal, rotational))[:, None]
         both = np.array((depth[0] + depth[1], depth[0] - depth[1])) / 2 / compliances  # p, 2 M/ell
@@ -88,8 +85,8 @@ class ThinLayer:
         return np.where((closed >= 0).all(axis=0), closed, np.where(first, alone, 0))
 
     def approach(self, load, gaps, weights):
-        """Returns the approach (length) at which pressures carry a load, from initial gaps, array (corners,
-        n), and the weights of a quadrature rule (n,) (lengths).
+        """Returns the approach (length) at which pressures carry a load, from initial gaps, array (2, n),
+        and the weights of a quadrature rule (n,) (lengths).
         """
         from scipy.optimize import brentq  # here: half a second that pictures do without
 

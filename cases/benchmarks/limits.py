@@ -20,7 +20,6 @@ from tqdm import tqdm
 
 from microblock.data.records import versions
 from microblock.errors import require_choice
-from microblock.model.plain_data import plain_data
 
 from .limits_maps import MAPS
 from .questions import QUESTIONS
@@ -35,7 +34,7 @@ CURVES = {
     "fitted elements": ("asked", "method == 'fitted'"),
     "a user's mesh": ("asked", "method == 'mesh'"),
     "panels at an event": ("event", ""),
-    "contact states": ("states", "method != 'plain'"),
+    "contact states": ("states", ""),
     "augmented Lagrangian": ("newton", "kind_of == 'al'"),
 }
 PARAMETERS = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
@@ -100,8 +99,8 @@ def table(frame):
 def to_dict(frame):
     """Plain data: counts of outcomes by map, and the table; the runs are in the file of the folder `out`."""
     return {
-        "counts": plain_data(pd.crosstab(frame["map"], frame.kind).reset_index().to_dict("records")),
-        "table": plain_data(table(frame).to_dict("records")),
+        "counts": pd.crosstab(frame["map"], frame.kind).reset_index().to_dict("records"),
+        "table": table(frame).to_dict("records"),
     }
 
 

@@ -16,6 +16,7 @@ import importlib.util
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -26,7 +27,6 @@ from microblock.data.records import versions
 from microblock.errors import require_choice
 from microblock.halfplane.cell_solver import halvings
 from microblock.halfplane.kernels import gap_kernel, kernels
-from microblock.model.plain_data import plain_data
 
 from . import chart, growth, peers
 from .peers import LOAD, REACH, Answer, clock
@@ -146,11 +146,8 @@ class Method:
 
 def grid(**values):
     """Settings: all combinations of the values of each parameter, the first one outermost."""
-    settings = [{}]
-    for name, several in values.items():
-        several = several if isinstance(several, tuple) else (several,)
-        settings = [{**one, name: value} for one in settings for value in several]
-    return tuple(settings)
+    several = [value if isinstance(value, tuple) else (value,) for value in values.values()]
+    return tuple(dict(zip(values, one)) for one in product(*several))
 
 
 AL = {"solver": "al", "domain": DOMAIN, "rho": 2 * (1 - NU) ** 2 / (1 - 2 * NU) / REACH}
@@ -249,9 +246,7 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
 def to_dict(tables):
     """Plain data: rows of the runs and of the growth, without the versions."""
     return {
-        name: plain_data(
-            one.astype(object).where(one.notna(), None).filter(regex="^(?!version)").to_dict("records")
-        )
+        name: one.astype(object).where(one.notna(), None).filter(regex="^(?!version)").to_dict("records")
         for name, one in tables.items()
     }
 

@@ -10,7 +10,6 @@ from cases import lattice
 from cases.lattice import figure  # noqa: F401  that of the script
 from cases.lattice_blocks import identified
 from microblock.errors import BadArgument
-from microblock.model.plain_data import plain_data
 
 from . import POSITIVE, require_ranges
 
@@ -69,17 +68,15 @@ def to_dict(result):
         }
         for states in result
     ]
-    return plain_data(
-        {
-            "moduli": {
-                name: {"value": value, "closed_form": springs.moduli[name], "residual": residual}
-                for name, (value, residual) in identified(springs).items()
-            },
-            "decay": springs.decay,
-            "full_contact_couple": springs.full_contact_couple,
-            "forces": states[-1]["forces"],
-            "couples": states[-1]["couples"],
-            "states": states,
-            "reason": None if lattice.DERIVED in result[-1] else NOT_ISOTROPIC,
-        }
-    )
+    return {
+        "moduli": {
+            name: {"value": value, "closed_form": springs.moduli[name], "residual": residual}
+            for name, (value, residual) in identified(springs).items()
+        },
+        "decay": springs.decay,
+        "full_contact_couple": springs.full_contact_couple,
+        "forces": states[-1]["forces"],
+        "couples": states[-1]["couples"],
+        "states": states,
+        "reason": None if lattice.DERIVED in result[-1] else NOT_ISOTROPIC,
+    }

@@ -18,7 +18,6 @@ import numpy as np
 import microblock as mb
 from microblock.errors import at_most, out_of_reach
 from microblock.fem import meshes
-from microblock.model.plain_data import plain_data
 
 from .. import strip
 from . import MATERIAL, OPEN, refine, require_ranges
@@ -264,7 +263,7 @@ def warnings(options, solid):
 
 def to_dict(result):
     """The JSON object."""
-    return plain_data(result[1])
+    return result[1]
 
 
 def figure(result):

@@ -13,7 +13,6 @@ import microblock as mb
 from cases import friction as script
 from cases.hertz import LAWS
 from microblock.errors import BadArgument
-from microblock.model.plain_data import plain_data
 
 from . import MATERIAL, POSITIVE, require_ranges
 
@@ -113,18 +112,16 @@ def to_dict(result):
     """Returns the JSON object: at each size of the blocks the state without shear, the others, the events."""
     E_star, histories = result["E_star"], result["histories"]
     rows = [[row(state, E_star) for state in history.states] for history in histories]
-    return plain_data(
-        {
-            "model": "halfplane",
-            "pressed": [first for first, *_ in rows],
-            "states": [state for _, *others in rows for state in others],
-            "events": [
-                event_row(event, history, E_star, result["normal"])
-                for history in histories
-                for event in history.events
-            ],
-        }
-    )
+    return {
+        "model": "halfplane",
+        "pressed": [first for first, *_ in rows],
+        "states": [state for _, *others in rows for state in others],
+        "events": [
+            event_row(event, history, E_star, result["normal"])
+            for history in histories
+            for event in history.events
+        ],
+    }
 
 
 def figure(result):
