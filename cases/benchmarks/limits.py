@@ -37,7 +37,6 @@ CURVES = {
     "contact states": ("states", ""),
     "augmented Lagrangian": ("newton", "kind_of == 'al'"),
 }
-PARAMETERS = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
 MEASURES = (*Outcome.__dataclass_fields__, "kind", "message", "spent")
 
 
@@ -66,7 +65,8 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
         {"map": one.name, **setting, "near": near, **row}
         for (one, setting, near), row in zip(work, tqdm(rows, total=len(work), unit="run", disable=None))
     )
-    frame = frame.reindex(columns=["map", *PARAMETERS, "kind_of", "near", *MEASURES])
+    parameters = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
+    frame = frame.reindex(columns=["map", *parameters, "kind_of", "near", *MEASURES])
     frame = frame.assign(**{f"version_{name}": value for name, value in versions().items()})
     if out:
         frame.to_csv(out / "limits.csv", index=False)
@@ -115,7 +115,12 @@ def figure(frame=None):
         if len(ratios):
             shares = np.append(np.arange(len(ratios) + 1), len(ratios)) / len(own)
             axis.step([1e-5, *ratios, 1e2], shares, line, where="post", label=name)
-    axis.set(xscale="log", xlim=(1e-5, 1e2), ylim=(0, 1.05), ylabel="share of runs")
-    axis.set_xlabel("true error over promised error")
+    axis.set(
+        xscale="log",
+        xlim=(1e-5, 1e2),
+        ylim=(0, 1.05),
+        xlabel="true error over promised error",
+        ylabel="share of runs",
+    )
     drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return drawing

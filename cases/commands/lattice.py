@@ -14,7 +14,6 @@ from microblock.errors import BadArgument
 from . import POSITIVE, require_ranges
 
 RANGES = {"blocks_per_a": (1, 256), "far": (0, 1000), "loads": POSITIVE}
-NOT_ISOTROPIC = "unequal springs: the solid of long waves is not isotropic, as the half-plane has to be"
 
 
 def solve(blocks_per_a=8.0, spring: tuple[float, float] = (1.0, 1.0), far=9.0, loads=(1.0,)):
@@ -78,5 +77,7 @@ def to_dict(result):
         "forces": states[-1]["forces"],
         "couples": states[-1]["couples"],
         "states": states,
-        "reason": None if lattice.DERIVED in result[-1] else NOT_ISOTROPIC,
+        "reason": None
+        if lattice.DERIVED in result[-1]
+        else "unequal springs: the solid of long waves is not isotropic, as the half-plane has to be",
     }

@@ -94,8 +94,7 @@ def row(state):
 
 def to_dict(result):
     """Returns the JSON object."""
-    states = [row(state) for state in result["states"]]
-    return {"parameters": {"rtol": result["rtol"]}, "states": states}
+    return {"parameters": {"rtol": result["rtol"]}, "states": list(map(row, result["states"]))}
 
 
 def figure(result):

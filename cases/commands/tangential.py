@@ -102,10 +102,13 @@ def row(state, E_star):
 def event_row(event, history, E_star, normal):
     """Returns what the JSON object has of an event."""
     P, law = math.pi / 4 * E_star, history.problem.law
-    error = None if event.load_error is None else event.load_error / P
-    loads = {"normal": event.load / P, "shear": event.shear / (law.friction * normal * P), "error": error}
-    what = {name: getattr(event, name) for name in ("pair", "kind", "zone", "x")}
-    return {"alpha": history.problem.solid.ell, **what, **loads}
+    return {
+        "alpha": history.problem.solid.ell,
+        **{name: getattr(event, name) for name in ("pair", "kind", "zone", "x")},
+        "normal": event.load / P,
+        "shear": event.shear / (law.friction * normal * P),
+        "error": event.load_error and event.load_error / P,
+    }
 
 
 def to_dict(result):
