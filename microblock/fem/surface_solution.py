@@ -1,6 +1,6 @@
 """A solution on the surface of a block along x1, of a symmetric problem computed on one half."""
 
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -8,7 +8,8 @@ import numpy as np
 from ..corners.nodal import AtNodes
 from ..errors import BadArgument
 from ..model.state import ErrorParts, LineSolution
-from ..model.zones import distance, distance_to_ends, joined, moved_on
+from ..model.zones import distance, distance_to_ends, joined
+from .body import Fields
 from .facets import ContactNodes
 from .mesh_fields import BelowOnMesh
 from .mesh_solution import OnMesh
@@ -51,11 +52,6 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     body: ContactNodes
     zones: dict
     estimate: Estimate | None = None
-
-    def moved_on(self, earlier, share):
-        """With the zones moved on where these are alike in both states."""
-        moved = moved_on(self.zones, earlier.zones, share)
-        return replace(self, zones=moved) if moved else self
 
     @property
     def problem(self):
@@ -131,7 +127,8 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     @cached_property
     def fields(self):
         """Fields of the computed part, with values at points of the whole body."""
-        return super().fields.unfolded() if self.mirrored else super().fields
+        found = super().fields
+        return Fields(found.body, found, found.forces, self.mirrored)
 
     def interpolated(self, values, x):
         """Values at x from those at the nodes: on each facet the polynomial through them."""
