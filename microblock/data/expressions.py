@@ -51,7 +51,7 @@ class _Refused(Exception):
 
 
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
-    """Returns the function of an array x of a formula such as ``"x**2/20"``: NaN or inf where it has no value.
+    """The function of an array x of a formula such as ``"x**2/20"``: NaN or inf where it has no value.
 
     Raises
     ------
