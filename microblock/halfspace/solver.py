@@ -27,7 +27,7 @@ from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike
+from ..model.types import ContactLike, LawLike
 from .cells import flexibility
 from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
@@ -35,7 +35,7 @@ from .kernels import kernels
 from .obstacles import heights, repeated
 from .picture import EQUAL, FINE, Picture
 from .state import Grid, SurfaceCells
-from .surface_law import closed_corners, on_surface
+from .surface_law import SurfaceLaw, closed_corners, on_surface
 from .symbol import symbol
 
 MOST = 1024  # cells a side of the finest grid that rtol may ask for
@@ -66,22 +66,7 @@ class SurfaceSolver(Solver):
             raise BadArgument("window", options.window, "belongs to a half-space without images")
         if options.nodes is not None and options.nodes > 2 * MOST:
             raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
-        self._require_repeating()
-
-    def _require_repeating(self) -> None:
-        """Raises BadArgument unless obstacle and psi0 fit the period."""
-        own, period = getattr(self.obstacle, "period", None), self.period
-        if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
-        if period is None:
-            return
-        psi0, height = getattr(self.law, "psi0", None), partial(heights, self.obstacle)
-        for name, given, values in (
-            ("obstacle", self.obstacle, height),
-            ("psi0", psi0, self.surface_law.tilt),
-        ):
-            if not _repeats(values, period):
-                raise BadArgument(name, given, f"must repeat with the period, {period:g}")
+        _require_repeating(self.period, self.obstacle, self.law, self.surface_law)
 
     def solve(
         self,
@@ -316,6 +301,19 @@ class SurfaceSolver(Solver):
         if (counter := self._flexibility(grid).counter) is not None:
             u = u + counter.at(state.pressures * area, grid.axes, x1, x2)
         return u, phi
+
+
+def _require_repeating(period: float | None, obstacle: Any, law: LawLike, over_surface: SurfaceLaw) -> None:
+    """Raises BadArgument unless obstacle and psi0 fit the period."""
+    own = getattr(obstacle, "period", None)
+    if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
+        raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
+    if period is None:
+        return
+    if not _repeats(partial(heights, obstacle), period):
+        raise BadArgument("obstacle", obstacle, f"must repeat with the period, {period:g}")
+    if not _repeats(over_surface.tilt, period):
+        raise BadArgument("psi0", getattr(law, "psi0", None), f"must repeat with the period, {period:g}")
 
 
 def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:

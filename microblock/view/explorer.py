@@ -110,8 +110,8 @@ class Explorer:
 
     @bounded
     def update(self, **changes):
-        """Changes parameters, by name, and returns the new state; where it raises BadArgument or NotConverged,
-        all stays as it was.
+        """Changes parameters by name and returns the new state: where it raises BadArgument or NotConverged,
+        all stays.
         """
         for name, value in changes.items():
             if name not in self.choice:
