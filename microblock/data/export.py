@@ -22,10 +22,9 @@ from .records import write_records, write_text
 def profile(state: State) -> dict[str, np.ndarray]:
     """Returns what a state has on the contact surface: {name: array (n,)} at nodes or centres of cells.
 
-    Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of each corner ("pressure_A", ...),
+    Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of corners ("pressure_A", ...),
     "micromoment" and "psi" ("m1", "m2", "psi1", "psi2" in space), "displacement"; with friction
-    "shear_traction" and "slip", of a second body "counter_displacement", in space the number of corners that
-    are "closed".
+    "shear_traction" and "slip", of a second body "counter_displacement", in space the number "closed".
     """
     found = dict(zip(("x1", "x2", "x3"), state.points.T))
     found |= {"weight": state.weights, "pressure": state.pressure}
@@ -51,8 +50,7 @@ def to_csv(
     what : state, History, LoadPath, or list of states, of events or of dict
         A state gives a row a node or cell: its `profile`, load, approach, error estimate, energy, residual,
         method and warnings; with friction also shear force, tangential approach, dissipation and work. Among
-        states the column "state" counts from 0. A load path gives a row an event, dicts with the same keys
-        give a row each.
+        states the column "state" counts from 0. Events and dicts with the same keys give a row each.
     path : str or path
         With the ending ".csv", ".txt", ".dat" or none.
 
@@ -110,19 +108,18 @@ def to_vtk(
     """Write a state as VTK files: the contact surface, and the fields below it.
 
     The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
-    stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on the elements, cut by
-    their order. States on cells, and on panels with friction, have the surface alone.
+    stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on elements, cut by
+    their order. States on cells, and on panels with friction, have no body.
 
     Parameters
     ----------
     state : State or History
         Each state of a history has its files, and a series for ParaView has their numbers as time.
     path : str or path
-        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added, in a history
-        after the number of the state, and ".pvd" for the series.
+        Beginning of the files' names before "_surface.vtu" and "_body.vtu", in a history with the number of
+        the state, and before ".pvd" of the series.
     x1, x2 : array_like, optional
-        The grid of a half-plane, ascending, with x2 <= 0; by default 1.5 times as wide and deep as the
-        contact.
+        Grid of a half-plane, ascending, x2 <= 0; by default 1.5 times as wide and deep as the contact.
 
     Returns
     -------

@@ -51,13 +51,13 @@ class _Refused(Exception):
 
 
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
-    """The function of an array x of a formula such as ``"x**2/20"``: NaN or inf where it has no value.
+    """Returns the function of an array x of a formula such as ``"x**2/20"``; without a value NaN or inf.
 
     Raises
     ------
     BadArgument
-        By `name`, if the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above
-        100, more than 500 characters or 100 terms within each other; the message names the place.
+        By `name` and place, if the formula holds what `ALLOWED` does not list, a number above 1e50, an
+        exponent above 100, more than 500 characters or 100 nested terms.
 
     Examples
     --------
@@ -104,9 +104,7 @@ def _tree(formula: str) -> Any:
 
 
 def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
-    """Returns the values of a term at x, array (n,), or a number; `compared`: whether the term must be a
-    comparison.
-    """
+    """Returns a term at x, array (n,), or a number; `compared`: it must be a comparison."""
     if depth > MOST:
         raise _Refused(node, "has too many terms around it")
     if isinstance(node, ast.Compare) != compared:

@@ -64,7 +64,7 @@ def _distributions():
 
 
 class _Pickler(cloudpickle.Pickler):
-    """Definitions of scripts and notebooks by value, without places and identities; the rest by name."""
+    """Definitions of scripts and notebooks by value, the rest by name."""
 
     def reducer_override(self, value):
         if type(value) is object:
@@ -96,6 +96,6 @@ def _ordered(constant):
 
 
 def _names(code):
-    """All names in a code object and in those inside, sorted."""
+    """Sorted names in a code object and those inside."""
     inner = (_names(one) for one in code.co_consts if isinstance(one, CodeType))
     return sorted({*code.co_names}.union(*inner))

@@ -39,8 +39,8 @@ def json_text(result: object) -> str:
 
 
 def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:
-    """Writes a CSV file, whole or not at all: rows {column: value} with the columns of the first one, and the
-    versions unless rows have their own.
+    """Writes a CSV file, whole or not at all: rows {column: value} with the first one's columns, and versions
+    unless there are some.
     """
     known = {f"version_{name}": version for name, version in versions().items()}
     text = io.StringIO(newline="")

@@ -1,7 +1,7 @@
 """Parameter studies: a function at many points, on many processes or machines, with a file of records.
 
-The file has a line a point (JSON), which is used again while the digest of function and point, and all
-modules that its process had loaded, are the same.
+The file has a line a point (JSON), which is used again while function, point and all modules that its
+process had loaded are the same.
 """
 
 import fcntl
@@ -58,11 +58,11 @@ def sweep(
         one, local processes of one thread each start; a script then needs ``if __name__ == "__main__":``
         around the call.
     workers : int, optional
-        The number of local processes, by default one a core.
+        Number of local processes, by default one a core.
     records : str or path, optional
         The file of records, of one sweep at a time, with which an interrupted sweep goes on. A point is
         computed again after a change of the function, of a loaded file of the user's or of microblock, or of
-        the version of a loaded package.
+        a package's version.
     retry : bool
         Whether failed points are computed again.
     quiet : bool

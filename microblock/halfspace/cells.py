@@ -70,7 +70,6 @@ def flexibility(
 
 
 def _symmetric(six: Six) -> list[list[Array]]:
-    """Returns the rows of R."""
     u, v1, v2, w11, w12, w22 = six
     return [[u, v1, v2], [v1, w11, w12], [v2, w12, w22]]
 
@@ -88,7 +87,7 @@ def wavenumbers(length: int, width: float) -> tuple[Array, Array, Array]:
 
 
 def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -> list[Array]:
-    """Returns R of the symbol, or its inverse, at the wavenumbers of a period, positive definite."""
+    """Returns R of the symbol, or its inverse, on a period, positive definite."""
     k1, k2, k = wavenumbers(length, width)
     U, V, W, other = np.array(symbol(solid, k)) / width**2
     V[0, 0], W[0, 0] = 0, (W[0, 0] + other[0, 0]) / 2

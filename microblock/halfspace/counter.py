@@ -1,16 +1,16 @@
-"""A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
+"""A second half-space, pressed and displaced where corners of blocks stand.
 
 Corner (a, b) of the block at x presses the second body at x + (ell/2)(a, b), where its displacement u2 adds
 to the gap. Cells of the second surface share its force by the weights S of the polynomial through five of
-them along each axis, and
+them along each axis, which keep force and moment, and
 
     gaps = S^T U2 S forces
 
-is symmetric and positive, and keeps force and moment. U2 is on a period the symbol, else the displacement at
-the centre of a cell under the pressure on another, of a classical solid in closed form (Love 1929).
+is positive. U2 is on a period the symbol, else the displacement at the centre of a cell under pressure on
+another, of a classical solid in closed form (Love 1929).
 
-Forces 1, -1, -1, 1 on the corners of a small block hardly displace the second body. These gaps get 0.003 of
-what short waves displace besides, which falls with the width of the cells.
+Forces 1, -1, -1, 1 on a small block hardly displace the second body. These gaps get 0.003 of what short waves
+displace besides.
 """
 
 from __future__ import annotations
@@ -44,16 +44,15 @@ class Counter:
     Attributes
     ----------
     solid : Cosserat
-        Of the second body, also a classical one.
+        Second body, also classical.
     ell : float
         Side of the first body's blocks (length).
     offsets : array (corners, 2)
-        (a, b), places of the corners over ell/2.
+        (a, b) of the corners.
     shares : dict of sparse arrays (m, n)
-        By a or b: of forces on n cells along an axis, those on m of the second surface, ``beyond`` more on
-        either side.
+        By a or b: shares on m cells of forces on n cells along an axis, ``beyond`` fewer on either side.
     response : Waves
-        Of u2 to forces on the m x m cells.
+        Of u2 to forces on m x m cells.
     beyond : int
     held, twisted : float
         Least and most twist of a block (length per force).
@@ -72,12 +71,8 @@ class Counter:
     def on(
         cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
     ) -> Counter:
-        """Returns the Counter of a solid on count x count cells.
-
-        Raises
-        ------
-        BadArgument
-            If the corners stand farther outside than WIDEST windows.
+        """Returns the Counter of count x count cells; raises BadArgument if corners stand farther outside than
+        WIDEST windows.
         """
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:
@@ -113,7 +108,6 @@ class Counter:
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        """Returns u2 on the cells of the second surface."""
         found: Array = self.response(self.pressed(forces)[None])[0]
         return found
 
@@ -134,7 +128,7 @@ class Counter:
         return np.array([kernel(self.solid, np.maximum(r, nearest)) @ pressed for r in away])
 
     def smooth(self, length: int, width: float) -> Array:
-        """Returns U2 at the wavenumbers of a period of so many cells, all positive."""
+        """Returns U2 at the wavenumbers of a period, all positive."""
         return _smooth(self.solid, length, width)
 
     def with_inverse(
@@ -156,7 +150,7 @@ class Counter:
         return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
 
     def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
-        """Returns what short waves displace, twist and turn, over the displacement of the first body."""
+        """Returns what short waves displace, twist and turn, over the first body's displacement."""
         v, twist = _seen(self.ell, length, width)
         seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
         seen *= short_waves(self.solid)[0] / displaced
@@ -189,7 +183,7 @@ def _smooth(solid: Cosserat, length: int, width: float) -> Array:
 
 
 def _weights(shift: float) -> tuple[Array, Array]:
-    """Returns the cells that share a force so many cells aside, and their weights."""
+    """Returns the cells that share a force aside, and their weights."""
     first = int(np.rint(shift))
     others = [np.delete(NODES, number) for number in range(len(NODES))]
     weights = [np.prod((shift - first - rest) / (own - rest)) for own, rest in zip(NODES, others)]
@@ -205,7 +199,7 @@ def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Ar
 
 
 def _shares(shift: float, count: int, beyond: int) -> Any:
-    """Returns the shares of forces so many cells aside, sparse (m, n)."""
+    """Returns shares of forces so many cells aside, sparse (m, n)."""
     ways, weights = _weights(shift)
     m, cells = count + 2 * beyond, np.arange(count)
     rows = (cells[:, None] + beyond + ways) % m  # on a period they go on where they began

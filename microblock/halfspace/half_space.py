@@ -25,7 +25,7 @@ class HalfSpace(Unbounded):
         Its ``alpha'`` and ``beta'`` act where blocks turn about the direction in which fields change. One
         with ``beta=0`` serves as the second of two bodies (`Deformable`).
     period : float, optional
-        Length after which obstacle and loads repeat along x1 and along x2.
+        Length after which obstacle and loads repeat along x1 and x2.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The response of the half-space to a unit force and a unit moment on its surface, without images.
+"""The response of the half-space to a unit force and a unit moment on its surface.
 
 With r the distance, e its direction from the load, and phi and m as in `microblock.halfspace.symbol`,
 
@@ -31,12 +31,8 @@ PIECE = 0.4  # its width in log t
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, of a solid with ell = 1.
-
-    Raises
-    ------
-    BadArgument
-        If beta is too small or the layer too thin for the quadrature, or the surface is unstable.
+    """u, v, w0 and w2, and u and m where psi = 0, of a solid with ell = 1; BadArgument if beta is too small or
+    the layer too thin for the quadrature, or the surface is unstable.
     """
 
     def __init__(self, solid: Cosserat) -> None:
@@ -55,19 +51,8 @@ class Kernels:
     def cells(self, count: int, width: float, clamped: bool = False) -> Array:
         """Returns responses averaged over square cells (i, j) = 0, 1, ... cells away.
 
-        Parameters
-        ----------
-        count : int
-            Number of distances along each axis.
-        width : float
-            Side of a cell over ell.
-        clamped : bool
-            Whether psi = 0 everywhere.
-
-        Returns
-        -------
-        array (6, count, count), or (3, count, count) where psi = 0
-            `components` over c/ell; where psi = 0, m1 and m2 over 1/ell^2.
+        Cells are `width` times ell wide. The array (6, count, count) has `components` over c/ell; where
+        psi = 0, (3, count, count), m1 and m2 over 1/ell^2.
         """
         found = np.empty((3 if clamped else 6, count, count))
         for near, far, order in ((0, 3, 24), (3, 12, 8), (12, 48, 4), (48, count, 2)):
@@ -99,7 +84,7 @@ class Kernels:
         )
 
     def _own(self, width: float) -> Array:
-        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell; others vanish."""
+        """Returns averages of u, w0 and u where psi = 0 over the loaded cell."""
         rays, turns = gauss_rule(32)
         angle = rays * np.pi / 4
         reach = width / 2 / np.cos(angle)

@@ -40,7 +40,7 @@ class Sphere(Checked):
     R: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns heights at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         return (x1**2 + x2**2) / (2 * self.R)
 
 
@@ -68,7 +68,7 @@ class Ellipsoid(Checked):
     R2: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns heights at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         return x1**2 / (2 * self.R1) + x2**2 / (2 * self.R2)
 
 
@@ -79,7 +79,7 @@ class Cone(Checked):
     Parameters
     ----------
     slope : float
-        Slope of its side, tan of the angle to the surface (dimensionless).
+        Slope of its side (dimensionless).
 
     Raises
     ------
@@ -95,7 +95,7 @@ class Cone(Checked):
     slope: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns heights at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         heights: Array = self.slope * np.hypot(x1, x2)
         return heights
 
@@ -107,13 +107,13 @@ class FlatPunch(Checked):
     Parameters
     ----------
     half_width : float
-        Radius of a round face, half of the side of a square one (length).
+        Radius of a round face, half the side of a square one (length).
     face : "round" or "square"
 
     Raises
     ------
     BadArgument
-        If the half-width is not positive, or the face neither word.
+        If the half-width is not positive, or the face neither.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class FlatPunch(Checked):
     face: str = field(default="round", metadata=checked(require_choice, ("round", "square")))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns heights at (x1, x2), arrays of one shape (lengths); inf beside the face."""
+        """Returns heights at (x1, x2) (lengths); inf beside the face."""
         away = np.hypot(x1, x2) if self.face == "round" else np.maximum(np.abs(x1), np.abs(x2))
         return np.where(away <= self.half_width, 0.0, np.inf)
 
@@ -140,7 +140,7 @@ class RoughSurface(SelfAffine):
     Parameters
     ----------
     period : float
-        Length after which the surface repeats along either axis.
+        Length after which the surface repeats.
     slope : float
         Root mean square of ``|grad h|`` (dimensionless).
     hurst : float
@@ -185,7 +185,7 @@ class RoughSurface(SelfAffine):
         return whole.reshape(shortest + 1, -1)
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns heights at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         x1, x2 = np.asarray(x1, float), np.asarray(x2, float)
         n = self.waves[1]
         if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):
@@ -212,12 +212,8 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
 
 
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:
-    """Returns the heights of an obstacle or a callable at (x1, x2), arrays of one shape.
-
-    Raises
-    ------
-    BadArgument
-        If it fails, or does not return as many numbers or inf.
+    """Returns the heights of an obstacle or a callable at (x1, x2), arrays of one shape; raises BadArgument if
+    it fails, or does not return as many numbers or inf.
     """
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):

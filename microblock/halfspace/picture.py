@@ -8,7 +8,7 @@ f is the least initial gap of a block's corners. By reciprocity with a flat punc
 One corner of a block may carry all, which yields more, and the bound is doubled, as the energy of the least
 forces is convex in P.
 
-Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances.
+Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Picture:
     Parameters
     ----------
     gaps : function
-        Initial gaps at (x1, x2), array (corners, ...) (lengths).
+        Of (x1, x2), array (corners, ...) (lengths).
     ell : float
     needed : (float, float) or float
         P/(2 E*) for all corners alike and for one (length^2); or the approach (length).
@@ -64,7 +64,7 @@ class Picture:
     Raises
     ------
     BadArgument
-        If the obstacle is nowhere, falls without end, or could touch without end.
+        If the obstacle is nowhere, or falls or could touch without end.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Picture:
         return np.array(found).reshape(-1, 2)
 
     def look(self, middle: Sequence[float] | Array, side: float, count: int) -> None:
-        """Adds samples of a square in so many rows and columns."""
+        """Adds samples of a square."""
         rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
         f = self._least(x1, x2)

@@ -115,8 +115,8 @@ class SurfaceSolver(Solver):
         near: SurfaceCells | None,
         progress: bool,
     ) -> tuple[SurfaceCells, Array]:
-        """Returns the state of a window on the first grid with an estimate below the goal, or on fixed nodes;
-        and places that a wider window must hold, array (k, 2).
+        """Returns the state of a window on the first grid with an estimate below the goal, and places that a
+        wider window must hold, array (k, 2).
         """
         most, last = self.options.nodes or MOST, self.options.residual
         reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
@@ -180,7 +180,6 @@ class SurfaceSolver(Solver):
         residual: float,
         start: SurfaceCells | None,
     ) -> SurfaceCells:
-        """Returns the state on a grid, from another one."""
         g0 = self.gaps(*grid.places)
         H, area = self._flexibility(grid), grid.width**2
         first = None
@@ -224,7 +223,6 @@ class SurfaceSolver(Solver):
         return Grid(1, side, ((left + right) / 2,) * 2) if side else None
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
-        """Returns the Picture for a load or an approach."""
         second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
@@ -377,5 +375,4 @@ def _around(places: Array) -> Array:
 
 
 def _reaches(state: SurfaceCells, rim: int) -> bool:
-    """Returns whether cells press near the rim."""
     return bool(np.count_nonzero(state.closed[rim:-rim, rim:-rim]) < np.count_nonzero(state.closed))

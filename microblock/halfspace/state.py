@@ -43,7 +43,7 @@ class Grid:
         return np.asarray(apart / self.width)
 
     def nearest(self, x1: Array, x2: Array) -> Array:
-        """Returns the numbers of the cells nearest to places, array (2, ...) of int."""
+        """Returns the numbers of the nearest cells, array (2, ...) of int."""
         return np.clip(np.rint(self.steps(x1, x2)).astype(int), 0, self.count - 1)
 
 
@@ -55,7 +55,7 @@ class SurfaceCells(Solution):
     ----------
     solver : SurfaceSolver
     load, approach : float
-        Force, on a period that of one period; approach (length).
+        Force, that of one period; approach (length).
     grid : Grid
     pressures : array (corners, n, n)
         Those of least norm.
@@ -94,7 +94,7 @@ class SurfaceCells(Solution):
 
     @cached_property
     def total(self) -> Array:
-        """Total pressure, array (n, n) (stress)."""
+        """Total pressure (stress)."""
         return np.sum(self.pressures, axis=0)
 
     def pressure(self, corner: int, places: Array) -> Array:

@@ -38,7 +38,7 @@ class SurfaceLaw:
     offsets : array (corners, 2)
         (a, b), places over ell/2; 0 of one corner.
     psi0 : (number or function, number or function), or ()
-        Initial rotations about x1 and x2 (radians); none of one corner.
+        Initial rotations about x1 and x2 (radians).
     in_gaps : bool
         Whether psi0 acts in gaps, not in levers alone.
     clamped : bool
@@ -52,12 +52,8 @@ class SurfaceLaw:
     clamped: bool = False
 
     def tilt(self, x1: Array, x2: Array) -> Array:
-        """Returns t of blocks at (x1, x2), array (2, ...); (0, ...) of one corner.
-
-        Raises
-        ------
-        BadArgument
-            If a function psi0 fails, or is not below 1 in absolute value.
+        """Returns t at (x1, x2), array (2, ...), or (0, ...); raises BadArgument if a function psi0 fails, or
+        is not below 1 in absolute value.
         """
         if not self.psi0:
             return np.zeros((0, *np.shape(x1)))
@@ -70,8 +66,8 @@ class SurfaceLaw:
         return np.array(above) - ell / 2 * self.in_gaps * raised
 
     def of_least_norm(self, forces: Array, closed: Array) -> Array:
-        """Returns the forces of least norm with the same resultants, none negative, from forces and closed
-        gaps; all arrays (corners, ...). Only blocks with four closed corners have a choice.
+        """Returns the forces of least norm with the same resultants, none negative; arrays (corners, ...).
+        Only blocks with four closed corners have a choice.
         """
         if len(forces) != len(NONE):
             return forces
@@ -79,21 +75,13 @@ class SurfaceLaw:
 
 
 def closed_corners(forces: Array, closed: Array) -> Array:
-    """Returns how many corners of each block touch, array (...): those with a force, or all where no gap is
-    open.
-    """
+    """Returns how many corners of each block touch: those with a force, or all where no gap is open."""
     touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
     return np.asarray(touching.sum(axis=0))
 
 
 def on_surface(law: LawLike) -> SurfaceLaw:
-    """Returns the SurfaceLaw of a law of the plane.
-
-    Raises
-    ------
-    BadArgument
-        If psi0 is a function of x1.
-    """
+    """Returns the SurfaceLaw of a law of the plane; raises BadArgument if psi0 is a function of x1."""
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
     law = cast(Microblock, law)

@@ -27,12 +27,8 @@ from ..model.types import AnyArray as Array
 
 
 def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
-    """Returns U, V, W and W_par at wavenumbers k > 0, arrays like k (lengths per stress).
-
-    Raises
-    ------
-    BadArgument
-        If a wavenumber is not positive.
+    """Returns U, V, W and W_par at wavenumbers k, arrays like k (lengths per stress); raises BadArgument
+    unless k > 0.
     """
     k = np.asarray(k, float)
     U, V, W = kernels.symbol(solid, k.ravel()).reshape(3, *k.shape)
@@ -40,15 +36,8 @@ def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def along(solid: Cosserat, k: Array, shear: Array | None = None, spread: Array | None = None) -> Array:
-    """Returns W_par at wavenumbers, array like k, without cancellation.
-
-    Parameters
-    ----------
-    solid : Cosserat
-    k : array
-        Wavenumbers (1/length), also complex.
-    shear, spread : arrays like k, optional
-        The roots s and s1, to choose a branch.
+    """Returns W_par at wavenumbers k (1/length), also complex, without cancellation; `shear` and `spread`,
+    arrays like k, are s and s1.
     """
     eta, ell = solid.eta, solid.ell
     g, tau = solid.curvature + solid.beta_prime, 2 * solid.beta / ell**2

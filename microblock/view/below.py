@@ -19,8 +19,8 @@ FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress 
 
 @plots.styled
 def draw_below(state, quantity="psi", axis=None):
-    """A Figure with contours of one of QUANTITIES, of a state whose solution has fields_below(box) ->
-    (x1, x2, triangles (m, 3), psi, stress (2, 2, n)) at points (n,), box ((left, right), depth).
+    """A Figure with contours of one of QUANTITIES of a state whose solution has fields_below(box): x1, x2,
+    triangles (m, 3), psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]

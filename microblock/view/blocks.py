@@ -41,9 +41,9 @@ def blocks(surface, contact, frame=None):
     """The blocks of a `Surface` with contact zones [(left, right), ...], in a frame (left, right), or in that
     of `window` within the surface.
 
-    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
-    closed : boolean array (m, 2), of A and B; False of laws without corners
-    surface, obstacle : arrays (n, 2), lines; nan where there is none
+    squares : array (m, 4, 2), corners A, B, and those below B and A
+    closed : boolean array (m, 2), of A and B; False without corners
+    surface, obstacle : arrays (n, 2); nan where there is none
     window : (left, right)
     magnification : float
     """
@@ -90,7 +90,6 @@ def magnification(turn, depth):
 
 
 def turn(corners):
-    """The name of the rotation of blocks."""
     return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
 
 
@@ -128,7 +127,6 @@ def draw(axis, state, frame=None):
 
 
 def _along(surface, x):
-    """Undeformed points and normals at x."""
     points, normals = (
         np.column_stack([np.interp(x, surface.x, part) for part in values.T])
         for values in (surface.points, surface.normals)

@@ -44,7 +44,7 @@ class Explorer:
     ----------
     problem : Contact
     load : float, the first force per thickness
-    rtol : float, as of `Contact.solve`; not with friction
+    rtol : float, of `Contact.solve`; not with friction
 
     Raises
     ------
@@ -110,8 +110,8 @@ class Explorer:
 
     @bounded
     def update(self, **changes):
-        """Changes parameters by name and returns the new state: where it raises BadArgument or NotConverged,
-        all stays.
+        """Returns the state of changed parameters; where it raises BadArgument or NotConverged, all stays as
+        it was.
         """
         for name, value in changes.items():
             if name not in self.choice:

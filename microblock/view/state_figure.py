@@ -80,7 +80,6 @@ def curves(surface):
 
 
 def _bars(axis, zones, corners):
-    """Bars of the zones of each corner, and of all together."""
     names = [*corners, "full"] if len(corners) > 1 else ["contact"]
     for number, name in enumerate(names):
         colour = plots.COLOURS[number] if name in corners else "k"

@@ -1,4 +1,4 @@
-"""Figures of a state in three dimensions: from above, and blocks as cubes of side ell."""
+"""Figures of a state in three dimensions."""
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -39,11 +39,7 @@ def draw(state, axis=None):
 def draw_blocks(axis, state):
     """The figure of an axis of three dimensions, or a new one, with blocks of a state on cells: displacements
     ``u + psi x r``, (21), magnified, with psi0.
-
-    Raises
-    ------
-    BadArgument
-        If the law has no blocks, or the state is one at nodes.
+    Raises BadArgument if the law has no blocks, or the state is at nodes.
     """
     law, ell = on_surface(state.law), state.solid.ell
     if not law.psi0:
@@ -99,7 +95,7 @@ def _from_above(axis, state, values, label, **look):
 
 
 def _look(state, none):
-    """Colours and their borders for numbers of closed corners."""
+    """Colours for numbers of closed corners."""
     corners = len(state.pressures)
     colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
     return {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)}

@@ -21,9 +21,8 @@ LABELS = {"load": "load P", "shear": "Q/(fP)", "psi0": "ψ₀", "R": "radius R",
 def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
 
-    Under a law with friction, on a half-plane, sliders have the normal and the shear force: each step goes on
-    from the last one, and draws the loop of shear and slip. A list has the fields below the surface of
-    half-planes on panels and of bodies on meshes.
+    Under a law with friction, on a half-plane, sliders have the normal and the shear force, and draw the loop
+    of shear and slip. A list has the fields below half-planes on panels and bodies on meshes.
 
     Parameters
     ----------
