@@ -71,7 +71,7 @@ class Counter:
     def on(
         cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
     ) -> Counter:
-        """Returns the Counter of count x count cells; raises BadArgument if corners stand farther outside than
+        """The Counter of count x count cells; raises BadArgument if corners stand farther outside than
         WIDEST windows.
         """
         apart = ell / 2 / width * np.abs(offsets).max()

@@ -31,7 +31,7 @@ PIECE = 0.4  # its width in log t
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, of a solid with ell = 1; BadArgument if beta is too small or
+    """u, v, w0 and w2, and u and m where psi = 0, with ell = 1; BadArgument if beta is too small, or
     the layer too thin for the quadrature, or the surface is unstable.
     """
 

@@ -212,7 +212,7 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
 
 
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:
-    """Returns the heights of an obstacle or a callable at (x1, x2), arrays of one shape; raises BadArgument if
+    """The heights of an obstacle or a callable at (x1, x2), arrays of one shape; raises BadArgument if
     it fails, or does not return as many numbers or inf.
     """
     height = getattr(obstacle, "height", obstacle)
