@@ -2,10 +2,9 @@
 statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
 
 A command is a module with ``solve(**options)``; default values or annotations give the types of its options,
-`Literal` the choices, the section "Parameters" of its docstring a line each. The module may have
-``figure(result)``, a figure or {name: figure}; ``to_dict(result)`` for its JSON object; ``table(result)`` for
-what is printed; `OUT`, the usual folder. A `solve` that writes files takes the folder as `out`. Lists named
-"warnings" go to standard error.
+the section "Parameters" of its docstring a line each. The module may have ``figure(result)``, a figure or
+{name: figure}; ``to_dict(result)`` for its JSON object; ``table(result)`` for what is printed; `OUT`, the
+usual folder. A `solve` that writes files takes it as `out`. Lists named "warnings" go to standard error.
 """
 
 import argparse
@@ -36,7 +35,7 @@ from .model.plain_data import plain_data
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line on standard error, and exit status 2."""
+    """A parser whose errors are one line, and exit status 2."""
 
     def error(self, message):
         if message.endswith("expected one argument"):
@@ -45,20 +44,18 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def did_you_mean(word, known):
-    """Returns a question after an unknown word, empty if no known word is near."""
+    """Returns a question after an unknown word, or nothing."""
     near = get_close_matches(word, list(known), n=1)
     return f": did you mean {near[0]}?" if near else ""
 
 
 def flag(name):
-    """Returns the option of a parameter."""
     return "--" + name.replace("_", "-")
 
 
 class Option:
-    """A parameter of a function as an option: `name`, `default`, `text` of its line in the docstring, the
-    `kind` of each value, `many` (False of one value, else how many, "+" for any number), `choices` of
-    words.
+    """A parameter of a function as an option: `name`, `default`, `text` of the docstring, the `kind` of each
+    value, `many` (False of one value, else how many, "+" for any number), `choices` of words.
     """
 
     def __init__(self, parameter, hint, text):
@@ -110,7 +107,6 @@ class Option:
 
 
 def options(function):
-    """Returns the `Option` of each parameter of a function."""
     hints = typing.get_type_hints(function)
     lines = re.findall(r"^\s*(\w+(?:, \w+)*) : (.+(?:\n {2,}\S.*)*)$", inspect.getdoc(function) or "", re.M)
     texts = {name: " ".join(text.split()) for names, text in lines for name in names.split(", ")}
@@ -123,7 +119,7 @@ def options(function):
 
 
 def parser(program, module, known):
-    """Returns the parser of a command with the options `known` of its `solve`."""
+    """Returns the parser of a command with these options."""
     head, _, rest = inspect.getdoc(module).partition("\n")
     command = OneLineParser(
         prog=program,
@@ -143,7 +139,7 @@ def parser(program, module, known):
 
 
 def _wrapped(text):
-    """A text without marks of RST, as wide as the terminal; what follows a label stays right of it."""
+    """A text without marks of RST, as wide as the terminal."""
     width = shutil.get_terminal_size().columns - 2
     label = r":\w+: +|\w[\w ]*?  +"  # of an item
     lines, text = [], re.sub(r"(:\w+:)?`+([^`]+)`+", r"\2", text)
@@ -155,8 +151,8 @@ def _wrapped(text):
 
 
 def run(program, module, words, setup=0.0):
-    """Runs a command, called `program`, of a module, with the words of its command line; returns the exit
-    status. `setup` are the seconds that the import of the module took.
+    """Runs a command, called `program`, of a module; returns the exit status. `setup` are the seconds that
+    the import of the module took.
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())
@@ -175,7 +171,7 @@ def run(program, module, words, setup=0.0):
         start = time.perf_counter()
         result = module.solve(**arguments, **more)
         seconds = {"setup": setup, "solve": time.perf_counter() - start}
-        found = module.to_dict(result) if hasattr(module, "to_dict") else plain_data(result)
+        found = plain_data(module.to_dict(result) if hasattr(module, "to_dict") else result)
         found = found if isinstance(found, dict) else {"states": found}
         usual = {name: option.default for name, option in known.items()}
         resolved = plain_data(usual | arguments) | found.pop("parameters", {})
@@ -205,7 +201,7 @@ def run(program, module, words, setup=0.0):
 
 
 def _warnings(data):
-    """The sentences of all lists named "warnings" within plain data, in their order."""
+    """The sentences of all lists named "warnings" within plain data."""
     found = []
     for name, value in data.items() if isinstance(data, dict) else enumerate(data):
         if name == "warnings":
@@ -216,7 +212,7 @@ def _warnings(data):
 
 
 def summary(entries, within=""):
-    """Returns lines with the numbers and words of a result, tables of lists of records."""
+    """Returns lines with the numbers and words of a result, and tables."""
     lines = []
     for name, value in entries.items():
         name = within + name
@@ -236,7 +232,7 @@ def summary(entries, within=""):
 
 
 def _short(value):
-    """Whether a value is a number, a word, or a list of a few of them."""
+    """Whether a value is a number, a word, or a short list."""
     few = isinstance(value, list) and len(value) <= 7
     return few and all(map(_short, value)) or not isinstance(value, (list, dict))
 
@@ -248,7 +244,7 @@ def _shown(value):
 
 
 def _draw(module, result, folder, name):
-    """Draws the figures of a result in the style of the project; returns the files."""
+    """Draws the figures of a result; returns the files."""
     if not hasattr(module, "figure"):
         return []
     from matplotlib import pyplot  # where something is drawn: other commands do without it

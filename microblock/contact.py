@@ -1,6 +1,4 @@
-"""The contact problem: a body, an obstacle and a law put together, solved by the method
-that suits the body.
-"""
+"""The contact problem: a body, an obstacle and a law, solved by the method that suits the body."""
 
 from __future__ import annotations
 
@@ -56,11 +54,10 @@ class Contact(Shown):
         discontinuous), `jumps` (of the slope there), `ends` (left and right edge) and `even` (whether it is
         symmetric about x1 = 0).
     law : Microblock, Unilateral, Microclamped, or a `Law` of your own
-        With friction the loads are followed by `history`, without it `solve` and `path` find the states.
+        With friction `history` follows the loads, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
-        Without it the usual one of the body is taken: `Panels` on a half-plane, `Cells` on one with a period,
-        `Fitted` on a block, `Condensed` on a mesh of the user's, `Newton` if that is periodic or
-        one-dimensional.
+        Without it `Panels` on a half-plane, `Cells` on one with a period, `Fitted` on a block, `Condensed` on
+        a mesh of the user's, `Newton` if that is periodic or one-dimensional.
 
     Raises
     ------
@@ -112,9 +109,7 @@ class Contact(Shown):
         return self._solver_of(self.body.methods[0]() if self.method is None else self.method)
 
     def _follower(self, pairs: Array) -> Solver:
-        """The Solver that follows a history: the usual one of the body, or the next where that cannot and
-        none is named.
-        """
+        """The Solver of a history: the usual one of the body, or the next where that cannot."""
         if self.method is not None or self.solver.follows(pairs):
             return self.solver
         return self._solver_of(self.body.methods[1]())
@@ -149,15 +144,14 @@ class Contact(Shown):
             Force per thickness; on a period, that of one period.
         approach : float
             Approach of the obstacle (length), in place of the load. A half-plane without a period and an
-            unbounded block do not take it, since their rigid-body constant is arbitrary.
+            unbounded block do not take it: their rigid-body constant is arbitrary.
         rtol : float, optional
-            Relative error that is asked for, that of `State.error_estimate`. Without it the usual one of the
-            method is taken (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes;
-            those refuse it.
+            Relative error, that of `State.error_estimate`. Without it the usual one of the method is taken
+            (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes; those refuse it.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool
-            Whether a bar counts the steps of the method.
+            Whether a bar counts the steps.
 
         Returns
         -------
@@ -254,10 +248,8 @@ class Contact(Shown):
         ----------
         load : float
             Last load of the path, force per thickness.
-        rtol : float, optional
-            Relative error of the states `at` a load, as of `solve`; events have their own `load_error`.
-        progress : bool
-            Whether a bar counts the steps to the events.
+        rtol, progress : optional
+            As of `solve`, for the states `at` a load; events have their own `load_error`.
 
         Returns
         -------
@@ -298,9 +290,9 @@ class Contact(Shown):
     ) -> History:
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
-        Without a method `Panels()` follow it where they can: between two equal half-planes under the law
+        Without a method `Panels()` follow it where they can: between two equal half-planes under
         `Unilateral`, while shear grows no faster than friction times a growing normal force. `Cells()` follow
-        all others on a half-plane; the states' `method` says which did.
+        all others on a half-plane.
 
         Parameters
         ----------
@@ -310,10 +302,10 @@ class Contact(Shown):
         coupled : bool
             Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
         rtol : float, optional
-            Relative error as of `solve`. Without it half-planes take their usual one, and blocks stay on the
-            mesh of their method; bodies on meshes of your own take none.
+            As of `solve`. Without it half-planes take their usual one, and blocks stay on the mesh of their
+            method; bodies on meshes of your own take none.
         progress : bool
-            Whether a bar counts the steps of the method.
+            Whether a bar counts the steps.
 
         Returns
         -------
@@ -362,7 +354,7 @@ class Contact(Shown):
         Parameters
         ----------
         body, obstacle, law, method : optional
-            As of `Contact`; without them those of this problem are kept.
+            As of `Contact`.
         solid : Cosserat, optional
             Solid of the same body, not together with `body`.
 
@@ -392,7 +384,6 @@ class Contact(Shown):
         )
 
     def summary(self) -> Summary:
-        """Returns body, obstacle, law and method, for a notebook."""
         body = self.body.summary()
         words = f"{short(self.obstacle)} on {type(self.body).__name__}, {short(self.law)}"
         rows = (

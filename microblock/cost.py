@@ -1,4 +1,4 @@
-"""What a computation would take, of time and of memory, is estimated before it is begun."""
+"""What a computation would take is estimated before it is begun."""
 
 import math
 from pathlib import Path
@@ -10,7 +10,7 @@ ENTRY = 12  # bytes of an entry of a sparse matrix
 
 
 def available():
-    """Bytes of memory that are free, or can be freed, for this process."""
+    """Bytes of memory that this process can have."""
     try:
         lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text().splitlines())
         return 1024 * int(lines["MemAvailable"].split()[0])
@@ -21,19 +21,18 @@ def available():
 def of_factors(rows, entries):
     """Bytes to factorise the matrix of a plane body with so many rows and entries.
 
-    Factors have 0.31 to 0.46 of the entries times log2 of the rows; three of them, with the matrix, are held
-    at a time.
+    Factors have 0.31 to 0.46 of the entries times log2 of the rows; three of them are held at a time.
     """
     return 3 * ENTRY * 0.45 * entries * math.log2(max(rows, 2))
 
 
 def of_nodes(count):
-    """Bytes for the dense matrices of so many contact nodes: 25 numbers a pair of them."""
+    """Bytes for dense matrices of so many contact nodes: 25 numbers a pair."""
     return 200 * count * count  # inf where it overflows
 
 
 def too_much(needed):
-    """What is wrong with so many bytes, in words; an empty string if they are there."""
+    """What is wrong with so many bytes, in words, or nothing."""
     there = available()
     if needed <= max(0.8 * there, LITTLE):
         return ""
@@ -41,14 +40,15 @@ def too_much(needed):
 
 
 def require_room(needed, what, advice):
-    """NotConverged unless so many bytes are there, before they are asked for."""
+    """Raises NotConverged unless so many bytes are there."""
     words = too_much(needed)
     if words:
         raise NotConverged(f"{what} {words}: {advice}")
 
 
 def require_history(cells, forces, pairs):
-    """NotConverged where a history on so many cells would take more memory than there is, or half an hour.
+    """Raises NotConverged where a history on so many cells would take more memory than there is, or half an
+    hour.
 
     A pair of forces takes 54 bytes, and a pair of loads 2e-10 to 1e-9 seconds times the cube of the forces.
     """

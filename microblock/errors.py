@@ -1,4 +1,4 @@
-"""The errors that microblock raises on purpose; each says what was wrong and what to try."""
+"""The errors that microblock raises on purpose."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SMALLEST, LARGEST = 1e-50, 1e50
 
 
 class MicroblockError(Exception):
-    """Base of all errors that microblock raises on purpose.
+    """Base of the errors that microblock raises on purpose.
 
     Examples
     --------
@@ -33,14 +33,14 @@ class MicroblockError(Exception):
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A copy, or what comes from another process, has the message, not what it was made of."""
+        """A copy has the message, not what it was made of."""
         return type(self).__new__, (type(self), *self.args), vars(self)
 
 
 class BadArgument(MicroblockError, ValueError):
     """An argument is outside its range; the message names it, its value and what is allowed.
 
-    Parameters
+    Attributes
     ----------
     name : str
         Name of the argument.
@@ -48,11 +48,6 @@ class BadArgument(MicroblockError, ValueError):
         What was given.
     allowed : str
         What is allowed, as the end of the sentence.
-
-    Attributes
-    ----------
-    name, value, allowed
-        As given.
 
     Examples
     --------
@@ -82,21 +77,14 @@ class Inadmissible(BadArgument):
 class NotConverged(MicroblockError, RuntimeError):
     """A computation stopped short of what was asked; the message says where it stood and what to try.
 
-    Parameters
-    ----------
-    message : str
-    reached : float, optional
-    iterations : int, optional
-    rtol_reached : float, optional
-
     Attributes
     ----------
     reached : float, tuple or None
-        The last load or approach that was reached, of a history the last pair; None if there is none.
+        The last load or approach that was reached, of a history the last pair.
     rtol_reached : float or None
-        An rtol that is met when it is asked for, None where none is known.
+        An rtol that is met when it is asked for.
     iterations : int
-        Iterations spent at the point of failure.
+        Iterations up to the failure.
 
     Examples
     --------
@@ -118,7 +106,7 @@ class NotConverged(MicroblockError, RuntimeError):
 
 
 class MissingExtra(MicroblockError, ImportError):
-    """A package that an optional part needs is not installed; the message says which extra brings it.
+    """A package that an optional part needs is not installed.
 
     Parameters
     ----------
@@ -138,7 +126,7 @@ class MissingExtra(MicroblockError, ImportError):
 
 
 class Named(dict[str, Any]):
-    """Values by the names that are known; another name raises BadArgument by the name `what`."""
+    """Values by known names; another raises BadArgument by the name `what`."""
 
     def __init__(self, what: str, values: Any) -> None:
         super().__init__(values)
@@ -152,7 +140,7 @@ class Named(dict[str, Any]):
 
 
 def at_least(value: float, rounding: str = ROUND_CEILING) -> str:
-    """Returns a positive number in two digits, rounded up: as a bound it holds for the number."""
+    """Returns a positive number in two digits, rounded up."""
     return f"{float(Context(prec=2, rounding=rounding).create_decimal(repr(float(value)))):.1e}"
 
 
@@ -171,8 +159,8 @@ def out_of_reach(
     load: float | None = None,
     approach: float | None = None,
 ) -> NotConverged:
-    """Returns the NotConverged of an rtol where the smallest error estimate is `best`: it advises an rtol
-    that is met, if there is one below 1, and what `besides` names.
+    """Returns the NotConverged of an rtol where the smallest estimate is `best`: it advises an rtol below 1
+    that is met, and what `besides` names.
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
@@ -188,7 +176,7 @@ def out_of_reach(
 
 
 def shown(value: Any) -> str:
-    """Returns a value on one short line: of a long sequence its first entries, of a function its name."""
+    """Returns a value on one short line, of a sequence its first entries."""
     if callable(value) and hasattr(value, "__name__"):
         return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
     sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
@@ -204,14 +192,14 @@ def shortened(words: str) -> str:
 
 
 def _require(holds: Callable[[Any], object], words: str, arguments: dict[str, Any]) -> None:
-    """Raises BadArgument with these words for the first argument of which something does not hold."""
+    """Raises BadArgument for the first argument of which something does not hold."""
     for name, value in arguments.items():
         if not holds(value):
             raise BadArgument(name, value, words)
 
 
 def plain(value: Any) -> Any:
-    """Returns a number of numpy as Python's, since narrow integers overflow; all else as it is."""
+    """Returns a number of numpy as Python's, since narrow integers overflow."""
     scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
     return value.item() if scalar else value
 
@@ -230,14 +218,12 @@ class Checked:
 
 
 def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
-    """Returns the metadata of a `Checked` field: a function such as `require_positive`, and its first
-    arguments.
-    """
+    """Returns the metadata of a `Checked` field: a function and its first arguments."""
     return {"check": partial(check, *limits)}
 
 
 def require_finite(**arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no finite real number, or too large for products."""
+    """Raises BadArgument for an argument that is no finite real number, or too large for products."""
     _require(
         lambda value: (
             isinstance(value, (int, float, np.integer, np.floating))
@@ -251,7 +237,7 @@ def require_finite(**arguments: object) -> None:
 
 
 def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
-    """Raises BadArgument for the first number whose products double precision cannot carry."""
+    """Raises BadArgument for a number whose products double precision cannot carry."""
     _require(
         # float32 knows no LARGEST
         lambda value: least <= abs(value if isinstance(value, int) else float(value)) <= LARGEST,
@@ -262,7 +248,7 @@ def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
 
 
 def require_positive(**arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no positive number of a size to compute with."""
+    """Raises BadArgument for an argument that is no positive number of such a size."""
     require_finite(**arguments)
     _require(lambda value: value > 0, "must be positive", arguments)
     require_size(**cast("dict[str, Number]", arguments))
@@ -275,7 +261,7 @@ def require_tolerance(rtol: object, name: str = "rtol") -> None:
 
 
 def require_whole(least: int, most: int | None = None, **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no whole number from `least` on, up to `most`."""
+    """Raises BadArgument for an argument that is no whole number from `least` to `most`."""
     words = f", at least {least}" if most is None else f" between {least} and {most}"
     _require(
         lambda value: (
@@ -292,7 +278,7 @@ def require_place(
     path: str | os.PathLike[str], name: str = "path", endings: Collection[str] | None = None
 ) -> None:
     """Raises BadArgument unless a file can have this path: in a folder that can be written to, no folder
-    itself, and with one of the endings, or none, where they are given.
+    itself, with one of the endings, or none.
     """
     if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
         raise BadArgument(name, path, "must name a file")
@@ -315,7 +301,7 @@ def require_place(
 
 @contextmanager
 def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
-    """Context in which a file is written; raises BadArgument where the system refuses it."""
+    """Context in which a file is written; raises BadArgument where the system refuses."""
     try:
         yield
     except OSError as failure:
@@ -326,8 +312,8 @@ def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path]:
-    """Context in which a file is written, whole or not at all: it gives another path beside it, which
-    takes the place at the end; of a device or pipe its own. Raises BadArgument as `writing` does.
+    """Context in which a file is written, whole or not at all: it gives another path beside it, which takes
+    the place at the end; of a device or pipe its own. Raises BadArgument as `writing`.
     """
     whole = Path(path)
     direct = whole.exists() and not whole.is_file()  # a device or pipe
@@ -344,18 +330,18 @@ def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is none of the known words."""
+    """Raises BadArgument for an argument that is none of the known words."""
     words = f"must be one of {', '.join(known)}"
     _require(lambda value: isinstance(value, str) and value in known, words, arguments)
 
 
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is of none of these classes, which `words` name."""
+    """Raises BadArgument for an argument of none of these classes, which `words` name."""
     _require(lambda value: isinstance(value, kinds), f"must be {words}", arguments)
 
 
 def require_values(**arguments: Iterable[Any]) -> list[Any]:
-    """Returns the list of values of the one argument; raises BadArgument if it is no sequence."""
+    """Returns the list of values of the argument; raises BadArgument if it is no sequence."""
     ((name, values),) = arguments.items()
     try:
         return list(values)
@@ -364,12 +350,12 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
 
 
 def require_flag(**arguments: object) -> None:
-    """Raises BadArgument for the first argument that is neither True nor False."""
+    """Raises BadArgument for an argument that is neither True nor False."""
     require_kind((bool, np.bool_), "True or False", **arguments)
 
 
 def require_numbers(**arguments: Any) -> Any:
-    """Returns the one argument as an array (n,) of floats; raises BadArgument unless it is finite numbers."""
+    """Returns the argument as an array (n,) of floats; raises BadArgument unless it is finite numbers."""
     ((name, values),) = arguments.items()
     try:
         found = np.atleast_1d(np.asarray(values, float))
@@ -386,9 +372,7 @@ def require_numbers(**arguments: Any) -> Any:
 
 
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
-    """Returns the one argument (left, right) as floats; raises BadArgument unless these are finite, left <
-    right.
-    """
+    """Returns the argument (left, right) as floats; raises BadArgument unless finite, left < right."""
     ((name, value),) = arguments.items()
     try:
         left, right = value

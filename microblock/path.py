@@ -1,9 +1,9 @@
-"""A load path on fitted states, and its events: zones are born, meet, part or vanish.
+"""A load path on fitted states, and its events.
 
 Zones are compared on a geometric scan of loads. Of the topologies beside an event the one with fewer edges is
 continued past it: there the least gap where a zone is born, or the least pressure where two merge, changes
-its sign. Where edges of the two corners pass each other the gap between them does; to the power 2 s, with the
-exponent s of coalescence, it is smooth as well.
+its sign. Where edges of the two corners pass each other the gap between them does, to the power 2 s, with the
+exponent s of coalescence.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ class ZonePath(LoadPath):
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
     ) -> tuple[PanelSolution, PanelSolution, float] | None:
         """Returns the states before and after the only change between two, at its load, and the error of
-        that; None if there are several. Two that mirror each other happen at once.
+        that; None if there are several. Two that mirror each other are one.
         """
         kind, places = changes[0][1], [x for _, _, x in changes]
         twins = len(changes) == 2 and changes[1][1] == kind and abs(sum(places)) < NEAR * _width(high)
@@ -142,7 +142,7 @@ class ZonePath(LoadPath):
         return (state, other, error + apart) if grows else (other, state, error + apart)
 
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between states with zones alike: edges of the two corners pass each other."""
+        """Returns events at which edges of the two corners pass each other."""
         corners, found = _opened(low).values(), []
         fits = {state.load: state for state in (low, high) if state.iterations}
         for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
@@ -208,7 +208,7 @@ class ZonePath(LoadPath):
         self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
     ) -> PanelSolution:
         """Returns the state at a load with the topology of others, whether or not it violates (26); raises
-        NotConverged where zones come or go on the way.
+        NotConverged where zones come or go.
         """
         known = [states[other] for other in sorted(states, key=lambda other: abs(other - load))]
         for near, other in zip(known, [*known[1:], known[0]]):
@@ -230,13 +230,13 @@ def _is_small(state: PanelSolution) -> bool:
 
 
 def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether the contact does not shrink towards load 0, as under a flat punch."""
+    """Returns whether the contact does not shrink towards load 0."""
     edges, others = zone_edges(low.all_zones), zone_edges(high.all_zones)
     return len(edges) == len(others) and np.allclose(edges, others, rtol=0, atol=FINE * _width(low))
 
 
 def _births(first: PanelSolution) -> list[Event]:
-    """Returns events up to a load: at first touch for the nearest corners, else between 0 and it."""
+    """Returns births up to a load: at first touch of the nearest corners, else between 0 and it."""
     problem, lows, found = first.problem, [], []
     for corner, intervals in _opened(first).items():
         for left, right in intervals:
@@ -266,7 +266,7 @@ def _zones(state: PanelSolution) -> Zones:
 
 
 def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
-    """Returns the zones of all corners by number, open at valleys, where the pressure is never positive."""
+    """Returns the zones of all corners by number, open at valleys: there the pressure is never positive."""
     found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
         for corner in [each for each, jump in jumps.items() if jump < 0 and each in found]:
@@ -277,7 +277,7 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
 def _changes(
     low: PanelSolution, high: PanelSolution, zones: Callable[[PanelSolution], Any]
 ) -> list[tuple[Any, str, float]]:
-    """Returns what happens to `zones`, {name: intervals}, between states: [(name, kind, x), ...]."""
+    """Returns what happens to `zones`, {name: intervals}: [(name, kind, x), ...]."""
     before, after = zones(low), zones(high)
     return [
         (name, kind, x)
@@ -289,13 +289,12 @@ def _changes(
 
 
 def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
-    """Returns what happens to the zones by name, at one load."""
     return [Event(load, error, kind, name, x) for name, kind, x in _changes(low, high, _zones)]
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
     """Returns whether zones may be born and merge between states with zones alike: a gap has a minimum that
-    is closed afterwards, or is concave, so that one may arise.
+    is closed afterwards, or is concave.
     """
     step = (high.load - low.load) / high.load
     for corner, parts in high.all_zones.items():
@@ -320,9 +319,8 @@ def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interva
 
 
 def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
-    """Returns the least gap of a corner near a span that does not touch, or the least pressure in one that
-    does, over what it grows like from the edges beside it, and its place; raises NotConverged if zones leave
-    it.
+    """Returns the least gap near a span that does not touch, or the least pressure in one that does, over
+    what it grows like from the edges beside it, and its place; raises NotConverged if zones leave it.
     """
     (left, right), zones = span, [-np.inf, *np.ravel(state.zones[corner]), np.inf]
     number = int(np.searchsorted(zones, (left + right) / 2))

@@ -1,9 +1,9 @@
 """BLAS threads: one while the library works on small problems, those that were there for large matrices.
- More threads gain nothing on many small matrices, and wait for each other where cores are busy. So from the
-outermost entry on, each `bounded`, BLAS (also NGSolve's own) and OpenMP have one thread; what was there
-before is given back afterwards, and inside to what is `released`. BLAS has one number of threads for the
-whole process, so that entries of all Python threads are counted together; OpenMP, and a BLAS built on it, has
-one for each.
+
+More threads wait for each other on small matrices. So from the outermost `bounded` entry on, BLAS (also
+NGSolve's own) and OpenMP have one thread; what was there before is given back afterwards, and inside to what
+is `released`. BLAS has one number of threads for the whole process, so that entries of all Python threads are
+counted together; OpenMP, and a BLAS built on it, has one for each.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class _Hold:
         self.libraries, self.inside, self.large, self.before = libraries, 0, 0, []
 
     def change(self, inside, large):
-        """Counts entries; limits libraries that are not yet limited, or gives them their threads back."""
+        """Counts entries; limits libraries, or gives them their threads back."""
         self.inside += inside
         self.large += large
         if self.inside and not self.large:
@@ -53,9 +53,7 @@ _holds = _Hold([]), _OwnHold([])  # BLAS and OpenMP, with all libraries that wer
 
 
 def _set(library, number):
-    """Sets a library's threads from whatever Python thread: threadpoolctl leaves OpenBLAS to the first that
-    did.
-    """
+    """Sets a library's threads from any Python thread: threadpoolctl leaves OpenBLAS to the first."""
     free = getattr(library, "clear_controlling_thread", lambda force: None)
     free(force=True)
     library.set_num_threads(number)
@@ -86,7 +84,7 @@ def _entered(**counts: int) -> Iterator[None]:
 
 
 def bounded(function: Callable[P, T]) -> Callable[P, T]:
-    """Returns the function with one BLAS thread inside; entries within entries cost microseconds."""
+    """Returns the function with one BLAS thread inside."""
 
     @wraps(function)
     def inside(*arguments: P.args, **named: P.kwargs) -> T:
@@ -97,15 +95,13 @@ def bounded(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def released(rows: int) -> AbstractContextManager[None]:
-    """The threads that were there outside for work on dense matrices of so many rows, if threads gain: 1.4 to
-    2 on two idle cores at 2400 rows, while they lose up to 1600.
+    """The threads that were there outside, for dense matrices of so many rows, if they gain: 1.4 to 2 at 2400
+    rows, while they lose up to 1600.
     """
     return _entered(large=int(rows >= 2000))
 
 
 def workers(values: int) -> int:
-    """Returns how many threads a Fourier transform of so many values takes: those of BLAS outside, if it is
-    large.
-    """
+    """Returns how many threads a Fourier transform of so many values takes."""
     outside = max((number for hold in _holds for number in hold.before), default=1)
     return outside if values >= 2**16 else 1

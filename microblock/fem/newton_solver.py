@@ -76,6 +76,8 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
 
     @cached_property
     def nodes(self):
+        if getattr(self.law, "friction", 0.0):
+            self.history(None, False, None)  # which says what follows it
         require_pressed(self.body, self.body.contact)
         return super().nodes
 

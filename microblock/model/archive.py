@@ -1,4 +1,4 @@
-"""Results in one file and back, digit by digit and without pickles: arrays, and a text on what they are."""
+"""Results in one file and back, without pickles: arrays, and a text on what they are."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NAMES: dict[Any, Iterable[str]] = {
 
 
 class Absent:
-    """What is not in a file, such as a function: it has what is known of it, and refuses the rest by name."""
+    """What is not in a file: it has what is known of it, and refuses the rest by name."""
 
     def __init__(self, text: str, **known: Any) -> None:
         vars(self).update(known, text=text)
@@ -65,7 +65,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     Returns
     -------
     State, LoadPath or History
-        What lies between the points of a state is not in a file, and is refused by name.
+        What lies between the points of a state is refused by name.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
 
 
 def _packed(value: Any, arrays: list[AnyArray]) -> Any:
-    """Returns a value as JSON has it; arrays are numbered, and stand in the list `arrays`."""
+    """Returns a value as JSON has it, arrays as numbers in the list `arrays`."""
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return {"array": str(len(arrays) - 1)}
@@ -150,7 +150,6 @@ def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> 
 
 
 def _written(along: Surface | None, window: Interval | None) -> Surface | None:
-    """Returns the Surface that was written, whatever the window."""
     return along
 
 

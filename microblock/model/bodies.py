@@ -1,4 +1,4 @@
-"""Bodies that are given by a solid and a size, or a period, alone."""
+"""Bodies that are given by a solid and a size or period."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
 
 @dataclass(frozen=True, repr=False)
 class Unbounded(Checked, Shown):
-    """Base of bodies without an end, of a solid and a period where they repeat (else None)."""
+    """Base of bodies without an end, of a solid and a period (or None)."""
 
     solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
     period: float | None = field(default=None, metadata=checked(require_positive))
@@ -26,7 +26,6 @@ class Unbounded(Checked, Shown):
         return replace(self, solid=solid)
 
     def summary(self) -> Summary:
-        """Returns period and moduli, for a notebook."""
         moduli = self.solid.summary()
         rows = (
             moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
@@ -36,15 +35,15 @@ class Unbounded(Checked, Shown):
 
 @dataclass(frozen=True, repr=False)
 class Block(Checked, Shown):
-    """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program
-    makes its mesh.
+    """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program makes
+    its mesh.
 
     Parameters
     ----------
     solid : Cosserat
     size : float
-        Half of its width, and its depth (length). With inf the block is a half-plane, cut off where that is a
-        small part of rtol.
+        Half of its width, and its depth (length). With inf it is a half-plane, cut off where that is a small
+        part of rtol.
 
     Raises
     ------
@@ -75,6 +74,5 @@ class Block(Checked, Shown):
         return Block(solid, self.size)
 
     def summary(self) -> Summary:
-        """Returns size and moduli, for a notebook."""
         words = "half-plane by finite elements" if self.size == math.inf else f"block of size {self.size:g}"
         return Summary("Block", words, (Row("size", "", self.size, "length"), *self.solid.summary().rows))

@@ -1,4 +1,4 @@
-"""A counter-body: an obstacle that deforms, whose shape is the undeformed lower surface of a second body."""
+"""A counter-body: an obstacle that deforms."""
 
 from __future__ import annotations
 
@@ -22,16 +22,15 @@ class Deformable:
     Parameters
     ----------
     body : HalfPlane, HalfSpace or Body
-        The second body, of the kind of the first; its solid may be another one, that of a half-plane or
-        half-space also classical (``beta=0``). A `Body` lies above its contact boundary, straight and level,
-        that reaches over all corners below the shape.
+        The second body, of the kind of the first, also classical (``beta=0``) if unbounded. A `Body` lies
+        above its contact boundary, straight and level, that reaches over all corners below the shape.
     shape : obstacle or callable
-        Lower surface of the second body before it deforms, as any obstacle of `Contact`.
+        Its lower surface before it deforms.
 
     Raises
     ------
     BadArgument
-        If the body is none, or the shape no obstacle over it: along a line, or over x1 and x2.
+        If the body is none, or the shape no obstacle over it.
 
     Examples
     --------
@@ -57,7 +56,7 @@ class Deformable:
             raise BadArgument("shape", self.shape, failure.allowed) from failure
 
     def height(self, *x: Array) -> ArrayLike:
-        """Returns the height of the undeformed shape at places, an array for each direction (lengths)."""
+        """Returns the height of the shape at places, an array for each direction (lengths)."""
         height: Any = getattr(self.shape, "height", self.shape)
         return cast(ArrayLike, height(*x))
 
@@ -68,12 +67,12 @@ class Deformable:
 
 
 def shape_of(obstacle: ObstacleLike) -> ObstacleLike:
-    """Returns the shape of an obstacle before it deforms: that of a counter-body, or the obstacle itself."""
+    """Returns the shape of a counter-body, or the obstacle itself."""
     return obstacle.shape if isinstance(obstacle, Deformable) else obstacle
 
 
 def body_of(obstacle: ObstacleLike) -> Any:
-    """Returns the body of an obstacle that deforms; None of a rigid one."""
+    """Returns the body of an obstacle that deforms, or None."""
     return obstacle.body if isinstance(obstacle, Deformable) else None
 
 

@@ -1,4 +1,4 @@
-"""What happens along a load path or a history: zones that are born, merge, split or vanish; slip."""
+"""What happens along a load path or a history."""
 
 from __future__ import annotations
 
@@ -27,25 +27,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Event:
-    """A zone is born or vanishes, two merge or one splits, at x; with friction also slip begins, is that of
-    the whole contact, or is reversed.
+    """What happens to a zone, or with friction to slip, at x.
 
     Attributes
     ----------
     load, load_error : float
-        Force per thickness P at which it happens, and its error; of a `History` that of P and Q together,
-        None where it is not known.
+        Force per thickness P, and its error; of a `History` that of P and Q together, None if unknown.
     kind : str
-        "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" or "reversal".
+        "born", "vanished", "merged" or "split"; of a history also "first slip", "full slip" (of the whole
+        contact) or "reversal".
     zone : str
         "A", "B", "full" or "contact"; of a history "slip" or "stick".
     x : float
         Abscissa x1 (length). At load 0 it is where the initial gap is least, or the middle of the first zone
-        where the gap is equally small elsewhere.
+        where it is equally small elsewhere.
     shear : float or None
         Shear force per thickness Q of a history.
     pair : int or None
-        Number of the pair of loads of a history on the way to which it happens, from 0.
+        Number, from 0, of the pair of loads on the way to which it happens.
 
     Raises
     ------
@@ -83,7 +82,7 @@ class LoadPath(Shown, PlainData):
     """The states of a problem from first touch to a load, and the events on the way.
 
     Where the slope of the obstacle falls, zones on either side never merge: the gap gets narrower without
-    end. A state shows it as long as it matters at rtol.
+    end, and a state shows it as long as it matters at rtol.
 
     Attributes
     ----------
@@ -91,7 +90,7 @@ class LoadPath(Shown, PlainData):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative error of the states that `at` returns, as of `Contact.solve`; events have their `load_error`.
+        Relative error of the states that `at` returns.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
         an event at half of that load, with as large an error.
@@ -120,8 +119,8 @@ class LoadPath(Shown, PlainData):
         self.problem, self.last, self.rtol = problem, last, rtol
 
     def at(self, load: float) -> State:
-        """Returns the State at a load on the path (force per thickness), above 0 and up to the last one;
-        raises BadArgument of others, and NotConverged as `Contact.solve`.
+        """Returns the State at a load on the path (force per thickness); raises BadArgument of others, and
+        NotConverged as `Contact.solve`.
         """
         require_on_path(load, self.last)
         return self.problem.solve(load=load, rtol=self.rtol)
@@ -131,14 +130,8 @@ class LoadPath(Shown, PlainData):
 
         Parameters
         ----------
-        file : str or Path, optional
-            File to which the figure is written (PNG, PDF or SVG, by its ending).
-        ax : matplotlib.axes.Axes, optional
-            Where to draw, in place of a figure of its own.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        file, ax : optional
+            As of `State.plot`.
 
         Examples
         --------
@@ -172,7 +165,7 @@ class LoadPath(Shown, PlainData):
 
 
 def require_on_path(load: float, last: float) -> None:
-    """Raises BadArgument unless a load lies on the path that ends with the load `last`."""
+    """Raises BadArgument unless a load lies on the path up to `last`."""
     require_positive(load=load)
     if load > last:
         raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last}")

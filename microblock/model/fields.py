@@ -14,8 +14,7 @@ from .types import Array
 
 @dataclass(frozen=True, eq=False)
 class PointFields:
-    """Fields at points, arrays over the points last: (n,), or the shape in which the points were given, none
-    for one point.
+    """Fields at points, arrays over the points last: (n,), or the shape in which the points were given.
 
     Attributes
     ----------
@@ -24,7 +23,7 @@ class PointFields:
     psi : array (n,)
         Microrotation (radians).
     u : array (2, n)
-        Displacement (length); of a half-plane u2 up to its additive constant, which is that of its kernels.
+        Displacement (length); of a half-plane u2 up to the constant of its kernels.
     stress : array (2, 2, n)
         Force stress, stress[0, 1] = sigma_12.
     couple_stress : array (2, n)
@@ -46,14 +45,14 @@ class PointFields:
 
     @property
     def shear(self) -> Array:
-        """Largest shear stress over all planes through each point: of the symmetric and the skew part."""
+        """Largest shear stress over all planes: of the symmetric and the skew part."""
         (s11, s12), (s21, s22) = self.stress
         return cast(Array, np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2)
 
 
 def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
-    """Returns x1 and x2 of points, arrays (n,), and the shape in which they were given; raises BadArgument
-    unless they are numbers that broadcast.
+    """Returns x1 and x2 of points, arrays (n,), and their shape; raises BadArgument unless they are numbers
+    that broadcast.
     """
     try:
         both = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))

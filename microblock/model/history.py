@@ -1,4 +1,4 @@
-"""Frictional contact along a history of loads: its states, and what happens on the way."""
+"""Frictional contact along a history of loads."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class OfMoment(Solution):
 
     @property
     def holders(self) -> tuple[Any, ...]:
-        """This, and what is known of the moment: shear, slip, work and dissipation."""
+        """This, and what is known of the moment."""
         return self, self.moment
 
     @property
@@ -48,7 +48,7 @@ class OfMoment(Solution):
 
 def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:
     """Returns the largest relative L2 change of pressure, M/ell and q/f from one Solution to a finer one,
-    with the weights of its nodes, array (n,) (lengths).
+    with its weights, array (n,) (lengths).
     """
     fields = [
         (one.pressures.sum(axis=0), one.micromoment / ell, one.shear_traction / friction)
@@ -87,7 +87,6 @@ class History(Shown, PlainData):
 
     @property
     def warnings(self) -> list[str]:
-        """What its states warn of, each sentence once."""
         return list(dict.fromkeys(text for state in self.states for text in state.warnings))
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
@@ -96,14 +95,8 @@ class History(Shown, PlainData):
 
         Parameters
         ----------
-        file : str or Path, optional
-            File to which the figure is written (PNG, PDF or SVG, by its ending).
-        ax : matplotlib.axes.Axes, optional
-            Where to draw the shear force over the slip alone, in place of a figure of its own.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        file, ax : optional
+            As of `State.plot`; an axis has the shear force alone.
 
         Examples
         --------
@@ -118,7 +111,6 @@ class History(Shown, PlainData):
         return saved(draw_history(self.states), file, self.warnings)
 
     def summary(self) -> Summary:
-        """Returns the pairs of loads and the events."""
         rows = [
             Row(f"pair {index}", "P, Q", f"{number(one.load)}, {number(one.shear)}", "force per thickness")
             for index, one in enumerate(self.states)
@@ -132,8 +124,8 @@ class History(Shown, PlainData):
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:
-    """Returns pairs (P, Q) as an array (n, 2); raises BadArgument unless they are finite, with P > 0 and |Q|
-    <= f P, and takes a Q beyond f P by rounding for f P.
+    """Returns pairs (P, Q) as an array (n, 2), with |Q| beyond f P by rounding as f P; raises BadArgument
+    unless they are finite, with P > 0 and |Q| <= f P.
     """
     try:
         found = np.array(cast(Any, pairs), float)

@@ -1,4 +1,4 @@
-"""Results as labelled data sets of xarray, with units in attributes."""
+"""Results as labelled data sets of xarray."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    """Attributes that say the unit of a quantity, if it has one."""
+    """The attributes with a quantity's unit."""
     _, unit, in_space = QUANTITIES.get(name, Quantity())
     return {"units": unit if flat else in_space or unit} if unit else {}
 
@@ -70,7 +70,7 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
 
 
 def _numbered(data: Any) -> Any:
-    """The data set of a state over the numbers of its points, so that others can stand beside it."""
+    """The data set of a state over the numbers of its points."""
     if "x" in data.indexes:
         data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
     return data.assign_coords(

@@ -1,7 +1,6 @@
 """The contact law: corners of a microblock, their levers and initial gaps, (20)-(22), (29), (41).
 
-A law names its corners. A corner at r from the centre of its block, its arm, moves by u + psi x r: normal to
-the surface and along it, in one, two and three dimensions. So each corner alpha has the gap
+A corner at r from the centre of its block, its arm, moves by u + psi x r. So each corner alpha has the gap
 
     g_alpha = g0_alpha - n.(u + psi x r_alpha) = g0_alpha - u.n + (ell/2) lever_alpha psi,
 
@@ -11,8 +10,7 @@ and a multiplier lambda_alpha <= 0, which together give traction and micromoment
 
     t_n = sum lambda_alpha,     M = -(ell/2) sum lever_alpha lambda_alpha.
 
-With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0. Everything here is plain
-numbers: no mesh, no NGSolve.
+With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 """
 
 from __future__ import annotations
@@ -31,8 +29,7 @@ ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
 
 class Law:
-    """Base of laws. A law that a user adds names its corners, their levers and initial gaps; the rest has
-    defaults.
+    """Base of laws. A law that a user adds names its corners, their levers and initial gaps.
 
     Attributes
     ----------
@@ -55,11 +52,9 @@ class Law:
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the initial gap of each corner along the outward normal: {corner: array (n,)} (lengths),
-        inf where there is no obstacle over it.
-
-        `points`, `normals` are arrays (n, 2), contact points (lengths) and unit normals; `ell` is the side of
-        a block (length).
+        """Returns the initial gaps along the outward normal, {corner: array (n,)} (lengths), inf where there
+        is no obstacle, of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block
+        (length).
         """
         raise NotImplementedError
 
@@ -72,10 +67,10 @@ class Law:
         return (0.0,) * len(self.corners)
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns where the corners lie from the centre of their block, over its side: array (corners, n, 2),
-        in space (corners, n, 3), at points (lengths) and unit normals, arrays (n, 2), in space (n, 3).
+        """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
+        2), in space (corners, n, 3), at points (lengths) with unit normals.
 
-        Here arms follow from the levers; corners that have one lie half a side above the centre.
+        Here they follow from the levers; corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():
@@ -101,7 +96,6 @@ def _not_negative(friction: float) -> None:
 
 
 def _coefficient() -> float:
-    """The field `friction`, which a law tells of itself only where there is any."""
     return field(default=0.0, metadata={"told": "if other than usual"} | checked(_not_negative))
 
 
@@ -113,10 +107,10 @@ class Microblock(_Coulomb):
     ----------
     psi0 : float, callable or pair
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1. On a `HalfSpace` a
-        number is the rotation about -e2; a pair ``(psi0_1, psi0_2)`` holds those about x1 and x2, each a
-        number or a function of (x1, x2).
+        number is the rotation about -e2; a pair holds those about x1 and x2, each a number or a function of
+        (x1, x2).
     psi0_in : "gaps and levers" or "levers"
-        Where psi0 acts: in both, or in the levers alone (docs/differences.md, "Initial rotation of Fig. 9").
+        Where psi0 acts (docs/differences.md, "Initial rotation of Fig. 9").
     friction : float
         Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
 
@@ -157,11 +151,10 @@ class Microblock(_Coulomb):
 
     @property
     def even(self) -> bool:
-        """Whether psi0 is 0, so that the blocks are symmetric about x1 = 0."""
+        """Whether psi0 is 0."""
         return not callable(self.psi0) and self.psi0 == 0
 
     def shifts(self, ell: float) -> tuple[float, ...]:
-        """Returns how far right of A and of B the contact point lies (lengths)."""
         return ell / 2, -ell / 2
 
     def arms(self, points: Array, normals: Array) -> Array:
@@ -182,9 +175,7 @@ class Microblock(_Coulomb):
         return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
-        """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1 in
-        absolute value.
-        """
+        """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1."""
         if isinstance(self.psi0, tuple):
             raise BadArgument(
                 "psi0", self.psi0, "must be a number or a function of x1: a pair belongs to a HalfSpace"
@@ -192,7 +183,7 @@ class Microblock(_Coulomb):
         return rotation(self.psi0, x)
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns n.(S + N) of corner A and n.(S - N) of corner B at x, with n.N = 1 and n.S = psi0, (41)."""
+        """Returns n.(S + N) of corner A and n.(S - N) of corner B, with n.N = 1 and n.S = psi0, (41)."""
         psi0 = self.angle(x)
         return {"A": 1 + psi0, "B": psi0 - 1}
 
@@ -214,7 +205,7 @@ class Unilateral(_Coulomb):
     Parameters
     ----------
     friction : float
-        Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
+        As of `Microblock`.
 
     Raises
     ------
@@ -249,7 +240,7 @@ class Microclamped(Unilateral):
     Parameters
     ----------
     friction : float
-        Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
+        As of `Microblock`.
 
     Raises
     ------
@@ -265,17 +256,18 @@ class Microclamped(Unilateral):
     clamps_rotation = True
 
 
+BUILT_IN = Microblock, Unilateral, Microclamped  # and nothing derived from them
+
+
 def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
-    """Returns t = (-psi0_2, psi0_1) of blocks over a surface, array (2, ...), of a pair or, about -e2, of a
-    number.
-    """
+    """Returns t = (-psi0_2, psi0_1) over a surface, array (2, ...), of a pair or, about -e2, of a number."""
     about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
     return np.array([-rotation(about[1], x1, x2), rotation(about[0], x1, x2)])
 
 
 def rotation(psi0: Any, *x: Array) -> Array:
-    """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians); raises
-    BadArgument if it fails, or is not below 1 in absolute value.
+    """Returns psi0, a number or a function, at places: an array of their shape (radians); raises BadArgument
+    if it fails, or is not below 1.
     """
     shape = np.shape(x[0])
     angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
@@ -303,11 +295,11 @@ def tangents(normals: Array) -> Array:
 
 def has_constant_levers(law: object) -> bool:
     """Returns whether levers are known to be the same at all x."""
-    return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
+    return type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
 
 
 def check(law: object, in_space: bool = False) -> None:
-    """Raises BadArgument unless this is a law, over a surface one that is known there."""
+    """Raises BadArgument unless this is a law, `in_space` one that is known there."""
     if isinstance(law, type):
         home = "mb." * law.__module__.startswith("microblock")
         raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
@@ -320,7 +312,7 @@ def check(law: object, in_space: bool = False) -> None:
             "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
             f"microblock.model.law.Law as its base: it has no {missing[0]}",
         )
-    if type(law) in (Microblock, Unilateral, Microclamped):
+    if type(law) in BUILT_IN:
         return
     if in_space:
         raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
@@ -328,7 +320,7 @@ def check(law: object, in_space: bool = False) -> None:
 
 
 def _check_corners(law: Any) -> None:
-    """Raises BadArgument unless a user's law has gaps, levers and shifts of its corners, in order."""
+    """Raises BadArgument unless a user's law has gaps, levers and shifts of its corners."""
     point, normal = np.zeros((1, 2)), np.array([[0.0, 1.0]])
     names = tuple(law.corners)
     plain = all(isinstance(name, str) for name in names) and len(set(names)) == len(names)
@@ -358,8 +350,21 @@ def _check_corners(law: Any) -> None:
         )
 
 
+def require_shifts(law: LawLike) -> None:
+    """Raises BadArgument unless gaps of the law under a slope are those of its shifts."""
+    if type(law) in BUILT_IN:
+        return
+    slope, place, up = 2.0**-10, np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    inclined = obstacles.Obstacle(lambda x: 1 + slope * x)
+    flat, inclined_gaps = (law.initial_gaps(place, up, 1.0, one) for one in (obstacles.Plane(1.0), inclined))
+    wanted = [float((flat[corner] - inclined_gaps[corner])[0]) / slope for corner in law.corners]
+    if not np.allclose(law.shifts(1.0), wanted, rtol=0, atol=1e-6):
+        words = f"must have shifts(ell) where its gaps have them, at {wanted} ell, and not {law.shifts(1.0)}"
+        raise BadArgument("law", law, words)
+
+
 def require_pure_force(law: LawLike) -> None:
-    """Raises BadArgument where the only corner of a block has a lever: half-planes then know no moment."""
+    """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
     if len(law.corners) == 1 and np.any(list(law.levers(np.zeros(1)).values())):
         words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
         raise BadArgument("law", law, words)

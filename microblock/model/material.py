@@ -1,7 +1,6 @@
 """The plane Cosserat solid: moduli, admissibility, energy density and stresses, (10)-(18).
 
-The constitutive law is plain arithmetic on components, so that one formula serves NGSolve's
-symbolic expressions, numpy arrays and numbers.
+The constitutive law is arithmetic that serves NGSolve's expressions, arrays and numbers.
 """
 
 from __future__ import annotations
@@ -45,10 +44,10 @@ class Cosserat(Shown):
         ``eta = mu_c/mu`` or the modulus ``mu_c`` (stress). With 0 the microrotation is independent;
         ``beta -> 2`` is the couple-stress limit.
     curvature : float
-        ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi`` (dimensionless). The printed (18) has 1, but the
-        paper's own closed form needs 2 (docs/differences.md, "Curvature coefficient").
+        ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi``. The printed (18) has 1, but the paper's closed
+        form needs 2 (docs/differences.md, "Curvature coefficient").
     alpha_prime, beta_prime : float
-        ``alpha'`` and ``beta'`` of (12) (dimensionless). They act in three dimensions alone.
+        ``alpha'`` and ``beta'`` of (12), which act in three dimensions alone.
 
     Raises
     ------
@@ -109,9 +108,6 @@ class Cosserat(Shown):
         """Returns the solid whose long waves are those of rigid square blocks with elastic interfaces, in
         rows and columns (docs/theory/lattice.md).
 
-        Under a cylinder with 8 blocks on its half-width, forces differ from those of the blocks by 3 %,
-        couples by 71 %.
-
         Parameters
         ----------
         side : float
@@ -120,7 +116,7 @@ class Cosserat(Shown):
             Stiffness of the interfaces against opening and against slip (stress per length).
         couples : bool
             Whether gamma' is that of blocks in full contact, 5/12 + sqrt(3)/6, in place of 1/6, that of waves
-            of rotation along a row: couples then differ by 10 %.
+            of rotation along a row: under a cylinder couples differ from those of the blocks by 10 or 71 %.
 
         Raises
         ------
@@ -139,7 +135,7 @@ class Cosserat(Shown):
         return cls(E=stiffness * side, nu=0.0, ell=side, beta=1.0, curvature=curvature)
 
     def __repr__(self) -> str:
-        """The arguments, the coupling to six digits; near beta = 2, which is excluded, eta says it."""
+        """The arguments; near beta = 2, which is excluded, eta."""
         near = self.beta > 1.99
         coupling = f"eta={self.eta:.6g}" if near else f"beta={self.beta:.6g}"
         words = f"E={self.E}, nu={self.nu}, ell={self.ell}, {coupling}, curvature={self.curvature:.6g}"
@@ -148,7 +144,6 @@ class Cosserat(Shown):
         return f"Cosserat({words})"
 
     def summary(self) -> Summary:
-        """Returns the moduli, for a notebook."""
         rows = (
             Row("Young's modulus", "E", self.E, "stress"),
             Row("Poisson's ratio", "&nu;", self.nu),
@@ -188,14 +183,12 @@ class Cosserat(Shown):
 
     @property
     def layer_length(self) -> float:
-        """Decay length of the micropolar boundary layer, ell sqrt(gamma'/(2 beta)) (length); inf for beta =
-        0.
-        """
+        """Decay length of the boundary layer, ell sqrt(gamma'/(2 beta)) (length); inf for beta = 0."""
         return self.ell * math.sqrt(self.curvature / (2 * self.beta)) if self.beta else math.inf
 
     def energy(self, gradient: Component, psi: Component, kappa: Component) -> Component:
         """Returns the energy density (10)-(12) in plane strain (stress), of the displacement gradient (2, 2,
-        ...), the microrotation (radians) and its gradient (2, ...) (1/length): arrays or expressions.
+        ...), the microrotation (radians) and its gradient (2, ...) (1/length).
 
         Examples
         --------
@@ -214,8 +207,8 @@ class Cosserat(Shown):
         )
 
     def stress(self, gradient: Component, psi: Component) -> Components:
-        """Returns the force stress (16) as rows ((s11, s12), (s21, s22)); sigma_12 works on gamma_12 = u1,2 +
-        psi. Arguments are as of `energy`.
+        """Returns the force stress (16), rows ((s11, s12), (s21, s22)), of what `energy` takes; sigma_12
+        works on gamma_12 = u1,2 + psi.
         """
         (u11, u12), (u21, u22) = _components(gradient)
         pressure = self.lam * (u11 + u22)
@@ -224,17 +217,16 @@ class Cosserat(Shown):
         return ((pressure + 2 * self.mu * u11, shear + skew), (shear - skew, pressure + 2 * self.mu * u22))
 
     def couple_stress(self, kappa: Component) -> tuple[Component, Component]:
-        """Returns the couple stress m = gamma' ell^2 mu grad psi, (17) in the plane, from the gradient of psi
-        (1/length): couples per area (stress x length).
+        """Returns the couple stress m = gamma' ell^2 mu grad psi, (17), of the gradient of psi (stress x
+        length).
         """
         stiffness = self.curvature * self.ell**2 * self.mu
         return stiffness * kappa[0], stiffness * kappa[1]
 
 
 class Elastic(Cosserat):
-    """The classical elastic solid in plane strain, for comparison under `Unilateral`: no blocks, no length.
-
-    It is a `Cosserat` solid whose coupling is rounding beside its moduli, so that its ell does not matter.
+    """The classical elastic solid in plane strain, under `Unilateral`: a `Cosserat` solid whose coupling is
+    rounding beside its moduli, so that its ell does not matter.
 
     Parameters
     ----------
@@ -261,7 +253,6 @@ class Elastic(Cosserat):
         return f"Elastic(E={self.E}, nu={self.nu})"
 
     def summary(self) -> Summary:
-        """Returns the moduli, for a notebook."""
         return Summary(
             "Elastic solid", f"E {number(self.E)}, nu {number(self.nu)}", super().summary().rows[:2]
         )
@@ -272,9 +263,7 @@ def _components(gradient: Component) -> Components:
 
 
 def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: float | None) -> float:
-    """Returns eta from the one measure of the coupling that is given; it keeps its digits for beta near 0 and
-    2.
-    """
+    """Returns eta from the one measure that is given, with its digits for beta near 0 and 2."""
     measures = {"beta": beta, "eta": eta, "mu_c": mu_c}
     given = {name: value for name, value in measures.items() if value is not None}
     if len(given) != 1:
@@ -289,9 +278,7 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
 
 
 def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:
-    """Returns the contact modulus E* of two bodies (stress), 1/E* the sum of theirs; that of the first
-    without a second.
-    """
+    """Returns the contact modulus E* of two bodies (stress): 1/E* is the sum of theirs."""
     return first.E_star if second is None else 1 / (1 / first.E_star + 1 / second.E_star)
 
 
@@ -335,7 +322,7 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
 
 def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
     """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
-    thickness and its half-width ``a = sqrt(4 P R/(pi E*))`` (length).
+    thickness and a half-width (length).
     """
     rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
     return 2 * load / (math.pi * half_width) * np.sqrt(rest)

@@ -1,6 +1,4 @@
-"""The methods by name: what a user may fix of each, and its solver, a class or its dotted path below
-microblock.
-"""
+"""The methods by name: what a user may fix of each, and its solver."""
 
 from __future__ import annotations
 
@@ -26,16 +24,15 @@ _order = checked(require_whole, 1, 20)  # of elements
 
 @dataclass(frozen=True)
 class Panels(Checked):
-    """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
-
-    They follow histories of friction between two equal bodies under the law `Unilateral`.
+    """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits. They
+    follow friction between two equal bodies under the law `Unilateral`.
 
     Parameters
     ----------
     order : int, optional
         Order of the panels, from 2 to 100, without an error estimate; without it rtol chooses.
     fallback : bool
-        Whether uniform cells answer where panels do not; the state's `method` and `warnings` say so then.
+        Whether uniform cells answer where panels do not; `method` and `warnings` say so then.
 
     Raises
     ------
@@ -58,8 +55,8 @@ class Panels(Checked):
 
 @dataclass(frozen=True)
 class Cells(Checked):
-    """Uniform cells of constant pressure, matrix-free: large rough problems, and problems that repeat with a
-    period. Histories of friction have graded cells, on a half-plane without a period.
+    """Uniform cells of constant pressure, matrix-free: large rough problems, and problems with a period. With
+    friction cells are graded, on a half-plane without a period.
 
     Parameters
     ----------
@@ -68,7 +65,7 @@ class Cells(Checked):
     window : (left, right), optional
         Where the obstacle may touch (length), not on a period; without it wherever it is low enough.
     residual : float
-        Relative residual to which the contact problem is solved; pressures are good to ten times that.
+        Relative residual of the contact problem; pressures are good to ten times that.
 
     Raises
     ------
@@ -99,7 +96,7 @@ class Cells(Checked):
 
 @dataclass(frozen=True)
 class Fitted(Checked):
-    """Finite elements whose mesh follows the edges of the zones, made by the program.
+    """Finite elements whose mesh follows the edges of the zones.
 
     Parameters
     ----------
@@ -141,8 +138,7 @@ class Fitted(Checked):
 
 @dataclass(frozen=True)
 class Newton(Checked):
-    """Semismooth Newton on displacement, microrotation, corner multipliers and approach at once, (31) or
-    (37).
+    """Semismooth Newton on all unknowns at once, (31) or (37).
 
     Parameters
     ----------
@@ -170,7 +166,7 @@ class Newton(Checked):
 
 @dataclass(frozen=True)
 class Uniform(Checked):
-    """One mesh of equal squares near the contact, graded outwards: the mesh of section 4.2 of the paper.
+    """Equal squares near the contact, graded outwards: the mesh of section 4.2 of the paper.
 
     Parameters
     ----------
@@ -179,10 +175,10 @@ class Uniform(Checked):
     order : int
         Order of all fields.
     reach : float, optional
-        Half-width and depth of the region of equal squares (length); without it twice the half-width of a
-        classical contact and a block.
+        Half-width and depth of the equal squares (length); without it twice the half-width of a classical
+        contact and a block.
     newton : Newton, optional
-        Solves the monolithic system; without it the body is condensed to its contact nodes, which is faster.
+        Solves the monolithic system; without it the body is condensed to its contact nodes.
     shape : "quadrilaterals" or "triangles"
         Triangles are the same squares, each cut into two.
     rule : "nodal" or "gauss"

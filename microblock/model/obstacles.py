@@ -1,12 +1,12 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
-An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf`` where there is
-none; it approaches along -e2. Any callable height serves as well. An obstacle may have these attributes:
+An obstacle's ``height(x)`` returns x2 of its lower surface at an array of x1, ``inf`` where there is none.
+Any callable height serves as well. An obstacle may have these attributes:
 
 kinks      tuple, ascending: abscissae at which the slope or a higher derivative is discontinuous
 jumps      tuple, as long: by how much the slope jumps there
 ends       pair: left and right edge of the obstacle
-formulas   True: between all of these the height is a polynomial, and needs no samples
+formulas   True: between all of these the height is a polynomial
 even       True: the obstacle is symmetric about x1 = 0
 """
 
@@ -38,7 +38,7 @@ STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
 
 class Formula(Checked):
-    """Base of obstacles that are polynomials between the places that they name."""
+    """Base of obstacles that are polynomials between their named places."""
 
     even: Any = True  # a bool, or a property
     formulas = True
@@ -67,7 +67,7 @@ class Plane(Formula):
     level: float = field(default=0.0, metadata=checked(require_finite))
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        """Returns the height at x, array (n,) (lengths)."""
         return np.full(np.shape(x), float(self.level))
 
 
@@ -94,7 +94,7 @@ class Cylinder(Formula):
     R: float = field(metadata=checked(require_positive))
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        """Returns the height at x, array (n,) (lengths)."""
         return np.asarray(x, float) ** 2 / (2 * self.R)
 
 
@@ -124,19 +124,16 @@ class Wedge(Formula):
 
     @property
     def jumps(self) -> tuple[float, ...]:
-        """By how much the slope jumps at the tip."""
         return (2 * self.slope,)
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        """Returns the height at x, array (n,) (lengths)."""
         return self.slope * np.abs(x)
 
 
 @dataclass(frozen=True)
 class Obstacle:
     """Any height, with the places at which it is less than smooth.
-
-    A bare callable height serves as well: `Contact` searches for its singular points.
 
     Parameters
     ----------
@@ -176,13 +173,13 @@ class Obstacle:
 
     @staticmethod
     def from_samples(x: ArrayLike, z: ArrayLike) -> Samples:
-        """Returns the obstacle through samples: piecewise linear, and no obstacle beyond them.
+        """Returns the obstacle through samples: piecewise linear, and none beyond them.
 
         Parameters
         ----------
         x, z : arrays (n,), n >= 2
-            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: -z
-            of a profile z that was measured from above.
+            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: -z of
+            what was measured from above.
 
         Raises
         ------
@@ -219,26 +216,24 @@ class Punch(Formula):
 
     @property
     def ends(self) -> Interval:
-        """Left and right edge."""
         return -self.half_width, self.half_width
 
     @property
     def even(self) -> bool:
-        """Whether the punch is not tilted."""
         return self.tilt == 0
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
+        """Returns the height at x, array (n,) (lengths); inf beside the punch."""
         x = np.asarray(x, float)
         return np.where(np.abs(x) <= self.half_width, self.tilt * x, np.inf)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Sampled profile: piecewise linear through (x, z), no obstacle outside; a level one is a flat punch.
+    """Sampled profile: piecewise linear through (x, z), no obstacle outside.
 
-    The slope is discontinuous at each sample inside, where microblocks have a peak of pressure each: that
-    takes seconds to a minute. A smooth curve is better given as a function height(x).
+    The slope jumps at each sample inside, where microblocks have a peak of pressure. A smooth curve is better
+    given as a function height(x).
 
     Examples
     --------
@@ -252,12 +247,11 @@ class Samples:
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """The samples inside."""
         return tuple(self.x[1:-1])
 
     @property
     def jumps(self) -> tuple[float, ...]:
-        """By how much the slope jumps at each of them; 0 where that is rounding of the heights."""
+        """Jumps of the slope; 0 where they are rounding."""
         # of four heights, two to a slope, and of the abscissae
         rounding = 8 * np.finfo(float).eps * np.abs(self.z).max()
         jumps = np.diff(np.diff(self.z) / np.diff(self.x))
@@ -265,7 +259,6 @@ class Samples:
 
     @property
     def ends(self) -> Interval:
-        """The first and the last sample."""
         return self.x[0], self.x[-1]
 
     formulas = True
@@ -299,7 +292,7 @@ class Samples:
         return hash((self.x.tobytes(), self.z.tobytes()))
 
     def height(self, x: Array) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths); inf outside the samples."""
+        """Returns the height at x, array (n,) (lengths); inf outside the samples."""
         return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
 
 
@@ -328,17 +321,16 @@ class Wave(Checked):
 
     @property
     def period(self) -> float:
-        """The wavelength, as obstacles that repeat name it."""
         return self.wavelength
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        """Returns the height at x, array (n,) (lengths)."""
         return self.amplitude * (1 - np.cos(2 * np.pi * np.asarray(x, float) / self.wavelength))
 
 
 @dataclass(frozen=True)
 class SelfAffine(Checked):
-    """Base of self-affine heights of a period; `most` waves to the period are the shortest that may be."""
+    """Base of self-affine heights of a period, of at most `most` waves."""
 
     period: float = field(metadata=checked(require_positive))
     slope: float = field(metadata=checked(require_positive))
@@ -374,9 +366,9 @@ class Rough(SelfAffine):
     hurst : float
         Hurst exponent, from 0 to 1.
     waves : (int, int)
-        Numbers of the longest and of the shortest waves in the period, both included.
+        Numbers of the longest and of the shortest waves in the period.
     seed : int
-        Seed of the random phases.
+        Seed of the phases.
 
     Raises
     ------
@@ -393,7 +385,7 @@ class Rough(SelfAffine):
 
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
-        """Complex amplitudes of exp(2 pi i m x/period), m from the longest to the shortest wave."""
+        """Complex amplitudes of exp(2 pi i m x/period), from the longest to the shortest wave."""
         m = np.arange(self.waves[0], self.waves[1] + 1)
         phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
         shape = m ** (-self.hurst - 0.5) * np.exp(1j * phases)
@@ -401,7 +393,7 @@ class Rough(SelfAffine):
         return cast("NDArray[np.complex128]", self.slope / np.sqrt(mean_square) * shape)
 
     def height(self, x: ArrayLike) -> Array:
-        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        """Returns the height at x, array (n,) (lengths)."""
         phase = np.exp(2j * np.pi * np.asarray(x, float) / self.period)  # of Horner's rule
         total = np.zeros_like(phase)
         for amplitude in self.amplitudes[::-1]:
@@ -411,7 +403,7 @@ class Rough(SelfAffine):
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
     """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none; raises
-    BadArgument if it is no obstacle, or does not return a number, or inf, for each of many x.
+    BadArgument if it does not return a number, or inf, for each x.
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
@@ -436,7 +428,7 @@ def check(obstacle: ObstacleLike) -> None:
 
 
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
-    """Raises BadArgument unless an obstacle without edges is lowest somewhere on the scales of ell."""
+    """Raises BadArgument unless an obstacle is lowest on the scales of ell."""
     scales = np.geomspace(1e-3, 1e5, 65)  # of ell
     sides = {side: heights(obstacle, side * ell * scales) for side in (-1, 1)}
     for side, above in sides.items():
@@ -452,7 +444,7 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
 
 
 def returned(obstacle: ObstacleLike, x: Array) -> Array:
-    """Returns what the height returns, as an array, whatever its shape."""
+    """Returns the values of the height as an array of any shape."""
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
     height = getattr(obstacle, "height", obstacle)
@@ -474,16 +466,9 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     )
 
 
-def evaluated(
-    function: Callable[..., Array],
-    *x: Array,
-    name: str,
-    given: object,
-    allowed: str,
-    hint: Callable[[], str] = str,
-) -> Array:
-    """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
-    of what was given, where it fails.
+def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
+    """Returns what a user's function returns at places, arrays of one shape; raises BadArgument where it
+    fails.
     """
     if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
         return np.zeros(np.shape(x[0]))
@@ -493,12 +478,11 @@ def evaluated(
     except MicroblockError:
         raise
     except Exception as failure:  # whatever the user's function does
-        words = hint() or shortened(repr(failure))
-        raise BadArgument(name, given, f"{allowed} ({words})") from failure
+        raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
 
 
 def real(values: ArrayLike) -> Array:
-    """Returns the values of a user's function as an array of floats; TypeError for complex ones."""
+    """Returns values as an array of floats; raises TypeError for complex ones."""
     found = np.asarray(values)
     if found.dtype.kind == "c":
         raise TypeError("it returns complex numbers")
@@ -506,11 +490,9 @@ def real(values: ArrayLike) -> Array:
 
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
-    """Returns the initial gap between points of a body's surface (lengths) and the obstacle along the unit
-    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, for n = e2 that of section 4.2.
-
-    It is ``inf`` where there is no obstacle above, or the surface is steeper than 60 degrees, where it is no
-    measure of nearness.
+    """Returns the initial gap along the unit normals of points of a surface (lengths), arrays (n, 2):
+    ``(height(x1) - x2) n2``, for n = e2 that of section 4.2; ``inf`` where there is no obstacle above, or the
+    surface is steeper than 60 degrees.
     """
     above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST

@@ -1,9 +1,9 @@
-"""The obstacle as far as it could touch: from what is known of it zones, panels and elements begin.
+"""The obstacle as far as it could touch.
 
 Under the load P a corner touches at the distance D from the lowest point only where the height is no more
 than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest (a: half-width of a classical contact).
-Heights within twice that are sampled, first on all scales, then in the low stretches so densely that
-features as wide as 5e-4 a show (`Proxy`).
+Heights within twice that are sampled, in the low stretches so densely that features as wide as 5e-4 a show
+(`Proxy`).
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ class Picture:
     lowest : float
         Abscissa of the lowest point.
     half_width, rise : float
-        Half-width and rise of a classical contact under the load there (lengths).
+        Of a classical contact (lengths).
     bound : float
         Multiple of the classical estimate below which heights are sampled.
     stretches : tuple of (left, right)
-        Intervals of x1, ascending, beyond which nothing touches.
+        Intervals beyond which nothing touches.
     angle : Proxy or None
         Of psi0 where that is a function.
     sites, heights : arrays (m,)
-        Ascending places where it could touch, and the heights there (lengths).
+        Ascending places where it could touch, and the heights there.
     edges, lengths : arrays (n + 1,), (n,)
-        Pieces on which the height is a polynomial; inf where only slope discontinuities and edges count.
+        Pieces on which the height is a polynomial; inf where only kinks and ends count.
     kinks, jumps, ends, steps, tips : tuples of float
-        Slope discontinuities, their jumps and edges of the obstacle, given or detected; places at which the
-        height itself jumps, and at which the curvature has no bound though the slope does not jump.
+        Slope discontinuities, their jumps and edges; places at which the height jumps, and at which the
+        curvature alone has no bound.
     found : bool
-        Whether kinks, jumps or edges were detected that the obstacle does not name.
+        Whether some of these were detected.
     """
 
     load: float
@@ -72,14 +72,14 @@ class Picture:
 
     @property
     def minima(self) -> Array:
-        """Approximate places of the least heights of all low stretches, array (k,)."""
+        """Places of the least heights of all low stretches, array (k,)."""
         h = self.heights
         padded = np.concatenate(([np.inf], h, [np.inf]))
         return self.sites[(h < padded[:-2]) & (h <= padded[2:])]
 
     @property
     def simple(self) -> bool:
-        """Whether the obstacle has one lowest place, and nothing much narrower than the contact beside it."""
+        """Whether nothing much narrower than the contact lies beside the one lowest place."""
         few = len(self.minima) <= 1 and len(self.kinks) <= 2 and not self.found and self.angle is None
         return few and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
 
@@ -91,8 +91,7 @@ class Picture:
 
 def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
     """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
-    BadArgument if obstacle or psi0 are noise or have too many features, or the obstacle does not rise enough
-    for the load.
+    BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)
@@ -131,7 +130,7 @@ def within(
     bound: float = np.inf,
     lowest: float | None = None,
 ) -> Picture:
-    """Returns the Picture of given stretches, for contacts of this half-width and rise on any body."""
+    """Returns the Picture of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor = problem.obstacle, 1e-11 * rise
     known: bool = getattr(obstacle, "formulas", False)
@@ -151,7 +150,7 @@ def within(
 
 
 def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
-    """Returns the obstacle with the slope discontinuities and edges of its Picture."""
+    """Returns the obstacle with what its Picture has detected."""
     if not found.found:
         return obstacle
     height = cast("Callable[[Array], ArrayLike]", getattr(obstacle, "height", obstacle))
@@ -160,13 +159,13 @@ def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
 
 @dataclass(frozen=True)
 class Seen(Obstacle):
-    """A height with what was detected of it: also `ends`, beyond which there is no obstacle."""
+    """A height with what was detected of it."""
 
     ends: tuple[float, ...] = ()
 
 
 def classical(problem: Problem, load: float, centre: float) -> tuple[float, float]:
-    """Returns (half-width, rise) of the classical parabolic contact: the obstacle rises by its approach."""
+    """Returns (half-width, rise) of the classical parabolic contact."""
     half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
@@ -184,7 +183,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
 
 
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
-    """Returns places on all scales, ascending and denser around the least heights, and the heights there."""
+    """Returns places on all scales, denser around the least heights, and the heights there."""
     nearest = 1e-3 * ell
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
@@ -205,13 +204,13 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
 
 
 def _named(obstacle: ObstacleLike) -> tuple[dict[float, float], tuple[float, ...]]:
-    """Returns what an obstacle names: its slope discontinuities {place: jump of the slope}, and its edges."""
+    """Returns the {slope discontinuity: jump} and the edges that an obstacle names."""
     kinks = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
     return dict(kinks), tuple(getattr(obstacle, "ends", ()))
 
 
 def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, Any]:
-    """Returns what a Picture has of an obstacle that is a polynomial between the places that it names."""
+    """Returns what a Picture has of an obstacle with `formulas`."""
     kinks, ends = _named(obstacle)
     own = [place for place in (*kinks, *ends) if any(left <= place <= right for left, right in stretches)]
     sites = np.unique(np.concatenate([np.linspace(*each, 65) for each in stretches] + [own]))
@@ -229,7 +228,7 @@ def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, A
 def _sampled(
     obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float
 ) -> dict[str, Any]:
-    """Returns what a Picture has of any other obstacle, from its values in the low stretches."""
+    """Returns what a Picture has of any other obstacle."""
     own, ends = _named(obstacle)
     first = _first(stretches, half, (*own, *ends), obstacle)
     pieces = _proxies(lambda x: heights(obstacle, x), first, floor, obstacle, known=own)
@@ -288,9 +287,7 @@ def _proxies(
     name: str = "obstacle",
     known: Collection[float] = (),
 ) -> list[Proxy]:
-    """Returns a Proxy for each stretch; raises BadArgument, by the name of what was given, where it is too
-    rough.
-    """
+    """Returns a Proxy for each stretch; raises BadArgument where it is too rough."""
     try:
         return [
             proxy(function, edges, floor, [place for place in known if edges[0] < place < edges[-1]])
@@ -308,7 +305,7 @@ def _proxies(
 def _angle(
     law: LawLike, stretches: Sequence[Interval], ell: float, half: float, floor: float
 ) -> Proxy | None:
-    """Returns the Proxy of psi0 over all of the stretches, None where it is a number."""
+    """Returns the Proxy of psi0 over all stretches, None of a number."""
     if not callable(getattr(law, "psi0", None)):
         return None
     law = cast(AngledLaw, law)

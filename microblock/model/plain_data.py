@@ -1,4 +1,4 @@
-"""Results as plain data, as JSON has them, as labelled data sets, and in files that bring them back."""
+"""Results as plain data, as labelled data sets, and in files."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 class Quantity(NamedTuple):
-    """The states whose dictionary has it ("plane", "friction", "space"), its unit, and that of three
-    dimensions where it is another.
+    """The states whose dictionary has it ("plane", "friction", "space"), its unit, and that in three
+    dimensions.
     """
 
     listed: str = ""
@@ -66,7 +66,7 @@ QUANTITIES = {
 
 
 class PlainData:
-    """Base of results that return themselves as plain data; `_keys` names the attributes."""
+    """Base of results as plain data; `_keys` names the attributes."""
 
     _keys: ClassVar[tuple[str, ...]] = ()
 
@@ -77,7 +77,7 @@ class PlainData:
         -------
         dict
             Plain data for JSON in full precision: arrays and tuples are lists, results and events
-            dictionaries; a number that is NaN or infinite is None.
+            dictionaries; NaN and infinity None.
 
         Examples
         --------
@@ -94,9 +94,8 @@ class PlainData:
         Returns
         -------
         xarray.Dataset
-            Of a state over "x" (in space over "point", or over "x1" and "x2" of a grid), of a history over
-            "state" and "point", with NaN where a state has fewer points; events over "event". Texts are
-            attributes.
+            Of a state over "x" (in space over "point", or "x1" and "x2" of a grid), of a history over "state"
+            and "point", with NaN where a state has fewer points; events over "event". Texts are attributes.
 
         Raises
         ------
@@ -124,7 +123,7 @@ class PlainData:
         Parameters
         ----------
         file : str or path
-            Where to write it: an archive of numpy's arrays (NPZ), without pickles, whatever the ending.
+            An archive of numpy's arrays (NPZ), without pickles, whatever the ending.
 
         Raises
         ------
@@ -146,7 +145,7 @@ class PlainData:
 
 
 def plain_data(value: Any) -> Any:
-    """Returns a value as JSON has it, and None for numbers that are NaN or infinite."""
+    """Returns a value as JSON has it, None for NaN or infinity."""
     if isinstance(value, PlainData):
         return value.to_dict()
     if is_dataclass(value):

@@ -1,6 +1,4 @@
-"""A contact problem along x1 as every solver takes it: corners, levers, initial gaps and their singular
-points.
-"""
+"""A contact problem along x1 as every solver takes it."""
 
 from __future__ import annotations
 
@@ -29,9 +27,9 @@ GROWTH = 4.0  # of panels away from an edge
 class Problem:
     """The problem on the line: solid, law and obstacle.
 
-    With `mirror` all is symmetric about x = 0, and the first corner alone is computed, on x >= 0 if the law
-    has one corner only. Without a `picture` the obstacle is smooth between the places that it names.
-    `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is rigid.
+    With `mirror` all is symmetric about x = 0, and the first corner alone is computed, on x >= 0 if it is the
+    only one. Without a `picture` the obstacle is smooth between the places that it names. `counter` is the
+    solid of a second body, whose shape the obstacle is.
     """
 
     solid: Cosserat
@@ -63,7 +61,7 @@ class Problem:
 
     @cached_property
     def _places(self) -> Array:
-        """Contact points at which a corner meets a slope discontinuity or an edge, ascending."""
+        """Contact points with a corner at a slope discontinuity or an edge, ascending."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
         own += getattr(self.picture, "tips", ())
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
@@ -73,7 +71,7 @@ class Problem:
         return np.concatenate((places[:1], places[1:][far]))
 
     def _one_place(self, place: float) -> float:
-        """Returns the first of the contact points that rounding alone keeps apart from a place."""
+        """Returns the first of the places that are one but for rounding."""
         return float(self._places[np.searchsorted(self._places, place, side="right") - 1])
 
     @cached_property
@@ -94,13 +92,13 @@ class Problem:
 
     @cached_property
     def tips(self) -> set[float]:
-        """Contact points at which a corner is under a tip, see `Picture`."""
+        """Contact points with a corner under a tip, see `Picture`."""
         places = () if self.picture is None else self.picture.tips
         return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
-        """[(edges, lengths), ...] in x of the contact point, of its gaps and levers."""
+        """[(edges, lengths), ...] of gaps and levers, in x of the contact point."""
         if self.picture is None:
             return []
         angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
@@ -108,7 +106,7 @@ class Problem:
 
     @cached_property
     def stretches(self) -> list[Interval]:
-        """Intervals of the contact point in which a corner could touch, ascending."""
+        """Intervals in which a corner could touch, ascending."""
         assert self.picture is not None
         low = self.picture.stretches
         return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
@@ -119,14 +117,14 @@ class Problem:
         return self.stretches[0][0], self.stretches[-1][1]
 
     def sites(self, corner: int) -> Array:
-        """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated."""
+        """Returns contact points with a corner under a site of the picture, or of psi0."""
         assert self.picture is not None
         angle = np.empty(0) if self.picture.angle is None else self.picture.angle.samples
         return np.union1d(self.picture.sites + self.shifts[corner], angle)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
-        """Returns how long panels may be on an interval: no longer than pieces on which heights and psi0 are
-        polynomials, and than `grading` times the distance from shorter ones.
+        """Returns how long panels may be on an interval: as pieces on which heights and psi0 are polynomials,
+        and `grading` times the distance from shorter ones.
         """
         near = [(own, edges[:-1] - right, left - edges[1:]) for edges, own in self._pieces]
         lengths = (own + grading * np.maximum(np.maximum(*away), 0.0) for own, *away in near)
@@ -134,7 +132,7 @@ class Problem:
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
-        """{corner: (left, right)}, contact points beyond which it meets no obstacle; empty without any."""
+        """{corner: (left, right)}, beyond which it meets no obstacle."""
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
@@ -143,32 +141,30 @@ class Problem:
         return tuple(self._one_place(place + self.shifts[corner]) for place in places)
 
     def all_zones(self, zones: CornerZones) -> CornerZones:
-        """Returns the zones of all corners {corner: ((left, right), ...)} from those that are computed."""
+        """Returns the zones of all corners {corner: ((left, right), ...)} from the computed ones."""
         if not self.mirror or half_line(self):
             return zones
         return {0: zones[0], 1: tuple((-right, -left) for left, right in reversed(zones[0]))}
 
     def computed(self, zones: CornerZones) -> CornerZones:
-        """Returns of the zones of all corners those that are computed, on a half-line with their mirror
-        images.
-        """
+        """Returns the computed ones of all zones, on a half-line with their mirror images."""
         if not half_line(self):
             return {corner: zones[corner] for corner in self.corners}
         right = [(max(left, 0.0), right) for left, right in zones[0] if right > 0]
         return {0: tuple(joined([*right, *((-right, -left) for left, right in right)]))}
 
     def levers(self, x: Array) -> Array:
-        """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""
+        """Returns the levers of (29) at x, array (corners, ...); 0 where psi is prescribed."""
         values = list(self.law.levers(np.asarray(x)).values())
         return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
-        """Returns levers of (29) for corner numbers and abscissae of the same shape."""
+        """Returns levers of corner numbers at abscissae of the same shape."""
         values = self.levers(x)
         return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
 
     def initial_gaps(self, x: Array) -> Array:
-        """Returns the initial gaps of all corners at x, array (corners, n)."""
+        """Returns the initial gaps at x, array (corners, n)."""
         gaps = self.law.initial_gaps(*level_surface(x), self.solid.ell, self.obstacle)
         return np.array(list(gaps.values()))
 
@@ -179,17 +175,17 @@ class Problem:
 
 
 def level_surface(x: Array) -> tuple[Array, Array]:
-    """Returns the points of the surface x2 = 0 at x, and its outward normals, arrays (n, 2)."""
+    """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
     return np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
 
 
 def half_line(problem: Problem) -> bool:
-    """Returns whether the one corner of a symmetric problem is computed on x >= 0 only."""
+    """Returns whether a symmetric problem has one corner, computed on x >= 0."""
     return problem.mirror and len(problem.law.corners) == 1
 
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
-    """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
+    """Raises BadArgument where obstacle or law say that they are `even` and are not."""
     x, same = ell * np.geomspace(1e-3, 1e4, 43), 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):

@@ -1,4 +1,4 @@
-"""The bar of a computation that lasts: the loops of all methods move it, and `Contact` shows it."""
+"""The bar of a computation that lasts."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ _bar: ContextVar[Any] = ContextVar("bar", default=None)
 
 @contextmanager
 def counting(words: str, progress: bool) -> Iterator[None]:
-    """Context whose steps a bar counts, if there is to be progress."""
+    """Context whose steps a bar counts, if asked for."""
     with tqdm(desc=words, unit=" steps", disable=not progress) as bar:
         token = _bar.set(bar)
         try:
@@ -22,6 +22,6 @@ def counting(words: str, progress: bool) -> Iterator[None]:
 
 
 def counted() -> None:
-    """Counts a step of an iteration on the bar, where there is one."""
+    """Counts a step on the bar, where there is one."""
     if (bar := _bar.get()) is not None:
         bar.update()

@@ -1,4 +1,4 @@
-"""A function known by its values alone, as polynomials on pieces: where it is smooth and where it ends.
+"""A function known by its values alone, as polynomials on pieces.
 
 Pieces on which a polynomial of degree NODES - 1 does not follow are halved (as chebfun does: Battles and
 Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside none is short enough. What is
@@ -57,8 +57,8 @@ class Proxy:
 
     @property
     def lengths(self) -> Array:
-        """Lengths of the pieces, array (n,); inf where a piece is short only because of a singular point
-        within two and a half lengths.
+        """Lengths of the pieces, array (n,); inf where one is short only because of a singular point within
+        two and a half lengths.
         """
         lengths = np.diff(self.edges)
         middle, least = (self.edges[1:] + self.edges[:-1]) / 2, LOST * (self.edges[-1] - self.edges[0])
@@ -67,11 +67,9 @@ class Proxy:
 
 
 def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[float] = ()) -> Proxy:
-    """Returns the Proxy of a function of arrays on the intervals between `edges`, inf where there is nothing.
-
-    The intervals are short enough for the features that shall be seen; `floor` is an error per length that
-    does not matter, `known` are singular places inside. Raises TooRough if there are too many pieces or
-    singular points.
+    """Returns the Proxy of a function of arrays on the intervals between `edges`, which are short enough for
+    what shall be seen; `floor` is an error per length that does not matter, `known` are singular places
+    inside. Raises TooRough if there are too many pieces or singular points.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
@@ -115,13 +113,13 @@ def _spread(left: Array, right: Array) -> Array:
 
 
 def _values(function: Function, x: Array) -> Array:
-    """Returns values of the function at x, array (n,), inf where there is none."""
+    """Returns values at x, array (n,), inf where there is none."""
     values = np.asarray(function(x), float)
     return np.where(np.isfinite(values), values, np.inf)
 
 
 def _ends(function: Function, x: Array, there: Flags) -> list[float]:
-    """Returns the last places, between samples x, at which the function exists where it begins or ends."""
+    """Returns the last places, between samples x, at which the function exists."""
     ends = []
     for i in np.flatnonzero(there[1:] != there[:-1]):
         inside, outside = (x[i], x[i + 1]) if there[i] else (x[i + 1], x[i])
@@ -157,7 +155,7 @@ def _rough(
 
 
 def _pinned(function: Function, left: Array, right: Array, least: float) -> list[tuple[float, float]]:
-    """Returns (length of the last piece, place) of the singular points in pieces, by halving them."""
+    """Returns (length of the last piece, place) of singular points, by halving."""
     nothing, settled = np.empty(0), np.zeros(len(left), bool)
     while True:
         middle = left + HALF * (right - left)
@@ -177,11 +175,7 @@ def _at_singular(
     function: Function, place: float, others: Iterable[float], whole: float, exact: bool
 ) -> tuple[float, float, float]:
     """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, from
-    differences beside it.
-
-    The jump is 0 if it shrinks with their step; jump and power are nan if it grows. Where the slope jumps the
-    place is where the polynomials of either side meet: a logarithm d beside its place is off by sqrt(d) in
-    L2.
+    differences beside it: the jump is 0 if it shrinks with their step; jump and power are nan if it grows.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
 
@@ -203,9 +197,7 @@ def _at_singular(
 
 
 def _meeting(function: Function, place: float, width: float) -> tuple[float, float]:
-    """Returns where polynomials through 6 points of either side of a place meet, and the jump of their
-    slopes.
-    """
+    """Returns where polynomials through 6 points of either side meet, and the jump of their slopes."""
     x = 0.05 + 0.95 * (1 + np.cos(np.pi * (np.arange(6) + 0.5) / 6)) / 2
     right, left = (
         np.polynomial.polynomial.polyfit(side * x, function(place + side * x * width), 5) for side in (1, -1)

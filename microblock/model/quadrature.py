@@ -18,8 +18,8 @@ def gauss_rule(order: int) -> tuple[Array, Array]:
 
 
 def lagrange(points: Array, v: Array) -> Array:
-    """Returns the Lagrange polynomials of the points at v: array v.shape + (k,); of points (..., k) those of
-    each row at the entry of v, array (...,).
+    """Returns the Lagrange polynomials of the points at v: array v.shape + (k,); of points (..., k) each
+    row's at its entry of v.
     """
     difference = points[..., :, None] - points[..., None, :] + np.eye(points.shape[-1])
     apart = v[..., None] - points
@@ -30,5 +30,5 @@ def lagrange(points: Array, v: Array) -> Array:
 
 
 def in_blocks(count: int, each: int) -> list[Array]:
-    """Returns numbers up to a count in parts of at most a million values, so many for each number."""
+    """Returns numbers up to a count in parts of at most a million values."""
     return np.array_split(np.arange(count), 1 + count * each // 2**20)

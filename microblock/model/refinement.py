@@ -1,4 +1,4 @@
-"""Levels of refinement: each is solved from the one before, and compared with it."""
+"""Levels of refinement."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def levels(
     Parameters
     ----------
     solve : callable
-        Returns the result on a level, from that on the level before, None on the first.
+        Returns the result on a level, from that on the level before or None.
     sizes : sequence
         Levels, coarse to fine.
     change : callable

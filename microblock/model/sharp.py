@@ -1,4 +1,4 @@
-"""Where the pressure has no bound: at edges of the obstacle, and where its slope jumps."""
+"""Where the pressure has no bound."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
-    """Returns the contact points x1, ascending, at which a corner is closed at one of the obstacle's places,
-    up to `within` (length) beside a zone.
+    """Returns the contact points x1, ascending, with a corner closed at one of the obstacle's places, up to
+    `within` (length) beside a zone.
     """
     if not places:  # of a state from a file, whose law may be a name alone
         return []
@@ -41,7 +41,7 @@ def unbounded(state: State) -> list[float]:
 
 
 def of_samples(state: State) -> list[str]:
-    """Returns sentences on a contact with samples that reaches the last one, or edges between lines."""
+    """Returns sentences on a contact with the last sample, or with edges between lines."""
     samples, found = shape_of(state.obstacle), []
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
         return []

@@ -1,4 +1,4 @@
-"""What a method has to offer: the contract between `Contact` and every solver."""
+"""The contract between `Contact` and every solver."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import BadArgument, NotConverged
 from .deformable import body_of
 from .events import LoadPath
+from .law import require_shifts
 from .obstacles import check_lowest
 from .state import State
 from .types import Array, ContactLike
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Solver:
-    """Base of solvers: a solver is made of a `Contact` and the method that the user has named, its `options`.
+    """Base of solvers, made of a `Contact` and the method that the user has named, its `options`.
 
     It defines `solve`; it may define `path` for events, `history` for friction, and `follow` where a
     neighbouring solution saves work.
@@ -33,19 +34,19 @@ class Solver:
     contact, body, solid, obstacle, law
         Of the problem.
     has_level : bool
-        Whether the approach means something: the constant of a half-plane is arbitrary.
+        Whether the approach means something.
     has_fitted_zones : bool
-        Whether the edges of zones are unknowns, so that events are found from them (`path.ZonePath`).
+        Whether the edges of zones are unknowns (`path.ZonePath`).
     usual_rtol : float or None
-        Relative error that is asked for where the user names none.
+        Relative error where the user names none.
     most_corners : int or None
-        Corners that a law may have; None for any number.
+        Corners that a law may have.
     counter_bodies : tuple of classes
-        Of the second bodies that it knows (`Deformable`).
+        Second bodies that it knows.
     in_space : "cells", "nodes" or None
-        What its states have in three dimensions; None in the plane.
+        What its states have in three dimensions.
     verifies : bool
-        Whether `require_solved` looks at the residual of its states; else the error estimate speaks of it.
+        Whether `require_solved` looks at the residual; else the error estimate speaks of it.
     """
 
     has_level = True
@@ -61,6 +62,8 @@ class Solver:
         self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
         self.solid = self.body.solid
         self._require_counter_body()
+        if self.in_space is None and (self.has_fitted_zones or body_of(self.obstacle) is not None):
+            require_shifts(self.law)
         count, most = len(self.law.corners), self.most_corners
         if most is not None and count > (1 if self.law.clamps_rotation else most):
             constrained = " and constrains psi" if self.law.clamps_rotation else ""
@@ -72,7 +75,7 @@ class Solver:
             )
 
     def _require_counter_body(self) -> None:
-        """Raises BadArgument for an obstacle that deforms where this method would take it as rigid."""
+        """Raises BadArgument for an obstacle whose body this method does not know."""
         counter = body_of(self.obstacle)
         if counter is None or isinstance(counter, self.counter_bodies):
             return
@@ -85,7 +88,7 @@ class Solver:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns what the solver was made of: the rest is computed again after a copy."""
+        """Returns what the solver was made of."""
         return {
             key: one
             for key, one in vars(self).items()
@@ -94,11 +97,11 @@ class Solver:
 
     @property
     def symmetric(self) -> bool:
-        """Whether obstacle and blocks are known to be symmetric about x1 = 0."""
+        """Whether obstacle and law are known to be symmetric about x1 = 0."""
         return bool(self.law.even and getattr(self.obstacle, "even", False))
 
     def require_lowest(self) -> None:
-        """Raises BadArgument for an obstacle that falls without bounds over an unbounded body."""
+        """Raises BadArgument for an obstacle that falls without bounds."""
         check_lowest(self.obstacle, self.solid.ell)
 
     def solve(
@@ -111,9 +114,8 @@ class Solver:
     ) -> Solution:
         """Returns the Solution at a load (force per thickness) or an approach (length), the other being None.
 
-        `rtol` is that of `Contact.solve`, None the usual one; `initial` a solution of a similar problem.
-        Raises BadArgument if the method does not take an argument, NotConverged if the accuracy is out of
-        reach.
+        `rtol` is that of `Contact.solve`; `initial` a solution of a similar problem. Raises BadArgument if
+        the method does not take an argument, NotConverged if the accuracy is out of reach.
         """
         raise NotImplementedError
 
@@ -123,7 +125,7 @@ class Solver:
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
         """Raises NotConverged unless a state has the load or approach that was asked for, its pressures carry
-        its load, and its residual is rounding or below the error estimate; that of a penalty does not count.
+        its load, and its residual is rounding or below the error estimate.
         """
         solution = getattr(state, "solution", state)
         carried = np.sum(state.weights * state.pressure * state.normals[:, -1])
@@ -150,7 +152,7 @@ class Solver:
         return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
 
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
-        """Returns the LoadPath up to a load; raises BadArgument where the method follows no events."""
+        """Returns the LoadPath up to a load; raises BadArgument without events."""
         raise BadArgument(
             "method",
             type(self.options).__name__,
@@ -159,7 +161,7 @@ class Solver:
         )
 
     def follows(self, pairs: Array) -> bool:
-        """Returns whether the method follows a history, array (n, 2), where none is named."""
+        """Returns whether the method follows a history, array (n, 2)."""
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
@@ -172,5 +174,5 @@ class Solver:
         )
 
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
-        """Returns the Solution at a load, soon, from a neighbouring one: what sliders call."""
+        """Returns the Solution at a load, soon, from a neighbouring one."""
         return self.solve(load, None, rtol, initial)

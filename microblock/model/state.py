@@ -1,4 +1,4 @@
-"""The contact state: one class for every method, and the contract with the solution of a method."""
+"""The contact state, and what a method gives for it."""
 
 from __future__ import annotations
 
@@ -45,20 +45,16 @@ NO_FIELDS = "has no fields below the surface; finite elements and panels without
 
 @dataclass(frozen=True)
 class Surface:
-    """A state along the surface, at points in the order of x1.
+    """A state along the surface, at points in the order of x1; what is not said here is as of `State`.
 
     Attributes
     ----------
-    points, normals : arrays (n, 2)
-        Points of the undeformed surface (lengths), and unit normals.
+    points : array (n, 2)
+        Points of the undeformed surface (lengths).
     pressures, gaps : arrays (corners, n)
         Stresses and lengths; a gap is inf where there is no obstacle over the corner.
-    micromoment, psi, rotation, displacement, apart
-        As of `State`.
     obstacle : array (n,)
-        Height of the obstacle over the undeformed surface along n at the state's approach (length).
-    corners, ell
-        Names of the corners, and side of a block (length).
+        Height of the obstacle over the undeformed surface, along n (length).
     """
 
     points: Array
@@ -93,8 +89,8 @@ def surface(
     apart: Flags | None = None,
     counter: Function | None = None,
 ) -> Surface:
-    """Returns the Surface of a problem's state from its fields at points; `counter` is the displacement along
-    x2 of a second body's surface, a function of x1.
+    """Returns the Surface of a state from its fields at points; `counter` is the displacement along x2 of a
+    second body's surface, a function of x1.
     """
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     if counter is not None:
@@ -124,7 +120,7 @@ def corner_gaps(
     psi: Array,
     counter: Function | None = None,
 ) -> Array:
-    """Returns the gaps (22) of all corners of blocks at points of a surface, array (corners, n)."""
+    """Returns the gaps (22) of all corners, array (corners, n)."""
     law, ell, x, upwards = problem.law, problem.ell, points[:, 0], normals[:, 1]
     initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
     levers = np.array(list(law.levers(x).values()))
@@ -135,28 +131,27 @@ def corner_gaps(
 
 
 class ErrorParts:
-    """Base of frozen dataclasses of parts of the relative L2 error; `total` is their sum."""
+    """Base of parts of the relative L2 error; `total` is their sum."""
 
     @property
     def total(self) -> float | None:
-        """The sum; None where a part is not known."""
+        """The sum; None where a part is unknown."""
         parts: list[Any] = [getattr(self, entry.name) for entry in fields(cast(Any, self))]
         return None if None in parts else sum(parts)
 
 
 class Solution:
-    """What a method computes, and what lies between its points: a State takes its fields from it by their
-    names when they are first asked for.
+    """What a method computes, from which a State takes its fields.
 
     A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
     `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
     `x`; with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
-    `tangential_approach` and `zone_errors`.
+    `tangential_approach` and `zone_errors`; and what follows, where it is not as here.
 
     Attributes
     ----------
     estimate : ErrorParts or None
-        Parts of the error estimate; None where nothing is estimated.
+        Parts of the error estimate.
     notes : tuple of str
         Sentences on the computation, such as a fallback that was taken.
     has_edges : bool
@@ -177,31 +172,30 @@ class Solution:
 
     @property
     def holders(self) -> tuple[Any, ...]:
-        """The objects from which a State takes its fields: from the first that has one."""
+        """Objects of which the first that has a field gives it to a State."""
         return (self,)
 
     @property
     def error_estimate(self) -> float | None:
-        """The sum of the parts of the estimate; None where a mesh or an order was prescribed."""
         return None if self.estimate is None else self.estimate.total
 
     @property
     def period(self) -> float | None:
-        """Length after which the surface repeats; None where it does not."""
+        """Length after which the surface repeats, or None."""
         return None
 
     @property
     def points(self) -> Array:
-        """Points of the surface at `x`, array (n, 2)."""
+        """Points of the surface, array (n, 2)."""
         return np.column_stack((self.x, np.zeros_like(self.x)))
 
     @property
     def normals(self) -> Array:
-        """Outward normals of the surface at `x`, array (n, 2)."""
+        """Outward normals there, array (n, 2)."""
         return np.tile([0.0, 1.0], (len(self.x), 1))
 
     def surface(self, window: Interval | None = None) -> Surface:
-        """Returns the Surface at `x`; a window (left, right) is for methods that know what is between."""
+        """Returns the Surface at `x`; a window (left, right) is for methods that know what lies between."""
         return surface(
             self.problem,
             self.approach,
@@ -220,11 +214,11 @@ class Solution:
         return []
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns the displacement along x2 of the surface of a second body at x, array (n,) (length)."""
+        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length)."""
         return np.zeros(len(x))
 
     def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,): a polygon through the points, 0 beside the contact unless psi is
+        """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
         prescribed.
         """
         pressed = sum(self.pressure(corner, x) for corner in range(len(self.pressures))) > 0
@@ -232,12 +226,8 @@ class Solution:
             pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
         )
 
-    def moved_on(self, earlier: Solution, share: float) -> Solution:
-        """Returns this solution, moved on by a share of the way from an earlier one if that helps."""
-        return self
-
     def few_nodes(self, advice: str) -> list[str]:
-        """Returns a list of one sentence where a zone has few nodes and there is no error estimate."""
+        """Returns a sentence in a list where a zone has few nodes and there is no error estimate."""
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(numbers, default=0)
@@ -257,14 +247,14 @@ class LineSolution(Solution):
 
     @cached_property
     def micromoment(self) -> Array:
-        """M of (29) at `x`, array (n,); where psi is prescribed, the reaction to it."""
+        """M of (29) at `x`, array (n,), or the reaction."""
         if self.problem.law.clamps_rotation:
             return cast(Array, self._reaction_at_nodes())
         moments = self.problem.levers(self.x) * self.pressures
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
 
     def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,), from the pressures there, or the reaction to psi = 0."""
+        """Returns M at x, array (n,), from the pressures there, or the reaction."""
         if self.problem.law.clamps_rotation:
             return cast(Array, self.reaction(x))
         pressures = [self.pressure(corner, x) for corner in range(len(self.pressures))]
@@ -272,7 +262,7 @@ class LineSolution(Solution):
 
     @cached_property
     def energy(self) -> float:
-        """Elastic energy per thickness, half the work of the corners; on a half-plane up to a constant."""
+        """Elastic energy per thickness, half the work of the corners."""
         penetration = self.approach - self.problem.initial_gaps(self.x)
         penetration = np.where(np.isfinite(penetration), penetration, 0.0)
         work = np.where(self.pressures != 0, self.pressures * penetration, 0.0)
@@ -286,45 +276,47 @@ class State(Shown, PlainData):
     Attributes
     ----------
     problem : Contact
-        The problem; of a body whose mesh was refined, the one on the refined mesh.
+        The problem, of a refined mesh the one on that mesh.
     solid, obstacle, law
         Of the problem.
     load : float
-        Force per thickness; on a period, that of one period.
+        Force per thickness, of a period where there is one.
     approach : float or None
         Approach of the obstacle (length); None where the constant of a half-plane is arbitrary.
     x, weights : arrays (n,)
-        Points of the contact surface, ascending, and the lengths that they stand for: ``weights @ pressure``
-        is the load (of a curved surface with the normals' second component as a factor).
+        Points of the contact surface, ascending, and their lengths: ``weights @ pressure`` is the load (of a
+        curved surface with the normals' second component as a factor).
     points, normals : arrays (n, 2)
-        The same points (lengths), and the outward unit normals there.
+        The same points (lengths), and outward unit normals.
     apart : boolean array (n - 1,) or None
         Whether the surface is interrupted between a point and the next; None where it nowhere is.
-    pressure, micromoment, psi, displacement : arrays (n,)
-        Total pressure (stress), micromoment (29) (stress x length), or the reaction to a prescribed psi,
-        microrotation (radians) and displacement into the body, -u.n (length; of a half-plane up to a
-        constant).
+    pressure : array (n,)
+        Total pressure (stress).
+    micromoment : array (n,)
+        Micromoment (29) (stress x length), or the reaction to a prescribed psi; with friction also that of q.
+    psi, rotation : arrays (n,)
+        Microrotation, and rotation of the blocks (radians): psi0 + psi, or psi where psi0 acts in the levers.
+    displacement : array (n,)
+        -u.n (length; of a half-plane up to a constant).
     pressures : dict of arrays (n,)
-        Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
+        Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} without corners.
     closed : array (n,) of int
         Number of corners with a pressure.
-    rotation : array (n,)
-        Rotation of the blocks (radians): psi0 + psi, or psi alone where psi0 acts in the levers only.
     zones : dict of lists of (left, right)
-        Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
-        either; of laws without corners "contact" alone. On a period an interval may go on beyond its end.
-        With friction "stick" and "slip" are parts of "contact".
+        Intervals of x1 where the corner "A" is closed, "B", both ("full") or any ("contact", the only one
+        without corners); with friction "contact" consists of "stick" and "slip". On a period one may go on
+        beyond the end.
     half_width, contact_area : float
         Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
-        Relative error in L2 over the surface of what `pressure_at` returns and of the micromoment over ell,
-        both over the pressure, with friction also of the shear traction over the friction; for punches and
-        wedges with the weight that makes the norm finite. None where the discretisation was prescribed.
+        Relative L2 error of `pressure_at` and of the micromoment over ell, both over the pressure, with
+        friction also of q over the friction; for punches and wedges with the weight that makes the norm
+        finite. None where the discretisation was prescribed.
     error_parts : ErrorParts or None
-        The parts of which the estimate is the sum.
+        The parts of which it is the sum.
     residual : float
-        Largest relative residual of equilibrium, complementarity and feasibility; on panels what violations
-        of (26) are worth in the norm of the error.
+        Largest relative residual of equilibrium, complementarity and feasibility; on panels the violations
+        of (26) in the norm of the error.
     iterations, unknowns : int
         Of the method.
     method : str
@@ -334,25 +326,22 @@ class State(Shown, PlainData):
     energy : float
         Elastic energy per thickness; of a half-plane up to a constant.
     caption : str
-        Obstacle, law, load and error estimate in a line.
+        Obstacle, law, load and error estimate.
     shear : float or None
-        Q along x1, force per thickness, which drags the surface along x1 if positive; None without friction,
-        as all that follows.
+        Force per thickness Q that drags the surface along x1; None without friction, as all that follows.
     shear_traction, slip : arrays (n,)
-        q along x1 (stress), and slip since first contact (length), positive along a positive q. `micromoment`
-        is then that of the corner forces and of q, which acts on the blocks' faces.
+        q along x1 (stress), and slip since first contact (length), positive along a positive q.
     dissipation, work : float
-        Dissipated energy and work of the loads since the beginning, per thickness: `work` is the sum of
-        `energy` and `dissipation`, up to the constant of a half-plane.
+        Dissipated energy, and work of the loads: the sum of `energy` and `dissipation` (per thickness).
     tangential_approach : float or None
         Tangential displacement of the obstacle (length); None where its constant is arbitrary.
     zone_errors : dict or None
-        Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), None for a name
-        whose number of zones differs on the coarser discretisation.
+        Errors of the edges of `zones`: {name: [(left, right), ...]} (lengths), None for a name whose number
+        of zones differs on the coarser discretisation.
     opposite : array (n,) or None
-        Displacement along x2 of a second body's surface (`Deformable`) at `x`; None of a rigid obstacle.
+        Displacement along x2 of a second body's surface (`Deformable`) at `x`.
     solution : Solution
-        What the method has computed, which knows what lies between the points.
+        What the method has computed.
 
     Notes
     -----
@@ -360,26 +349,26 @@ class State(Shown, PlainData):
     None, and a state has instead:
 
     points, normals : arrays (n, 3)
-        Centres of cells, row after row, or nodes of the contact boundary, and unit normals there.
+        Centres of cells, row after row, or nodes of the contact boundary, and unit normals.
     weights : array (n,)
         Areas: ``weights @ pressure`` is the load (on a part of a symmetric body that of the part).
     micromoment, psi : arrays (n, 2)
-        M1 and M2 of the corners' forces, or the reaction to psi = 0, and microrotations about x1 and x2.
+        M1 and M2, and microrotations about x1 and x2.
     pressures : dict of arrays (n,)
-        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
-        Where all four are closed they are those of least norm; `pressure` and `micromoment` are unique.
+        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2), or {"C": ...}. Where all four are closed
+        they are those of least norm; `pressure` and `micromoment` are unique.
     closed : array (n,) of int
-        Number of closed corners: those with a force, and all four where no gap is open.
+        Number of corners with a force, and all four where no gap is open.
     contact_area : float
         Area on which a corner touches (length^2).
     shape, x1, x2, width
-        Of cells: their numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2`
-        are those of `points`, the others None.
+        Of cells: numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2` are
+        those of `points`, the others None.
     triangles : array (m, 3) of int, or None
         Numbers of nodes, of triangles between them.
     seen_width : float or None
-        Diameter of a disc that is seen, in and around the cells, if the obstacle is lower there than as far
-        again around it (length). Narrower summits may be missed.
+        Diameter (length) of the narrowest summit that is seen: a disc on which the obstacle is lower than as
+        far again around it.
 
     Examples
     --------
@@ -427,7 +416,7 @@ class State(Shown, PlainData):
     slip: Array | None
 
     def __init__(self, solution: Any, **given: Any) -> None:
-        """The state of a solution; what is not given is taken from that when it is first asked for."""
+        """The state of a solution, which has what is not given."""
         vars(self).update(given, solution=solution)
 
     if not TYPE_CHECKING:
@@ -448,7 +437,7 @@ class State(Shown, PlainData):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Returns the names of all data of a state: of its fields, and of what is computed from them."""
+        """Returns the names of all data of a state."""
         computed = (name for name, own in vars(cls).items() if isinstance(own, cached_property))
         return (*(entry.name for entry in fields(cls)), *computed)
 
@@ -465,45 +454,36 @@ class State(Shown, PlainData):
 
     @cached_property
     def problem(self) -> ContactLike:
-        """The contact problem."""
         return cast("ContactLike", self.solution.solver.contact)
 
     @cached_property
     def approach(self) -> float | None:
-        """Approach of the obstacle (length), or None."""
         return float(self.solution.approach) if self.solution.solver.has_level else None
 
     @cached_property
     def error_parts(self) -> ErrorParts | None:
-        """Parts of the error estimate, or None."""
         return cast("ErrorParts | None", self.solution.estimate)
 
     @cached_property
     def pressures(self) -> dict[str, Array]:
-        """Pressures of the corners at `x`, arrays (n,)."""
         return Named("corner", zip(self.law.corners, map(_to_read, self.solution.pressures)))
 
     @cached_property
     def pressure(self) -> Array:
-        """Total pressure at `x`, array (n,)."""
         return _to_read(np.sum(list(self.pressures.values()), axis=0))
 
     @cached_property
     def closed(self) -> Integers:
-        """Number of closed corners at the points, array (n,)."""
         return cast(Integers, np.sum([own > 0 for own in self.pressures.values()], axis=0))
 
     @cached_property
     def zones(self) -> Zones:
-        """Intervals of x1 by the name of the zone."""
         zones, period = self.solution.zones_by_name, self.solution.period
         return Named("zone", {name: over_the_end(pairs, period) for name, pairs in zones.items()})
 
     @cached_property
     def half_width(self) -> float:
-        """Half of the width of the contact at the middles of blocks (length): the outermost corner that
-        touches stands ell/2 inside.
-        """
+        """Half of the width of the contact at the middles of blocks (length)."""
         return float(np.ptp(self.zones["contact"] or 0)) / 2
 
     @cached_property
@@ -521,41 +501,16 @@ class State(Shown, PlainData):
 
     @cached_property
     def rotation(self) -> Array:
-        """Rotation of the blocks at `x`, array (n,)."""
         return self.psi + self.law.initial_rotation(self.x)
 
     @cached_property
     def opposite(self) -> Array | None:
-        """Displacement of the surface of a second body at the points, array (n,), or None."""
         return None if body_of(self.obstacle) is None else self.solution.counter_displacement(self.x)
 
     @cached_property
     def warnings(self) -> list[str]:
-        """Sentences on what limits the validity of the state."""
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*self._beyond_small_strain(), *of_samples(self)) if self.flat else ()), *known]
-
-    def _beyond_small_strain(self) -> list[str]:
-        """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
-        ell, found = 0.0 if isinstance(self.solid, Elastic) else self.solid.ell, []
-        largest = float(np.abs(self.rotation).max(initial=0.0))
-        if largest > math.radians(10):  # where the small-angle form misses 1.5 %
-            angle = math.degrees(largest)
-            found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
-        edges = np.ravel(self.zones["contact"] if self.solution.has_edges else [])
-        width = float(np.ptp(edges)) if len(edges) else math.inf
-        sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * self.solid.ell)
-        beside = returned(self.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
-        known = np.isfinite(beside).all(axis=0)
-        slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
-        if slope > 0.2:
-            found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
-        if self.error_estimate is not None and self.error_estimate > 0.1:
-            figure = at_least(self.error_estimate)
-            found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
-        if width < 2 * ell:
-            found.append("blocks are larger than the half-width of the contact")
-        return found
+        return [*((*_beyond_small_strain(self), *of_samples(self)) if self.flat else ()), *known]
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -563,15 +518,14 @@ class State(Shown, PlainData):
         Parameters
         ----------
         x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
-            Abscissae x1, or x1 and x2 of places on the surface (lengths).
+            Abscissae x1, or x1 and x2 (lengths).
         corner : str, optional
-            Name of the corner; without it the pressures of all corners are summed.
+            Name of the corner.
 
         Returns
         -------
         array (n,), or a float for one number
-            Stresses; 0 outside the contact. In three dimensions they are linear between centres of cells or
-            nodes.
+            Stresses; 0 outside the contact. In three dimensions they are linear between points.
 
         Raises
         ------
@@ -595,19 +549,14 @@ class State(Shown, PlainData):
 
         Parameters
         ----------
-        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
-            As of `pressure_at`.
+        x : float or array
+            As of `pressure_at`, whose errors it raises.
 
         Returns
         -------
         array (n,), or a float for one number; in three dimensions array (n, 2)
-            M, in three dimensions M1 and M2 (stress x length); of panels and fitted elements that of the
-            pressures at x, else linear between points.
-
-        Raises
-        ------
-        BadArgument
-            If x is no such array of finite numbers.
+            M, or M1 and M2 (stress x length); of panels and fitted elements that of the pressures at x, else
+            linear between points.
 
         Examples
         --------
@@ -627,7 +576,6 @@ class State(Shown, PlainData):
         Parameters
         ----------
         corner : str
-            Name of the corner.
         x : float or array (n,)
             Abscissae x1 (lengths).
 
@@ -639,7 +587,7 @@ class State(Shown, PlainData):
         Raises
         ------
         BadArgument
-            If the law has no such corner, or the state is one of three dimensions.
+            As `pressure_at`, and in three dimensions.
 
         Examples
         --------
@@ -652,13 +600,13 @@ class State(Shown, PlainData):
         return _like(x, self.solution.gap(self._number(corner), require_numbers(x=x)))
 
     def counter_displacement(self, x: ArrayLike) -> Array | float:
-        """Returns the displacement of the surface of a second body (`Deformable`) along x2, in three
-        dimensions along x3.
+        """Returns the displacement along x2 (in three dimensions x3) of the surface of a second body,
+        `Deformable`.
 
         Parameters
         ----------
-        x : array (n,) or float, in three dimensions array (n, 2) or (n, 3)
-            Abscissae x1, or x1 and x2 (lengths).
+        x : float or array
+            As of `pressure_at`.
 
         Returns
         -------
@@ -678,9 +626,6 @@ class State(Shown, PlainData):
         return _like(x, found) if self.flat else found
 
     def _window(self, window: Interval | None) -> Interval | None:
-        """Returns the window as a pair of floats, or None; raises BadArgument unless it is an interval of the
-        plane.
-        """
         if window is not None and not self.flat:
             raise BadArgument("window", window, "is an interval of x1, which a state of the plane has")
         return None if window is None else require_pair(window=window)
@@ -690,7 +635,7 @@ class State(Shown, PlainData):
             raise BadArgument("method", self.method, f"has no {what} in three dimensions")
 
     def _places(self, x: ArrayLike) -> Array:
-        """Returns abscissae, array (n,), or places in three dimensions, array (n, 2) or (n, 3)."""
+        """Returns abscissae, array (n,), or places in space, array (n, 2) or (n, 3)."""
         if self.flat:
             return cast(Array, require_numbers(x=x))
         try:
@@ -707,6 +652,7 @@ class State(Shown, PlainData):
         Parameters
         ----------
         direction : "x1" or "diagonal"
+            With an even number of cells "x1" runs between two rows, of which the mean is taken.
 
         Returns
         -------
@@ -716,11 +662,7 @@ class State(Shown, PlainData):
         Raises
         ------
         BadArgument
-            If the direction is none of these, or the state not one on cells in three dimensions.
-
-        Notes
-        -----
-        With an even number of cells the axis runs between two rows, of which the mean is taken.
+            If the direction is none of these, or the state not one on cells.
         """
         require_choice(("x1", "diagonal"), direction=direction)
         if self.shape is None:
@@ -738,8 +680,8 @@ class State(Shown, PlainData):
 
     @property
     def fields(self) -> Callable[..., Any]:
-        """Fields below the surface, a callable: ``fields(x1, x2)`` has psi, stress and couple stress at
-        points, and u where it is known; of finite elements also u1, u2, psi and stress as NGSolve functions.
+        """Fields below the surface: ``fields(x1, x2)`` has psi, stress and couple stress at points, and u
+        where it is known; of finite elements also u1, u2, psi and stress as NGSolve functions.
 
         Raises
         ------
@@ -756,7 +698,7 @@ class State(Shown, PlainData):
         return cast("Callable[..., Any]", self._offered("fields", "method", self.method, NO_FIELDS))
 
     def _offered(self, name: str, *refusal: str) -> Any:
-        """Returns what the solutions of some methods alone have; raises BadArgument of others."""
+        """Returns what the solutions of some methods have; raises BadArgument of others."""
         if not hasattr(self.solution, name):
             raise BadArgument(*refusal)
         return getattr(self.solution, name)
@@ -779,7 +721,7 @@ class State(Shown, PlainData):
         Raises
         ------
         BadArgument
-            If the body is a half-plane, which has no boundary of a name.
+            If the body is a half-plane.
 
         Examples
         --------
@@ -792,15 +734,14 @@ class State(Shown, PlainData):
         return cast("tuple[Array, float]", of(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
-        """Returns the Surface (gaps, normal displacement, obstacle) on an interval (left, right) of x1 in the
-        plane, without it around the contact.
+        """Returns the Surface of a state of the plane on an interval (left, right) of x1, without it around
+        the contact.
         """
         self._require_flat("surface along x1")
         return cast(Surface, self.solution.surface(self._window(window)))
 
     @cached_property
     def caption(self) -> str:
-        """Obstacle, law, load and error estimate in a line."""
         error = (
             "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
         )
@@ -838,55 +779,18 @@ class State(Shown, PlainData):
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""
-        corners = tuple(self.pressures) if len(self.pressures) > 1 else ()
-        named = {name: f"corner {name} closed" for name in corners}
-        named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
-        named |= {"contact": "contact"}
-        force, known = "force per thickness" if self.flat else "force", self.approach is not None
-        moments = np.linalg.norm(self.micromoment.reshape(len(self.weights), -1), axis=1)
-        rows = [
-            Row("method", "", self.method, f"{self.unknowns} unknowns"),
-            Row("load", "P", self.load, force),
-            Row("approach", "d", self.approach, "length" if known else "arbitrary on a half-plane"),
-            Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
-            Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
-            Row("error estimate", "", self.error_estimate, "relative, of p and M in L2"),
-        ]
-        if self.flat:
-            turned = math.degrees(np.abs(self.rotation).max())
-            rows[5:5] = [
-                Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
-                *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
-                *scales(self.obstacle, self.solid, self.load),
-            ]
-        else:
-            rows += [
-                Row("area of contact", "", self.contact_area, "length^2"),
-                Row("narrowest summit seen", "", self.seen_width, "length"),
-                Row("largest relative residual", "", self.residual),
-            ]
-        if self.shear_traction is not None:
-            rows += [
-                Row("shear force", "Q", self.shear, "force per thickness"),
-                Row("largest shear traction", "|q|", float(np.abs(self.shear_traction).max()), "stress"),
-                Row("dissipation", "", self.dissipation, "energy per thickness"),
-            ]
-        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
-        brief = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
-        title = "Contact state" if self.shear is None else "Contact state with friction"
-        return Summary(title, brief, tuple(rows), tuple(self.warnings))
+        return _table(self)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
-        """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and the rotated blocks
-        over x1; in three dimensions of the pressure, of the size of the micromoment and of the number of
-        closed corners, from above.
+        """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
+        three dimensions of pressure, micromoment and number of closed corners from above.
 
         Parameters
         ----------
         file : str or Path, optional
-            File to which the figure is written (PNG, PDF or SVG, by its ending).
+            File of the figure (PNG, PDF or SVG, by its ending).
         ax : matplotlib.axes.Axes, optional
-            Where to draw pressures and micromoment alone, in place of a figure of its own.
+            Where to draw pressures and micromoment alone.
         window : (left, right), optional
             Interval of x1 in the plane; without it the contact and its surroundings.
 
@@ -921,10 +825,6 @@ class State(Shown, PlainData):
         file, ax, window : optional
             As of `plot`; in three dimensions the axis has to be one, too.
 
-        Returns
-        -------
-        matplotlib.figure.Figure
-
         Raises
         ------
         BadArgument
@@ -947,10 +847,6 @@ class State(Shown, PlainData):
         file, ax : optional
             As of `plot`.
 
-        Returns
-        -------
-        matplotlib.figure.Figure
-
         Raises
         ------
         BadArgument
@@ -962,15 +858,11 @@ class State(Shown, PlainData):
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
 
     def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
-        """Returns a figure; one of its own says what the state is, and what it warns of."""
         return saved(drawing, file, *(() if ax is not None else (self.warnings, self.caption + more)))
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
-    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,), of a
-    solution whose `pressures`, `psi`, `micromoment`, `displacement` and `closed` have the points as last
-    axes.
-    """
+    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,)."""
     names, count = solution.solver.surface_law.names, len(points)
     vectors = {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}
     scalars = {name: getattr(solution, name).ravel() for name in ("displacement", "closed")}
@@ -987,19 +879,81 @@ def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> Stat
 
 
 def _like(x: ArrayLike, found: Array) -> Array:
-    """Returns values at x in its shape: of one number a float."""
     return np.reshape(found, np.shape(x))[()]
 
 
 def _to_read(values: ArrayLike) -> Array:
-    """Returns an array that cannot be written to, since states share values."""
+    """Returns an array that cannot be written to: states share values."""
     found = np.asarray(values).view()
     found.flags.writeable = False
     return found
 
 
+def _beyond_small_strain(state: State) -> list[str]:
+    """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
+    ell, found = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell, []
+    largest = float(np.abs(state.rotation).max(initial=0.0))
+    if largest > math.radians(10):  # where the small-angle form misses 1.5 %
+        angle = math.degrees(largest)
+        found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
+    edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
+    width = float(np.ptp(edges)) if len(edges) else math.inf
+    sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * state.solid.ell)
+    beside = returned(state.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
+    known = np.isfinite(beside).all(axis=0)
+    slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
+    if slope > 0.2:
+        found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
+    if state.error_estimate is not None and state.error_estimate > 0.1:
+        figure = at_least(state.error_estimate)
+        found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
+    if width < 2 * ell:
+        found.append("blocks are larger than the half-width of the contact")
+    return found
+
+
+def _table(state: State) -> Summary:
+    corners = tuple(state.pressures) if len(state.pressures) > 1 else ()
+    named = {name: f"corner {name} closed" for name in corners}
+    named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
+    named |= {"contact": "contact"}
+    force, known = "force per thickness" if state.flat else "force", state.approach is not None
+    moments = np.linalg.norm(state.micromoment.reshape(len(state.weights), -1), axis=1)
+    rows = [
+        Row("method", "", state.method, f"{state.unknowns} unknowns"),
+        Row("load", "P", state.load, force),
+        Row("approach", "d", state.approach, "length" if known else "arbitrary on a half-plane"),
+        Row("largest nodal pressure", "p", float(state.pressure.max()), "stress"),
+        Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
+        Row("error estimate", "", state.error_estimate, "relative, of p and M in L2"),
+    ]
+    if state.flat:
+        turned = math.degrees(np.abs(state.rotation).max())
+        rows[5:5] = [
+            Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
+            *(Row(named[name], "", intervals(state.zones[name]), "x1, length") for name in named),
+            *scales(state.obstacle, state.solid, state.load),
+        ]
+    else:
+        rows += [
+            Row("area of contact", "", state.contact_area, "length^2"),
+            Row("narrowest summit seen", "", state.seen_width, "length"),
+            Row("largest relative residual", "", state.residual),
+        ]
+    if state.shear_traction is not None:
+        rows += [
+            Row("shear force", "Q", state.shear, "force per thickness"),
+            Row("largest shear traction", "|q|", float(np.abs(state.shear_traction).max()), "stress"),
+            Row("dissipation", "", state.dissipation, "energy per thickness"),
+        ]
+    contact = intervals(state.zones["contact"]) if state.flat else f"area {number(state.contact_area)}"
+    brief = f"load {number(state.load)}, contact {contact}, error estimate {number(state.error_estimate)}"
+    title = "Contact state" if state.shear is None else "Contact state with friction"
+    return Summary(title, brief, tuple(rows), tuple(state.warnings))
+
+
 def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:
-    """Returns rows with the scales of Hertz' contact, (50), where the obstacle is a cylinder; else ()."""
+    """Returns rows with Hertz' scales, (50), for a cylinder."""
     if not isinstance(obstacle, Cylinder):
         return ()
     a, p = hertz_scales(solid, obstacle.R, load)

@@ -1,4 +1,4 @@
-"""How objects show themselves: a line in a terminal, a table in a notebook, both from the same plain data."""
+"""How objects show themselves: a line in a terminal, a table in a notebook."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a table: name, symbol, value and unit; numbers are shortened when it is shown."""
+    """A line of a table: name, symbol, value and unit."""
 
     name: str
     symbol: str
@@ -30,7 +30,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Summary:
-    """What an object says of itself: a title, a few words for one line, the rows of a table, and warnings."""
+    """A title, a few words for one line, the rows of a table, and warnings."""
 
     title: str
     brief: str
@@ -39,15 +39,13 @@ class Summary:
 
 
 def short(thing: object, longest: int = 60) -> str:
-    """Returns the repr of a thing, cut if it is long; of a function its name."""
+    """Returns the repr of a thing, cut if long; of a function its name."""
     text: str = getattr(thing, "__name__", None) or " ".join(repr(thing).split())
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
 def call(thing: object, longest: int = 48) -> str:
-    """Returns an obstacle or a law as it is called: numbers in four digits, texts where they are not the
-    default.
-    """
+    """Returns an obstacle or a law as it is called, numbers in four digits."""
     if not is_dataclass(thing):
         return short(thing, longest)
     known = [(entry, getattr(thing, entry.name)) for entry in fields(thing)]
@@ -61,7 +59,7 @@ def call(thing: object, longest: int = 48) -> str:
 
 
 def is_told(entry: Field[Any], value: object) -> bool:
-    """Returns whether the repr shows a field: always, or with the metadata `told` if it is not the usual."""
+    """Returns whether the repr shows a field: with the metadata `told` only if it is not the usual."""
     return "told" not in entry.metadata or bool(value != entry.default)
 
 
@@ -97,7 +95,7 @@ def number(value: object) -> str:
 
 
 def intervals(pairs: Iterable[Interval]) -> str:
-    """Returns a union of intervals in words: the intervals, or their number and length together."""
+    """Returns a union of intervals in words, many as number and length."""
     pairs = [(float(left), float(right)) for left, right in pairs]
     if not pairs:
         return "none"
@@ -107,7 +105,7 @@ def intervals(pairs: Iterable[Interval]) -> str:
 
 
 def html(summary: Summary) -> str:
-    """Returns the table: names left, symbols in the middle, values with their unit right, warnings below."""
+    """Returns the table in HTML."""
     edge = "text-align:left;padding:1px 12px 1px 0;background:none;border:none"
     lines = ("".join(f'<td style="{edge}">{cell}</td>' for cell in _cells(row)) for row in summary.rows)
     rows = "".join(f'<tr style="background:none">{cells}</tr>' for cells in lines)

@@ -1,4 +1,4 @@
-"""Types that signatures share, and what obstacles, bodies and methods have to offer."""
+"""Types that signatures share."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class HasHeight(Protocol):
     """An obstacle that is an object."""
 
     def height(self, x: Array, /) -> ArrayLike:
-        """Returns x2 of the lower surface at the abscissae x, array (n,); inf where there is no obstacle."""
+        """Returns x2 of the lower surface at x, array (n,), or inf."""
 
 
 ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
@@ -60,7 +60,7 @@ class BodyLike(Protocol):
 
     @property
     def methods(self) -> Sequence[type[MethodLike]]:
-        """The classes of the methods that solve on it, the usual one first."""
+        """The methods that solve on it, the usual one first."""
 
     def of(self, solid: Cosserat) -> BodyLike:
         """Returns the same body of another solid."""

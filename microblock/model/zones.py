@@ -1,4 +1,4 @@
-"""Observables of a state: layer lengths, relative errors, unions of intervals, extrema."""
+"""Zones and norms of a state."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:
-    """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates, from arrays (n,): the
-    weights of a quadrature rule (lengths), dp, dM/ell, p and dq/f (stresses); 0 without p.
+    """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates, from arrays (n,):
+    weights (lengths), dp, dM/ell, p and dq/f (stresses); 0 without p.
     """
     size, changes = weights @ total**2, (pressure, moment, *shear)
     return float(np.sqrt(max(weights @ change**2 for change in changes) / size)) if size else 0.0
 
 
 def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
-    """Returns the union of intervals [(left, right), ...], ascending and disjoint, joined where they are
-    apart by no more than `slack`.
+    """Returns the union of intervals [(left, right), ...], joined where they are apart by no more than
+    `slack`.
     """
     found: list[Interval] = []
     for left, right in sorted(intervals):
@@ -43,7 +43,7 @@ def without(intervals: Iterable[Interval], left: float, right: float) -> list[In
 
 
 def contains(intervals: ArrayLike, x: Array) -> Flags:
-    """Returns whether each x, array (n,), lies in one of the intervals, their ends included."""
+    """Returns whether each x, array (n,), lies in an interval, ends included."""
     left, right = np.reshape(intervals, (-1, 2, 1)).swapaxes(0, 1)
     return cast(Flags, np.any((left <= x) & (x <= right), axis=0))
 
@@ -55,7 +55,7 @@ def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interv
 
 
 def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[Interval]:
-    """Returns intervals as floats, those at the two ends of a period as one that goes on beyond it."""
+    """Returns intervals as floats, those at both ends of a period as one that goes on beyond it."""
     own = [(float(left), float(right)) for left, right in intervals]
     if period is None or len(own) < 2 or own[-1][1] - own[0][0] < period * (1 - 1e-9):
         return own
@@ -65,7 +65,7 @@ def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[In
 
 def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
     """Returns which places x lie between two nodes (ascending) at which the surface ends and begins again:
-    `apart`, (n - 1,), says so of a node and the next; None stands for nowhere.
+    `apart`, (n - 1,), says so of a node and the next.
     """
     if apart is None:
         return np.zeros(np.shape(x), bool)
@@ -74,8 +74,8 @@ def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
 
 
 def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
-    """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number, with the
-    law's own names of corners; without corners "contact" alone is not empty.
+    """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number; without
+    corners "contact" alone is not empty.
     """
     own = [[(float(left), float(right)) for left, right in zones[number]] for number in range(len(corners))]
     if len(corners) == 1:
@@ -85,9 +85,7 @@ def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
 
 
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
-    """Returns what happened to a list of intervals between neighbouring states: [(kind, x), ...], as of
-    `Event`.
-    """
+    """Returns what happened to intervals between neighbouring states: [(kind, x), ...], as of `Event`."""
 
     def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
         return [other for other in others if other[0] <= interval[1] and interval[0] <= other[1]]
@@ -102,7 +100,7 @@ def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[
 
 
 def least_beside(function: Function, x: Array, i: Any, tolerance: float) -> tuple[float, float]:
-    """Returns the smallest value of a function of arrays beside the sample number i, and its place."""
+    """Returns the smallest value of a function beside sample i, and its place."""
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
 
     found = minimize_scalar(
@@ -116,8 +114,8 @@ def least_beside(function: Function, x: Array, i: Any, tolerance: float) -> tupl
 
 
 def lowest(function: Function, x: Array) -> tuple[float, float | None]:
-    """Returns (smallest value, its place) of a function of arrays, refined between samples x (ascending); the
-    place is None where the function is flat there, or equally low elsewhere. Values of inf are passed over.
+    """Returns (smallest value, its place) of a function of arrays, refined between samples x (ascending), inf
+    passed over; the place is None where others are equally low.
     """
     values = function(x)
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
@@ -134,7 +132,7 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
 
 
 def runs(flags: Flags) -> list[tuple[int, int]]:
-    """Returns first and last index of each run of True in a boolean array (n,): [(first, last), ...]."""
+    """Returns first and last index of each run of True in an array (n,)."""
     steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
     return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
 
