@@ -32,8 +32,8 @@ PIECE = 0.4  # its width in log t
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, of a solid with ell = 1; BadArgument if beta is too small or
-    the layer too thin for the quadrature, or the surface is unstable.
+    """u, v, w0 and w2, and u and m where psi = 0, of a solid with ell = 1; raises BadArgument if beta is too
+    small, the layer too thin, or the surface unstable.
     """
 
     def __init__(self, solid: Cosserat) -> None:
@@ -145,7 +145,7 @@ def _pole(solid: Cosserat) -> float | None:
 
 
 def _points(solid: Cosserat) -> tuple[Array, Array]:
-    """Returns Gauss points and weights in t > 0, graded towards branch points and root."""
+    """Returns Gauss points and weights, graded towards branch points and root."""
     rates = np.sqrt([1 / solid.layer_length**2, spread_rate(solid)])
     low, high = 1e-3 / FARTHEST, 40 / NEAREST
     logs = [np.linspace(np.log(low), np.log(high), int(np.log(high / low) / PIECE) + 1)]
