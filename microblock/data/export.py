@@ -74,7 +74,6 @@ def to_csv(
 
 
 def _nodes(state):
-    """Rows {column: value} of a state's nodes."""
     columns = {name: values.tolist() for name, values in profile(state).items()}
     names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
     names += ["shear", "tangential_approach", "dissipation", "work"] * (state.shear is not None)
@@ -166,7 +165,6 @@ def to_vtk(
 
 
 def _write_series(states, path, x1, x2):
-    """Files of states, and their collection for ParaView."""
     sets = [to_vtk(state, f"{path}_{number}", x1, x2) for number, state in enumerate(states)]
     lines = [
         f'<DataSet timestep="{number}" part="{part}" file="{file.name}"/>'

@@ -38,9 +38,7 @@ def loaded() -> dict[str, object]:
 
 
 def made_of(name: str) -> object:
-    """Returns the versions of the packages that install a module, of others one digest of the files; None
-    without any.
-    """
+    """Returns the versions of the packages that install a module, else a digest of its files, or None."""
     try:
         spec = util.find_spec(name)
     except ValueError:  # of a module that was made in memory
@@ -91,7 +89,7 @@ class _Pickler(cloudpickle.Pickler):
 
 
 def _ordered(constant):
-    """A constant of a function as text, with sets in order."""
+    """A constant as text, with sets in order."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else repr(constant)
 
 

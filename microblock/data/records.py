@@ -16,9 +16,7 @@ from ..errors import NotConverged, replacing
 
 @cache
 def versions() -> dict[str, str]:
-    """Returns the versions of microblock, the packages that compute, and Python, by name, and the "machine":
-    system, processor and cores.
-    """
+    """Returns the versions of microblock, packages that compute and Python, and the "machine"."""
     packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     return {"microblock": __version__, **packages, "python": platform.python_version(), "machine": machine}

@@ -181,7 +181,6 @@ def _points(over):
 
 
 def _outcomes(executor, workers, function, points, recorded):
-    """Yields (key, outcome) of points {key: point}."""
     if not points:
         return
     with processes(workers) if executor is None else nullcontext(executor) as pool:
@@ -211,7 +210,7 @@ def _attempt(function, point, recorded):
 
 
 def _answer(given, point):
-    """An answer as JSON's types; BadArgument for what cannot be kept."""
+    """An answer as JSON's types, or BadArgument."""
     given = given if isinstance(given, Mapping) else {"value": given}
     taken = {*point, "seconds", "error"} & given.keys()
     if taken:

@@ -71,9 +71,7 @@ class Counter:
     def on(
         cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
     ) -> Counter:
-        """The Counter of count x count cells; raises BadArgument if corners stand farther outside than
-        WIDEST windows.
-        """
+        """Returns the Counter of count x count cells; BadArgument if corners stand WIDEST windows outside."""
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:
             raise BadArgument(
@@ -210,7 +208,6 @@ def _shares(shift: float, count: int, beyond: int) -> Any:
 
 
 def _without_images(solid: Cosserat, count: int, width: float) -> Array:
-    """Returns the cells' responses without images in a doubled period."""
     if is_classical(solid):
         edges = (np.arange(count + 1) - 0.5) * width
         whole = _love(edges[:, None], edges[None, :])

@@ -19,7 +19,7 @@ from ..model.types import AnyArray as Array
 
 @dataclass(frozen=True)
 class Sphere(Checked):
-    """Sphere of radius R near its lowest point, the paraboloid ``(x1^2 + x2^2)/(2 R)``.
+    """Sphere, the paraboloid ``(x1^2 + x2^2)/(2 R)``.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Sphere(Checked):
 
 @dataclass(frozen=True)
 class Ellipsoid(Checked):
-    """Ellipsoid near its lowest point, ``x1^2/(2 R1) + x2^2/(2 R2)``.
+    """Ellipsoid, ``x1^2/(2 R1) + x2^2/(2 R2)``.
 
     Parameters
     ----------
@@ -198,7 +198,6 @@ class RoughSurface(SelfAffine):
         return found.reshape(x1.shape)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
-        """Returns exp(2 pi i m x/period), m from first to last, array (places, waves)."""
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))
 
 
@@ -212,8 +211,8 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
 
 
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:
-    """The heights of an obstacle or a callable at (x1, x2), arrays of one shape; raises BadArgument if
-    it fails, or does not return as many numbers or inf.
+    """Returns an obstacle's or a callable's heights at (x1, x2); raises BadArgument if it fails, or does not
+    return as many numbers or inf.
     """
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):

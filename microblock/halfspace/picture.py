@@ -159,7 +159,6 @@ class Picture:
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
-        """Looks at squares about the middle, then about the lowest place, up to the bound."""
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):
             self.look(np.zeros(2), side, count)
@@ -194,7 +193,6 @@ class Picture:
         raise BadArgument("obstacle", self.obstacle, f"must {what}" + f"; {BOUNDED}" * (what != UNSEEN))
 
     def _beside_valleys(self) -> None:
-        """Looks about other valleys that could touch."""
         seen = self.lowest[None, :2]
         while len(seen) <= VALLEYS:
             low = self.separate(self.bound)

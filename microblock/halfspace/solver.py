@@ -1,4 +1,4 @@
-"""Contact on square cells of the half-space, from coarse grids to finer ones.
+"""Contact on square cells of the half-space.
 
 1. A window about the lowest places of the picture (`microblock.halfspace.picture`) grows while cells press
    near its rim, or a gap outside is negative, and shrinks to the contact.
@@ -235,7 +235,7 @@ class SurfaceSolver(Solver):
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the square about the contact and a box, array (2, 2) of least and largest x1, x2."""
+        """Returns the square about the contact and a box, array (2, 2)."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
         width = side / FEW
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
@@ -278,7 +278,7 @@ class SurfaceSolver(Solver):
         return outside[:, :2], inside[:, :2]
 
     def _overlap(self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array) -> Array:
-        """Returns whether gaps are negative at places displaced by u and turned by phi, boolean (k,)."""
+        """Returns whether gaps under u and phi are negative, boolean (k,)."""
         law, (x1, x2) = self.surface_law, places[:, :2].T
         gaps = self.gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
@@ -336,7 +336,7 @@ def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
-    """Returns the share of the load on spots of fewer connected cells."""
+    """Returns the load's share on spots of fewer cells."""
     # on a period spots go on beyond its rim
     n, repeats = state.grid.count, 1 if state.solver.period is None else 2
     labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
