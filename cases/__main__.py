@@ -13,13 +13,13 @@ from importlib import import_module  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 PROGRAM = "python -m cases"
-FOLDERS = "commands", "", "paper"  # a command of the contract goes before the script of its name
 
 
 def cases():
     """{name: (dotted module, headline)} of all cases, read from their files: nothing is imported."""
     known = {}
-    for folder in FOLDERS:
+    # a command of the contract goes before the script of its name
+    for folder in ("commands", "", "paper"):
         for path in sorted((Path(__file__).parent / folder).glob("[!_]*.py")):
             text = path.read_text()
             if re.search(r"^(def solve\(|from .* import .*\bsolve\b)", text, re.M) and path.stem not in known:

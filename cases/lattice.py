@@ -21,9 +21,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
+from cases.hertz import LAWS
 from cases.lattice_blocks import BlockHalfPlane, Springs
 
-LAWS = mb.Microblock, mb.Unilateral, mb.Microclamped
 DERIVED = "microblock, derived couple"
 
 
@@ -41,7 +41,7 @@ def problems(blocks_per_a, spring, far, reach, shift):
     contacts = {"blocks": mb.Contact(blocks, mb.Cylinder(R=1.0), mb.Microblock())}
     if math.isclose(*spring, rel_tol=1e-12):
         contacts |= {
-            law.__name__.lower(): mb.Contact(mb.HalfPlane(waves), mb.Cylinder(R=1.0), law()) for law in LAWS
+            name: mb.Contact(mb.HalfPlane(waves), mb.Cylinder(R=1.0), law()) for name, law in LAWS.items()
         }
         contacts[DERIVED] = mb.Contact(mb.HalfPlane(derived), mb.Cylinder(R=1.0), mb.Microblock())
     return contacts

@@ -37,7 +37,6 @@ CURVES = {
     "contact states": ("states", ""),
     "augmented Lagrangian": ("newton", "kind_of == 'al'"),
 }
-MEASURES = (*Outcome.__dataclass_fields__, "kind", "message", "spent")
 
 
 def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0, workers=2, out=None):
@@ -66,8 +65,19 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
         for (one, setting, near), row in zip(work, tqdm(rows, total=len(work), unit="run", disable=None))
     )
     parameters = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
-    frame = frame.reindex(columns=["map", *parameters, "kind_of", "near", *MEASURES])
-    frame = frame.assign(**{f"version_{name}": value for name, value in versions().items()})
+    columns = [
+        "map",
+        *parameters,
+        "kind_of",
+        "near",
+        *Outcome.__dataclass_fields__,
+        "kind",
+        "message",
+        "spent",
+    ]
+    frame = frame.reindex(columns=columns).assign(
+        **{f"version_{name}": value for name, value in versions().items()}
+    )
     if out:
         frame.to_csv(out / "limits.csv", index=False)
     return frame

@@ -24,9 +24,7 @@ from microblock.fem.meshes import uniform_lines
 from microblock.model.quadrature import lagrange
 
 LOAD, REACH, FAR = np.pi / 2, 2.0, 2000.0  # half-width of the equal squares; where the ground ends, over a_Hz
-SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 STEPS = 40  # of active sets and of Newton's method; two to six are needed
-APPROACH = 4.15  # of the far field of this mesh, within a percent: the first guess of ContactBoundary
 # the gap is measured between nearest points of the deformed bodies: at this radius slopes change it by 1e-8
 RADIUS = 1e4
 FINER = 8  # elements of a bilinear counterpart on one of the ground: a chord is off the parabola
@@ -93,7 +91,12 @@ def scikit_fem(problem, h, order):
         free, fixed = np.setdiff1d(inside, nodes[closed]), nodes[closed]
         columns = np.zeros((basis.N, 2))  # u2 of the closed nodes: their gaps, and one
         columns[fixed] = np.column_stack((x[closed] ** 2 / 2, np.ones(len(fixed))))
-        columns[free] = splu(matrix[free][:, free].tocsc(), **SYMMETRIC).solve(-(matrix[free] @ columns))
+        columns[free] = splu(
+            matrix[free][:, free].tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        ).solve(-(matrix[free] @ columns))
         reactions = -(matrix[fixed] @ columns)
         of_gaps, of_one = reactions.sum(axis=0)
         share = np.array([1, -(of_gaps - LOAD / 2) / of_one])
@@ -143,7 +146,8 @@ def contact_boundary(problem, h, order, rho):
     contact.Update(state, form, intorder=2 * order + 1, maxdist=1e-2)
     free = space.FreeDofs() & ~space.GetDofs(mesh.Materials("tool"))
     ready = clock()
-    approach = lower(form, free, state, lowered, LOAD / 2 / RADIUS, APPROACH / RADIUS, rho)
+    # the far field of this mesh approaches by 4.15, within a percent
+    approach = lower(form, free, state, lowered, LOAD / 2 / RADIUS, 4.15 / RADIUS, rho)
     spent, rule = clock() - ready, ng.IntegrationRule(ng.SEGM, 2 * order + 1)
     points = mesh.MapToAllElements({ng.SEGM: rule}, mesh.Boundaries("contact"))
     x, u2 = (np.ravel(field(points)) for field in (ng.x, state.components[1]))

@@ -74,11 +74,10 @@ class Problem:
         return panels.distance(fields, exact, [*edges, *np.linspace(-outer, outer, 100)])
 
 
-def answered(contact, rtol=None, prepare=None, read=fields):
+def answered(contact, rtol=None, prepare=lambda: None, read=fields):
     """The Answer of a contact problem, with the seconds of what `prepare` leaves for further loads apart."""
     start = clock()
-    if prepare:
-        prepare()
+    prepare()
     ready = clock()
     state = contact.solve(load=LOAD, rtol=rtol)
     return Answer(read(state), int(state.unknowns), ready - start, clock() - ready, state.error_estimate)

@@ -22,7 +22,6 @@ from microblock.model.zones import least_beside
 from . import MATERIAL, OPEN, POSITIVE, refine, require_ranges
 
 EQUAL_SQUARES = 2.0  # half-width and depth of their region, over that of the contact
-HALVINGS = 0.4, 0.2, 0.1, 0.05, 0.025  # of h over a_Hz, where rtol chooses it
 RANGES = {
     **dict.fromkeys(("alpha", "ell", "loads", "punch_half_width", "rho", "h"), POSITIVE),
     **dict.fromkeys(("tilt_deg", "psi0_deg"), (-45.0, 45.0)),
@@ -175,7 +174,9 @@ def solutions(options):
     if options.mesh == "uniform" and options.rtol is None:
         return [(state, None) for state in _uniform(options, options.h, options.order)]
     if options.mesh == "uniform":
-        states, estimate = refine(lambda h: _uniform(options, h, 2), HALVINGS, _distance, options.rtol)
+        states, estimate = refine(
+            lambda h: _uniform(options, h, 2), (0.4, 0.2, 0.1, 0.05, 0.025), _distance, options.rtol
+        )
         return [(state, estimate) for state in states]
     contact, loads = problem(options), [load * options.P for load in options.loads]
     # fitted meshes are sooner done, and their edges better, without a state to start from
@@ -209,7 +210,6 @@ def _distance(coarse, fine):
 def observe(options, state, estimate):
     """Returns the record of one state, in the units of the contract."""
     a, p, data = options.a_Hz, options.p_Hz, state.to_dict()
-    profile = {name: values and np.array(values) for name, values in data["profile"].items()}
     units = {"x": a, "weight": a, "micromoment": p * options.solid.ell, "psi": a / options.R}
     zones = {name: (np.array(pairs) / a).tolist() for name, pairs in data["zones"].items()}
     contact = zones["contact"]
@@ -240,8 +240,7 @@ def observe(options, state, estimate):
         **{name: data[name] for name in ("unknowns", "error_parts", "iterations")},
         "error_estimate": estimate,
         "profile": {
-            name: None if values is None else (values / units.get(name, p)).tolist()
-            for name, values in profile.items()
+            name: values and np.array(values) / units.get(name, p) for name, values in data["profile"].items()
         },
     }
 

@@ -18,7 +18,6 @@ from .. import size_effect
 from ..layers import problems
 from . import hertz
 
-LAWS = "microblock", "unilateral"
 ORDERS = 6, 8, 10, 12, 14  # of panels, for alpha_mid over the size of their Gauss spacing
 NEAR = 0.86  # ell over a_Hz there: an alpha near to what they give
 DOMAIN = "18"  # of the paper, over a_Hz
@@ -47,9 +46,12 @@ def solve(
     fe = model == "fe"
     rtol = (1e-4 if fe else 1e-6) if rtol is None else rtol
     common = {"nu": nu, "beta": beta, "model": model, "rtol": rtol}
-    options = {law: [hertz.resolved(alpha=alpha, contact=law, **common) for alpha in alphas] for law in LAWS}
+    options = {
+        law: [hertz.resolved(alpha=alpha, contact=law, **common) for alpha in alphas]
+        for law in size_effect.LAWS
+    }
     limit = classical_hardness(common) if fe else None
-    laws = {law: [_row(one, limit) for one in options[law]] for law in LAWS}
+    laws = {law: [_row(one, limit) for one in options[law]] for law in size_effect.LAWS}
     (alpha_mid, error), of_h = (by_elements if fe else by_panels)(nu, beta)
     return {
         "parameters": {"model": model or "halfplane", "rtol": rtol},

@@ -21,7 +21,6 @@ RANGES = {
     "beta": MATERIAL["beta"],
     "shear": (-1.0, 1.0),
 }
-SECOND = "must be rigid, same, or E2 (over the first body's modulus), NU2, BETA2 and ALPHA2 (ell2 over a_Hz)"
 
 
 def solve(
@@ -74,7 +73,12 @@ def second_solid(second, nu, beta, ell):
         E, other_nu, other_beta, other_ell = map(float, words)
         return mb.Cosserat(E * (1 - nu**2), other_nu, other_ell, beta=other_beta)
     except ValueError as failure:  # also a BadArgument of the solid
-        raise BadArgument("second", " ".join(second), f"{SECOND}: {failure}") from failure
+        raise BadArgument(
+            "second",
+            " ".join(second),
+            "must be rigid, same, or E2 (over the first body's modulus), NU2, BETA2 and ALPHA2 (ell2 over "
+            f"a_Hz): {failure}",
+        ) from failure
 
 
 def row(state, E_star):

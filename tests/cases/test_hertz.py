@@ -85,7 +85,7 @@ def test_error_of_the_nominal_hardness_is_of_two_meshes():
 def test_size_effect_by_finite_elements():
     """Fig. 11b: the nominal hardness rises with alpha, more so under microblocks."""
     found = sizes.solve(alphas=(0.5,), model="fe", rtol=1e-2)
-    microblock, unilateral = (found["laws"][law][0]["hardness_nominal"] for law in sizes.LAWS)
+    microblock, unilateral = (found["laws"][law][0]["hardness_nominal"] for law in size_effect.LAWS)
     assert 1 < unilateral < microblock
     assert abs(found["alpha_mid"] - ALPHA_MID) < found["alpha_mid_error"] < 2e-5
     # 0.8874, the paper's, lies on the way of bilinear elements to the limit
