@@ -201,7 +201,6 @@ def run(program, module, words, setup=0.0):
 
 
 def _warnings(data):
-    """The sentences of all lists named "warnings" within plain data."""
     found = []
     for name, value in data.items() if isinstance(data, dict) else enumerate(data):
         if name == "warnings":
@@ -232,7 +231,6 @@ def summary(entries, within=""):
 
 
 def _short(value):
-    """Whether a value is a number, a word, or a short list."""
     few = isinstance(value, list) and len(value) <= 7
     return few and all(map(_short, value)) or not isinstance(value, (list, dict))
 
@@ -271,7 +269,6 @@ def _folder(out):
 
 
 def _complaint(failure, known, given):
-    """A BadArgument in the words of the command line."""
     names = f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
     near = [name for name in names if name in given] or given  # of one alone: the defaults are right
     near = near if len(near) == 1 else [name for name in names if name in known]

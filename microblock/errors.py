@@ -186,7 +186,6 @@ def shown(value: Any) -> str:
 
 
 def shortened(words: str) -> str:
-    """Returns words on one line of at most LONGEST characters."""
     line = " ".join(words.split())
     return line if len(line) <= LONGEST else line[: LONGEST - 4] + " ..."
 

@@ -46,7 +46,6 @@ class ZonePath(LoadPath):
 
     @bounded
     def at(self, load: float) -> State:
-        """Returns the State at a load on the path; see `LoadPath.at`."""
         require_on_path(load, self.last)
         near = min(self._scan, key=lambda one: abs(np.log(one.load / load)))
         return State(self._solver.at(load, self.rtol, near=near))
@@ -82,7 +81,6 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded
     def events(self) -> list[Event]:
-        """All events, ascending in load."""
         with counting("load path", self._progress):
             found = _births(self._scan[0])
             for low, high in zip(self._scan, self._scan[1:]):
@@ -261,7 +259,6 @@ def _births(first: PanelSolution) -> list[Event]:
 
 
 def _zones(state: PanelSolution) -> Zones:
-    """Returns the zones by name, open at valleys of the obstacle."""
     return contact_zones(_opened(state), state.problem.law.corners)
 
 

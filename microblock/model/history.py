@@ -32,17 +32,14 @@ class OfMoment(Solution):
 
     @property
     def holders(self) -> tuple[Any, ...]:
-        """This, and what is known of the moment."""
         return self, self.moment
 
     @property
     def energy(self) -> float:
-        """Elastic energy, also of the shear."""
         return float(self.moment.energy)
 
     @property
     def shear_traction(self) -> Array:
-        """q, array (n,)."""
         return cast(Array, self.moment.tangential / self.weights)
 
 

@@ -29,7 +29,7 @@ ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
 
 class Law:
-    """Base of laws. A law that a user adds names its corners, their levers and initial gaps.
+    """Base of laws, also of a user's: it names corners, their levers and initial gaps.
 
     Attributes
     ----------
@@ -79,8 +79,6 @@ class Law:
 
 
 class _Coulomb(Law, Checked):
-    """Base of the laws that take Coulomb friction."""
-
     friction: float = 0.0
 
     def __repr__(self) -> str:
@@ -151,7 +149,6 @@ class Microblock(_Coulomb):
 
     @property
     def even(self) -> bool:
-        """Whether psi0 is 0."""
         return not callable(self.psi0) and self.psi0 == 0
 
     def shifts(self, ell: float) -> tuple[float, ...]:
@@ -223,13 +220,11 @@ class Unilateral(_Coulomb):
     even = True
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns 0: the contact point has no lever."""
         return {"C": np.zeros(np.shape(x))}
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over the contact point."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
@@ -291,7 +286,6 @@ def tangents(normals: Array) -> Array:
 
 
 def has_constant_levers(law: object) -> bool:
-    """Returns whether levers are known to be the same at all x."""
     return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
 
 

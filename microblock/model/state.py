@@ -242,7 +242,6 @@ class LineSolution(Solution):
 
     @cached_property
     def zones_by_name(self) -> Zones:
-        """{"A", "B", "full", "contact": intervals} of x1."""
         return contact_zones(self.all_zones, self.problem.law.corners)
 
     @cached_property
@@ -254,7 +253,6 @@ class LineSolution(Solution):
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
 
     def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,), from the pressures there, or the reaction."""
         if self.problem.law.clamps_rotation:
             return cast(Array, self.reaction(x))
         pressures = [self.pressure(corner, x) for corner in range(len(self.pressures))]
@@ -416,7 +414,6 @@ class State(Shown, PlainData):
     slip: Array | None
 
     def __init__(self, solution: Any, **given: Any) -> None:
-        """The state of a solution, which has what is not given."""
         vars(self).update(given, solution=solution)
 
     if not TYPE_CHECKING:
@@ -437,7 +434,6 @@ class State(Shown, PlainData):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Returns the names of all data of a state."""
         computed = (name for name, own in vars(cls).items() if isinstance(own, cached_property))
         return (*(entry.name for entry in fields(cls)), *computed)
 
@@ -778,7 +774,6 @@ class State(Shown, PlainData):
         return {**data, "profile": columns}
 
     def summary(self) -> Summary:
-        """Returns what a notebook shows of the state."""
         return _table(self)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
