@@ -285,8 +285,8 @@ LEFT_OUT = {
         # take fields of NGSolve, which checks them
         "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy",
         # parts of solvers, which call them with what is checked
-        "Body.acting Body.boundary Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on "
-        "Body.values_on Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated Body.once "
+        "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
+        "Body.once "
         "HalfSpace.check HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "

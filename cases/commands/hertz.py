@@ -195,8 +195,7 @@ def _uniform(options, h, order):
         raise BadArgument("domain", options.domain, f"must be larger than {reach:g}, that of equal squares")
     newton = None if options.method == "condensed" else mb.Newton(options.method, options.rho)
     squares = mb.Uniform(h * options.a_Hz, order, reach * options.a_Hz, newton)
-    solver = problem(options, squares).solver
-    return [mb.State(one) for one in solver.states([load * options.P for load in options.loads])]
+    return problem(options, squares).states([load * options.P for load in options.loads])
 
 
 def _distance(coarse, fine):

@@ -1,4 +1,4 @@
-"""Contact states on a compliance: a load or an approach by block pivoting, the load path event by event.
+"""Contact states on a compliance: at a load or an approach by block pivoting, the load path by its events.
 
 Corner forces f >= 0 and the approach d leave the gaps
 
@@ -6,13 +6,10 @@ Corner forces f >= 0 and the approach d leave the gaps
 
 H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load.
 
-The forces of a face of closed corners follow from one Cholesky factorisation; at a given load a rigid level
-is added to H. Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone
-(Judice and Pires, Comput. Oper. Res. 21 (1994) 587). At a given approach that ends for every definite H; at a
-given load the path is followed after many faces.
-
-Where H is semidefinite, H + D is solved, D a diagonal just above rounding, with gaps g0 - D f' of the forces
-before (proximal point method, Rockafellar, SIAM J. Control Optim. 14 (1976) 877).
+Wrong corners are exchanged all at once, or, when that brings no fewer, the first one alone (Judice and Pires,
+Comput. Oper. Res. 21 (1994) 587). At an approach that ends for every definite H; at a load the path is
+followed after many sets. Where H is semidefinite the proximal point method (Rockafellar, SIAM J. Control
+Optim. 14 (1976) 877) solves H + D, D a diagonal just above rounding.
 """
 
 from dataclasses import dataclass, replace
@@ -27,9 +24,6 @@ from .follower import Follower, FrictionalContact
 from .rounding import SUMS, TERMS
 
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved; no refinement improves 1e-4 of it
-# D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
-# compliances computed less well
-REGULARISATION = 0.0, 1e-12, 1e-10
 
 
 @dataclass(frozen=True)
@@ -38,12 +32,12 @@ class ContactState:
 
     Attributes
     ----------
-    forces, gaps : arrays (m,); gaps from H and the forces, inf where a corner cannot touch
-    closed : boolean array (m,), the solver's set; a closed corner may carry no force
-    approach, load : float, d and c.f
-    iterations : int, sets that were tried
-    kkt : float, largest relative residual of load, complementarity and feasibility
-    followed : bool, whether the load path was followed to here
+    forces, gaps : arrays (m,); inf where a corner cannot touch
+    closed : boolean array (m,); a closed corner may carry no force
+    approach, load : d and c.f
+    iterations : sets that were tried
+    kkt : largest relative residual of load, complementarity and feasibility
+    followed : whether the load path was followed to here
     """
 
     forces: np.ndarray
@@ -68,7 +62,7 @@ class CornerEvent:
 
 @dataclass(frozen=True)
 class Path:
-    """States at the loads asked for, ascending, and every event from first touch to the last of them."""
+    """States at the loads, ascending, and all events from first touch to the last load."""
 
     states: list
     events: list
@@ -76,15 +70,14 @@ class Path:
 
 @dataclass(frozen=True)
 class _Problem:
-    """Corners that can touch, in shares of the load: weights 1."""
+    """Corners that can touch, in shares of the load."""
 
     H: np.ndarray
     g0: np.ndarray
     c: np.ndarray
     touch: np.ndarray
     D: np.ndarray  # of regularisation
-    regular: np.ndarray  # H + D + lift
-    lift: float  # rigid level
+    regular: np.ndarray  # H + D + a rigid level
 
 
 @bounded
@@ -93,18 +86,18 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 
     Parameters
     ----------
-    H : array (m, m), length per force; positive semidefinite, at a given load on zero-sum vectors only
+    H : array (m, m), length per force; positive semidefinite, at a load on zero-sum vectors only
     g0 : array (m,), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
-    c : array (m,), weights > 0 of the forces in the load; 1 without it
+    c : array (m,), weights > 0; 1 without it
     start : boolean array (m,), closed corners to begin with
 
     Raises
     ------
     BadArgument
-        Also for an H that is not positive semidefinite: no unique state then.
+        Also for an H that is not positive semidefinite.
     NotConverged
-        If pivots are used up at a given approach, or rigid corners cannot take it.
+        If sets do not settle at an approach, or rigid corners cannot take it.
     """
     require_level(load, approach)
     for problem in _problems(H, g0, c, free=load is not None):
@@ -123,8 +116,8 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 
 @bounded
 def path(H, g0, loads, *, c=None):
-    """States at the `loads`, and all events from first touch to the last load, found by a
-    `follower.Follower`. Parameters and errors are those of `solve`; `reached` is the last load.
+    """The Path through `loads`, by a `follower.Follower`. Parameters and errors are those of `solve`;
+    `reached` is the last load.
     """
     loads = np.sort(require_numbers(loads=loads))
     if not len(loads) or loads[0] < 0:
@@ -156,7 +149,7 @@ def path(H, g0, loads, *, c=None):
 
 
 def _problems(H, g0, c, free):
-    """The _Problem, with more and more of D."""
+    """Yields the _Problem with more and more of D."""
     H, g0 = np.array(H, float), np.array(g0, float)
     if g0.ndim != 1 or np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
         raise BadArgument("g0", g0, "must be one-dimensional, finite or inf, somewhere finite")
@@ -173,11 +166,13 @@ def _problems(H, g0, c, free):
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     found, lifts = False, (0.0, lifted(H)) if free else (0.0,)
-    for level, lift in product(REGULARISATION, lifts):
+    # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
+    # for compliances computed less well
+    for level, lift in product((0.0, 1e-12, 1e-10), lifts):
         regular = H + lift + np.diag(level * rows)
         if _is_positive(regular):
             found = True
-            yield _Problem(H, g0, c, touch, level * rows, regular, lift)
+            yield _Problem(H, g0, c, touch, level * rows, regular)
     if not found:
         allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
         allowed = "on vectors with c.f = 0" if free else allowed
@@ -185,7 +180,7 @@ def _problems(H, g0, c, free):
 
 
 def lifted(H):
-    """The rigid level to add to an H that is definite on forces whose sum is 0."""
+    """The rigid level that makes an H definite that is so on zero-sum forces."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
@@ -208,7 +203,7 @@ def _start(start, problem):
 
 
 def require_level(load, approach):
-    """Raises BadArgument unless either is given, finite, and the load not negative."""
+    """Raises BadArgument unless one is given, finite, and the load not negative."""
     if (load is None) == (approach is None):
         raise BadArgument("load", load, "give either load or approach")
     require_finite(**({"load": load} if approach is None else {"approach": approach}))
@@ -217,7 +212,7 @@ def require_level(load, approach):
 
 
 def _state(problem, closed, load=None, approach=None):
-    """Proximal point method on (a), the state with the smallest residual."""
+    """The state of the smallest residual by the proximal point method."""
     H, g0, D, count = problem.H, problem.g0, problem.D, 0
     best, forces = (np.inf,), np.zeros(len(g0))
     if load == 0 or (load is None and approach <= g0.min()):
@@ -225,7 +220,7 @@ def _state(problem, closed, load=None, approach=None):
     for _ in range(30):  # 2 or 3 do unless H is nearly singular
         size = forces.sum()
         ahead = g0 - (approach or 0.0) - D * forces
-        forces, closed, sets = faces(problem.regular, ahead, closed, load, problem.lift)
+        forces, closed, sets = faces(problem.regular, ahead, closed, load)
         d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
         residual, count = _kkt(H, g0, forces, closed, d, load), count + sets
         # where rigid corners cannot take an approach the forces grow by as much again each time, and no gap
@@ -255,7 +250,7 @@ def _report(problem, kkt, forces, closed, d, sets):
 
 
 def _kkt(H, g0, forces, closed, d, load):
-    """Largest residual of (a); gaps over the largest terms that make up a gap where it matters."""
+    """Largest residual of (a)."""
     gaps = g0 - d + H @ forces
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
@@ -267,23 +262,18 @@ def _kkt(H, g0, forces, closed, d, load):
     return max(wrong.max() / length if length else 0.0, abs(forces.sum() - load) / load)
 
 
-def faces(H, g0, closed, load, lift, patience=5, budget=None):
-    """Forces and closed corners of (a), and the number of sets tried, by exchange of all wrong corners, and
-    of the first one alone after `patience` sets with no fewer.
+def faces(H, g0, closed, load, patience=5, budget=None):
+    """Forces and closed corners of (a), and the number of sets tried. The first wrong corner is exchanged
+    alone after `patience` sets with no fewer.
 
     Parameters
     ----------
-    H : array (m, m), positive definite; its part `lift` is a rigid level
-    g0 : array (m,), finite; less the approach if that is given
+    H : array (m, m), positive definite
+    g0 : array (m,), finite; less a given approach
     closed : boolean array (m,), to begin with
     load : float, or None where the approach is given
 
-    Raises
-    ------
-    NotConverged
-        If the sets do not settle.
-    LinAlgError
-        If H is not definite beyond rounding.
+    Raises NotConverged if the sets do not settle, LinAlgError if H is singular to rounding.
     """
     # at a load its path is faster by then
     budget = budget or (5000 + 10 * len(g0) if load is None else 500)

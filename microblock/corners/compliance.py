@@ -1,4 +1,4 @@
-"""What every body answers to the contact law: nodes, weights and one symmetric compliance in (u.n, psi)."""
+"""The answer of every body to the contact law: one symmetric compliance in (u.n, psi) at nodes."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +15,7 @@ class Compliance:
     Attributes
     ----------
     points, normals : arrays (n, 2)
-    weights : array (n,), length of surface that each node stands for
+    weights : array (n,), lengths of surface
     matrix : array (2 n, 2 n), symmetric
         (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
     ell : length of a microblock
@@ -40,18 +40,19 @@ class Compliance:
         count = len(self.weights)
         if self.matrix.shape != (2 * count, 2 * count):
             raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2 * count, 2 * count)}")
+        if not np.all(np.diff(self.points[:, 0]) > 0):
+            raise BadArgument("points", self.points[:, 0], "must have ascending x1")
 
     @cached_property
     def constrained(self):
-        """Nodes at which psi = 0 is prescribed (rows of zeros): boolean array (n,)."""
+        """Nodes with prescribed psi = 0 (rows of zeros): boolean array (n,)."""
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
     def corner_system(self, law, obstacle):
         """The law's corners on this body: flexibility, initial gaps, shares in the load.
 
-        The gaps of all corners, one corner of the law after the other, are
-        ``g0 - share*approach + flexibility @ f`` with forces f >= 0 along -n. Where psi = 0 is prescribed the
-        initial gaps of all but the nearest corner are inf.
+        Forces f >= 0 along -n leave ``g0 - share*approach + flexibility @ f``, corner after corner. Where
+        psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
         constrained = self.constrained
@@ -63,11 +64,11 @@ class Compliance:
         return onto @ (onto @ self.matrix).T, gaps.ravel(), share.ravel()
 
     def loads(self, law, forces):
-        """Nodal forces along n and nodal moments, array (2 n,), of corner forces, array (corners, n)."""
+        """Nodal forces along n and moments, array (2 n,), of corner forces, array (corners, n)."""
         return self._onto_corners(law).T @ forces.ravel()
 
     def _onto_corners(self, law):
-        """Changes of the gaps, one corner after the other, from (u.n, psi): sparse (corners n, 2 n)."""
+        """Changes of the gaps from (u.n, psi): sparse (corners n, 2 n)."""
         from scipy import sparse  # here: names of the half-plane load without it
 
         levers, ones = law.levers(self.points[:, 0]), np.ones(len(self.weights))

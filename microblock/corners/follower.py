@@ -8,14 +8,10 @@ obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P
 with the rows (n2, -n1) of B_n and (n1, n2) of B_t at the normal (n1, n2). A node sticks while B_t u - s does
 not change; it slips in the direction of t while |t| = f times the sum of n. Uncoupled, C^T t is left out.
 
-In M = [[A, -B], [B^T, 0]] corner forces are paired with gaps, tangential forces with the slip, motions with
-loads; closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots), and
-where a node slips t = tau + f sigma n. Between changes of sets all is affine in the loads, with rates from a
-column of the tableau. What would go beyond its limit is exchanged at once, and if that brings no fewer the
-first one alone (Murty, Opsearch 11 (1974) 123). Work = energy + dissipation holds to rounding.
-
-Where the product of all pivots is not positive, states turn back while loads grow; where a single exchange
-with a negative pivot also gives rates that hold, there are two ways on. Both are refused.
+M = [[A, -B], [B^T, 0]] pairs corner forces with gaps, tangential forces with the slip, motions with loads.
+Closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots); t = tau +
+f sigma n where a node slips. Pairs beyond their limit are exchanged at once, and if that brings no fewer the
+first one alone (Murty, Opsearch 11 (1974) 123).
 """
 
 from __future__ import annotations
@@ -50,13 +46,12 @@ class FrictionalContact:
 
     Attributes
     ----------
-    normal : array (corners n, corners n), H: gaps from corner forces, corner by corner (length per force)
-    cross : array (n, corners n), C: tangential displacements from corner forces
-    tangential : array (n, n), T: the same from tangential forces; symmetric as H
-    gaps : array (corners n,), initial gaps (lengths), inf where a corner cannot touch
-    friction : float
-    coupled : bool, whether tangential forces act on gaps
-    normals : array (n, 2), optional, of the nodes; (0, 1) without it
+    normal : array (corners n, corners n), H (length per force), corner by corner
+    cross : array (n, corners n), C
+    tangential : array (n, n), T; symmetric as H
+    gaps : array (corners n,), g0 (lengths), inf where a corner cannot touch
+    coupled : whether tangential forces act on gaps
+    normals : array (n, 2), of the nodes; (0, 1) without it
     """
 
     normal: Array
@@ -69,17 +64,16 @@ class FrictionalContact:
 
     @property
     def nodes(self) -> int:
-        """Number of nodes."""
         return len(self.tangential)
 
     def moved(self, n: Array, t: Array) -> Array:
-        """What forces add to the gaps, and the drag of the surface: array (corners n + n,)."""
+        """Changes of gaps, then drag s, of forces: array (corners n + n,)."""
         gaps = self.normal @ n + (self.cross.T @ t if self.coupled else 0.0)
         return np.concatenate((gaps, self.cross @ n + self.tangential @ t))
 
     @property
     def size(self) -> float:
-        """Largest displacement of a node under a unit shear force on it alone (length per force)."""
+        """Largest displacement of a node under a unit shear force there (length per force)."""
         return float(np.abs(np.diag(self.tangential)).max()) or 1.0
 
     @property
@@ -97,18 +91,17 @@ class Moment:
 
     Attributes
     ----------
-    load, shear : float, P and Q (force)
+    load, shear : P and Q (force)
     normal, gaps : arrays (corners n,), forces and gaps
     tangential, slip : arrays (n,), forces, and slip since first contact (length)
-    raised : array (corners n,), what forces add to the gaps (lengths)
+    raised : array (corners n,), changes of the gaps by forces (lengths)
     closed : boolean array (corners n,)
     stick : boolean array (n,)
     slips : array (n,), sign of t where a node slips, else 0
     at_limit : boolean array (n,), nodes with the largest shear force
-    iterations : int, changes so far
-    approach, offset : float, d and D (length)
-    energy, work, dissipation : float
-    residual : float, largest violated condition over the largest force or displacement
+    iterations : changes so far
+    approach, offset : d and D (length)
+    residual : largest violated condition over the largest force or displacement
     """
 
     load: float
@@ -142,9 +135,7 @@ class Change:
 
 
 class Tableau:
-    """y = M x after exchanges of some x_i with their y_i.
-
-    Pivots wait as products of columns and rows until there are PENDING of them.
+    """y = M x after exchanges of some x_i with their y_i; pivots wait as products until there are PENDING.
 
     Parameters
     ----------
@@ -153,7 +144,7 @@ class Tableau:
     Attributes
     ----------
     exchanged : boolean array (N,)
-    sign : float, that of the product of all pivots
+    sign : that of the product of all pivots
     """
 
     def __init__(self, matrix: Array) -> None:
@@ -162,16 +153,14 @@ class Tableau:
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
     def times(self, numbers: Any, weights: Array) -> Array:
-        """The sum of columns with these numbers and weights."""
         found: Array = self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
         return found
 
     def entries(self, rows: Any, columns: Any) -> Any:
-        """Entries at places, as numpy indexes."""
         return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
 
     def pivot(self, i: int) -> bool:
-        """Exchanges a pair, unless the pivot is 0 to rounding; returns whether it did."""
+        """Exchanges a pair and returns True, unless the pivot is 0 to rounding."""
         column = self._made[:, i] + self._left @ self._right[i]
         row = self._made[i] + self._right @ self._left[i]
         pivot = column[i]
@@ -194,7 +183,7 @@ class Tableau:
         return True
 
     def lean(self, i: int, others: Numbers, share: float) -> None:
-        """Puts x_i - share*sum(x_others) in place of x_i; where that is not exchanged, no other one is."""
+        """Replaces x_i by x_i - share*sum(x_others); where it is not exchanged, the others are not."""
         there = self.exchanged[others]
         if self.exchanged[i]:
             self._made[i] -= share * self._made[others[there]].sum(axis=0)
@@ -210,15 +199,11 @@ class Sets:
 
     Parameters
     ----------
-    contact : FrictionalContact
     pairs : numbers of closed corners, nodes that stick and motions whose load is given, in this order
     slips : array (n,), sign of t where a node slips, else 0
-    sliding : float, the sign of all of them at the largest shear load, else 0
+    sliding : their sign where all slip at the largest shear load, else 0
 
-    Raises
-    ------
-    NotConverged
-        If what follows is not unique.
+    Raises NotConverged if the answer is not unique.
     """
 
     def __init__(
@@ -250,7 +235,7 @@ class Sets:
         return self._flat and bool(self.tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
 
     def _meant(self, number: int, passing: Array) -> tuple[list[int], int, float]:
-        """Pairs to exchange for a number as of `exchange`, the node, and how it slips then."""
+        """Pairs to exchange, the node, and its slip then."""
         m, n = len(self.closed), len(self.slips)
         node = (number - m) % n
         shear, slips, corners = m + node, float(self.slips[node]), self.of[:, node]
@@ -266,14 +251,14 @@ class Sets:
         return [number] if direction else [number, shear], node, direction
 
     def exchange(self, number: int, passing: Array) -> bool:
-        """Closes or opens a corner, or lets a node slip or stick, unless that is singular; returns whether.
+        """Closes or opens a corner, or lets a node slip or stick; returns False where that is singular.
 
         Parameters
         ----------
         number : int
             Of a corner; corners + node, for slip forwards or stick; corners + n + node for slip back.
         passing : array (n,)
-            Velocity of the obstacle over the surface, with which a node that touches slips.
+            Velocity of the obstacle over the surface.
         """
         pairs, node, direction = self._meant(number, passing)
         shear, turn = len(self.closed) + node, direction - self.slips[node]
@@ -303,7 +288,6 @@ class Sets:
             self.tableau.lean(len(self.closed) + node, self.of[:, node], share)
 
     def determinant(self, number: int, passing: Array) -> float:
-        """Of an exchange."""
         pairs, node, direction = self._meant(number, passing)
         T, row, corners = self.tableau.entries, len(self.closed) + node, self.of[:, node]
         found = T(np.reshape(pairs, (-1, 1)), np.array(pairs, int))
@@ -314,22 +298,9 @@ class Sets:
 
 
 class Follower:
-    """The contact along loads or motions, from first touch on.
+    """The contact along loads (P, Q), or `by_motions` (d, D), from first touch on.
 
-    Parameters
-    ----------
-    contact : FrictionalContact
-    by_motions : bool, whether (d, D) is given in place of (P, Q)
-
-    Attributes
-    ----------
-    sets : Sets
-    changes : list of Change
-
-    Raises
-    ------
-    NotConverged
-        If motions are given and the obstacle overlaps the body at the beginning.
+    Raises NotConverged if motions begin with an overlap.
     """
 
     def __init__(self, contact: FrictionalContact, by_motions: bool = False) -> None:
@@ -360,19 +331,15 @@ class Follower:
         self.sets = Sets(contact, pairs, np.zeros(n))
 
     def to(self, *target: float) -> Moment:
-        """Follows loads (P, Q), or motions (d, D), straight to the next ones; returns the Moment there.
-
-        Raises
-        ------
-        NotConverged
-            If rates are not unique or there are none: `reached` says where.
+        """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end. Raises
+        NotConverged if rates are not unique or there are none; `reached` says where.
         """
         for _ in self.pieces(*target):
             pass
         return self.moment()
 
     def pieces(self, *target: float) -> Iterator[float]:
-        """Follows as `to`, and yields the share of the way at which each affine piece begins."""
+        """Follows as `to`; yields the share of the way at which each affine piece begins."""
         scale = self._size if self.by_motions else 1.0
         end = np.array(target) / scale
         try:
@@ -387,7 +354,6 @@ class Follower:
 
     @property
     def _given(self) -> Array:
-        """Where the loads or motions stand that are given."""
         return self.x if self.by_motions else self.y
 
     def _pieces(self, end: Array, way: Array) -> Iterator[float]:
@@ -427,12 +393,10 @@ class Follower:
             self.sets = Sets(self.contact, pairs + (u[:1] if sliding else u), slips, sliding)
 
     def _bound(self) -> Array:
-        """f times the normal force of each node."""
         found: Array = self.contact.friction * self.x[self.sets.of].sum(axis=0)
         return found
 
     def _rates(self, way: Array) -> tuple[Array, Array]:
-        """Rates of x and y."""
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
         rest[self._u] = np.where(active[self._u] | self.by_motions, way, 0.0)
         rates = self.sets.tableau.times(self._u, rest[self._u])
@@ -444,8 +408,8 @@ class Follower:
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
-        """Rates of x and y; values, rates of falling and whether they are at 0, of forces of closed corners
-        or gaps of open ones, of bounds forwards or rates of slip of nodes, and of bounds backwards.
+        """Rates of x and y; then values, rates of falling and flags of limits, of forces or gaps of corners,
+        of bounds forwards or rates of slip, and of bounds backwards.
         """
         (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
@@ -464,7 +428,6 @@ class Follower:
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
     def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
-        """Rates that hold, after exchanges, the first event, and the way to it."""
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)
@@ -489,7 +452,7 @@ class Follower:
         raise NotConverged(f"no rates were found; {UNIQUE}")
 
     def _require_unique(self, limit: Numbers, way: Array, passing: Array) -> None:
-        """NotConverged where states turn back while loads grow, or where there are two ways on."""
+        """NotConverged where states turn back or there are two ways on."""
         if self.sets.tableau.sign <= 0:
             raise NotConverged(f"the answer may not be unique, as states turn back; {UNIQUE}")
         if not self.contact.friction:
@@ -507,7 +470,7 @@ class Follower:
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
     def _advance(self, dx: Array, dy: Array, step: float) -> None:
-        """Goes on by a part of the leg; means over it make work and dissipation exact."""
+        """Goes on; means over the step make work and dissipation exact."""
         nodes, u, m, size = self._nodes, self._u, self._m, self._size
         x, y = self.x + step / 2 * dx, self.y[u] + step / 2 * dy[u]
         self.work += step * size * float(y @ dx[u])
@@ -518,13 +481,13 @@ class Follower:
         self._snap()
 
     def _snap(self) -> None:
-        """What is at its limit stands there exactly."""
+        """Puts all that is at its limit there exactly."""
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
         self.x[: self._m][~closed] = self.y[: self._m][closed] = 0.0
         self.x[self._nodes] = np.where(stick, self.x[self._nodes], slips * self._bound())
 
     def _off(self) -> Array:
-        """What rounding has left in the equations of all pairs."""
+        """The residual of (c)."""
         m, nodes = self._m, self._nodes
         moved = self.contact.moved(self.x[:m], self.x[nodes]) / self._size
         found = np.append(moved - self._motions @ self.x[self._u], self._motions.T @ self.x[: nodes.stop])
@@ -533,14 +496,12 @@ class Follower:
         return np.where(there, found, 0.0) - np.where(there, self.y, 0.0)
 
     def _correct(self) -> None:
-        """Takes off what rounding has left."""
         off, active = self._off(), self.sets.tableau.exchanged
         fix = self.sets.tableau.times(active, off[active])
         self.x, self.y = self.x - np.where(active, fix, 0.0), self.y + np.where(active, 0.0, off - fix)
         self._snap()
 
     def _note(self, share: float) -> None:
-        """Notes what has changed since the last time."""
         now = np.concatenate((3.0 + self.sets.closed, np.where(self.sets.stick, 2.0, self.sets.slips)))
         for i in np.flatnonzero(now != self._seen).tolist():
             self.changes.append(Change(self.legs, share, KINDS[int(now[i])], i - self._m * (i >= self._m)))
@@ -553,7 +514,6 @@ class Follower:
         return float(self._size * self.x[-2])
 
     def moment(self) -> Moment:
-        """The contact as it stands."""
         own, m, size, off = self.contact, self._m, self._size, self._off()
         n, t, bound = self.x[:m].copy(), self.x[self._nodes].copy(), self._bound()
         raised, displaced = np.split(own.moved(n, t), [m])

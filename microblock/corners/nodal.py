@@ -1,4 +1,4 @@
-"""Contact of any body that is known by its compliance at nodes: states, and the load path node by node."""
+"""Contact of any body with a compliance at nodes: states, and the load path node by node."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,7 +18,7 @@ from . import active_set
 
 
 class AtNodes(Solution):
-    """Base of solutions with `points`, `normals`, `displacement` and `psi` at nodes in the order of x1."""
+    """Base of solutions with `points`, `normals`, `displacement` and `psi` at nodes, ascending in x1."""
 
     @property
     def law(self):
@@ -35,15 +35,15 @@ class AtNodes(Solution):
         return self.points[:, 0]
 
     def interpolated(self, values, x):
-        """Values at the nodes, between them at x, array (n,): a polygon."""
+        """Nodal values at x, array (n,): a polygon."""
         return np.interp(x, self.x, values)
 
     def reaches(self, x):
-        """Whether places x lie on the contact boundary, boolean array (n,)."""
+        """Whether x lies on the contact boundary, boolean array (n,)."""
         return (x >= self.x[0]) & (x <= self.x[-1]) & ~interrupted(self.x, self.apart, x)
 
     def pressure(self, corner, x):
-        """Pressure of a corner (its number) at x1 = x, array (n,)."""
+        """Pressure of a corner (number) at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.pressures[corner], x), 0.0)
 
     def moment_at(self, x):
@@ -51,9 +51,7 @@ class AtNodes(Solution):
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
     def gap(self, corner, x):
-        """Gap of a corner at x1 = x, array (n,), of interpolated displacements under the exact height;
-        BadArgument for x beyond the nodes.
-        """
+        """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
         if not np.all(self.reaches(x)):
             raise BadArgument(
                 "x",
@@ -76,12 +74,11 @@ class NodalSolution(AtNodes):
 
     Attributes
     ----------
-    solver : NodalSolver
-    load, approach : float, resultant force per thickness and approach of the obstacle
+    load, approach : force per thickness and approach of the obstacle
     forces, gaps : arrays (corners, nodes), forces along -n and initial gaps, inf where a corner cannot touch
-    closed : boolean array (corners, nodes), the solver's own set
-    residual : float, largest relative residual
-    iterations : int, contact sets that were tried
+    closed : boolean array (corners, nodes)
+    residual : largest relative residual
+    iterations : contact sets that were tried
     """
 
     solver: Solver
@@ -122,14 +119,14 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner, array (corners, n); corners that move together share it."""
+        """Array (corners, n); corners that move together share the pressure."""
         return np.where(
             self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
         )
 
     @cached_property
     def micromoment(self):
-        """M of (29); where the law prescribes psi, the reaction to it."""
+        """M of (29), or the reaction to a prescribed psi."""
         if self.law.clamps_rotation:
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
@@ -139,7 +136,6 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def _loads(self):
-        """Nodal normal forces and moments, array (2 n,)."""
         return self.compliance.loads(self.law, self.forces)
 
     @cached_property
@@ -158,7 +154,6 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def energy(self):
-        """Elastic energy per thickness: half the work of the corner forces."""
         pressed = self.forces > 0
         depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * depth) / 2)
@@ -186,7 +181,6 @@ class NodalSolver(Solver):
         return self.at(load, approach, initial)
 
     def at(self, load, approach=None, initial=None):
-        """The solution at the nodes as they are."""
         flexibility, gaps, share = self.system
         count = len(self.law.corners)
         alike = isinstance(initial, AtNodes) and len(initial.closed) == count
@@ -204,12 +198,12 @@ class NodalSolver(Solver):
         )
 
     def _closed_near(self, other):
-        """What is closed at the nearest node of another solution, boolean array (corners, nodes)."""
+        """Corners closed at the nearest node of another solution."""
         x, borders = self.compliance.points[:, 0], (other.x[1:] + other.x[:-1]) / 2
         return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
 
     def follow(self, load, rtol, initial):
-        """The solution at a load, from the closed corners of a neighbour."""
+        """The solution at a load, begun with a neighbour's closed corners."""
         return self.at(load, initial=initial)
 
     def path(self, last, rtol, progress=False):
@@ -229,13 +223,13 @@ class NodalSolver(Solver):
         return found
 
     def together(self, closed):
-        """Closed corners, array (corners, nodes), all of them where psi is constrained."""
+        """Closed corners, array (corners, nodes), all where psi is constrained."""
         closed = closed.reshape(len(self.law.corners), -1)
         return closed | (self.compliance.constrained & closed.any(axis=0))
 
 
 class NodalPath(LoadPath):
-    """The load path at the nodes of a compliance, or of that of the Contact `followed`."""
+    """The load path at the nodes of a compliance, or of the Contact `followed`."""
 
     def __init__(self, problem, last, rtol, followed=None):
         super().__init__(problem, last, rtol)
@@ -244,7 +238,7 @@ class NodalPath(LoadPath):
     @cached_property
     @bounded
     def nodal_events(self):
-        """Every `active_set.CornerEvent` on the way, ascending in load; exact for the nodes."""
+        """All `active_set.CornerEvent`, ascending in load; exact for the nodes."""
         flexibility, gaps, share = self._solver.system
         return active_set.path(flexibility, gaps, [self.last], c=share).events
 
@@ -252,9 +246,9 @@ class NodalPath(LoadPath):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        `load_error` is the way back to the nodal event before, and a share h/a of the load for the distance h
-        of nodes in a contact of the half-width a, or, where edges of two corners cross, 1.7 (h/a)^s with
-        the solver's `crossing` s. x is good to h.
+        `load_error` adds the way back to the nodal event before to a share h/a of the load (h the distance of
+        nodes, a the half-width), or 1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners
+        cross. x is good to h.
         """
         solver, law = self._solver, self.problem.law
         x = solver.compliance.points[:, 0]
@@ -279,7 +273,6 @@ class NodalPath(LoadPath):
 
     @cached_property
     def warnings(self):
-        """A sentence where nodes are too few to see what happens."""
         blurred = [event.load for event in self.events if event.load_error > 0.1 * event.load]
         words = (
             "up to load {:.2g} the contact has few nodes: events there may be missing; take smaller elements"
@@ -288,7 +281,7 @@ class NodalPath(LoadPath):
 
 
 def _unseen(x, apart, contact):
-    """The largest distance of two nodes in and beside the contact over its half-width, at most 1."""
+    """Largest distance of nodes over the half-width of contact, at most 1."""
     if not contact:
         return 0.0
     left, right = contact[0][0], contact[-1][1]
@@ -297,9 +290,7 @@ def _unseen(x, apart, contact):
 
 
 def zones_of(x, closed, law, apart=None, end=None):
-    """{name: intervals} of closed nodes, each up to half the way to its neighbours, the last one up to
-    `end`; a zone ends where the surface is interrupted (`apart`).
-    """
+    """{name: intervals} of closed nodes, half the way to their neighbours, at the last node up to `end`."""
     pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
     own = [[] for _ in closed]
     for piece in pieces:

@@ -4,8 +4,8 @@ With the normal displacement u, rotations phi times ell/2, corners at s and tilt
 
     p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`; from (p, m) to (u, phi) it is a convolution.
-Four corners of a block have three degrees of freedom: without a second body H has a null space.
+is the flexibility H of (a) in `microblock.corners.active_set`; (p, m) to (u, phi) is a convolution. Four
+corners of a block have three degrees of freedom: without a second body H has a null space.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class Flexibility:
     offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
     tilt : array (d, ...), t at the cells; (0, ...) for one corner
     response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
-    back : function that returns the approximate inverse of `response`
-    aside : function, of one corner from p to phi, or to the m of psi = 0; None of others
-    clamped : bool, whether psi = 0 on the whole surface
-    counter : object or None, what a second body adds to the gaps, by ``@``; `back` knows of it
+    back : function that returns an approximate inverse of `response`
+    aside : function, of one corner from p to phi, or to the m of psi = 0; else None
+    clamped : whether psi = 0 on the whole surface
+    counter : second body or None, added to the gaps by ``@`` and known to `back`
     short : array (1 + d,), or (2 + d,) with a counter
         Of four corners, displacement, twist of the second body, and rotations under short waves.
     """
@@ -50,34 +50,33 @@ class Flexibility:
     short: Any = None
 
     def __matmul__(self, forces: Array) -> Array:
-        """Returns gaps from forces, arrays (corners, ...)."""
+        """Gaps from forces, arrays (corners, ...)."""
         found: Array = np.tensordot(self._rows, surface := self.surface(forces), 1)
         found += (self.tilt * surface[1:]).sum(axis=0)
         return found if self.counter is None else found + self.counter @ forces
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of forces and gaps."""
         return len(self.offsets), *self.tilt.shape[1:]
 
     @cached_property
     def _rows(self) -> Array:
-        """(1, -s) of each corner, array (corners, 1 + d); of one corner (1,)."""
+        """(1, -s) of the corners, array (corners, 1 + d); of one corner (1,)."""
         ones = np.ones((len(self.offsets), 1))
         return ones if len(ones) == 1 else np.hstack((ones, -self.offsets))
 
     def surface(self, forces: Array) -> Array:
-        """Returns (u, phi), or u alone of one corner, from forces: array (1 + d or 1, ...)."""
+        """(u, phi), or u of one corner, array (1 + d or 1, ...)."""
         return self.response(self.resultants(forces))
 
     def resultants(self, forces: Array) -> Array:
-        """Returns (p, m), or p alone of one corner, from forces: array (1 + d or 1, ...)."""
+        """(p, m), or p of one corner, array (1 + d or 1, ...)."""
         found: Array = np.tensordot(self._rows.T, forces, 1)
         found[1:] += self.tilt * found[0]
         return found
 
     def turned(self, forces: Array, surface: Array) -> tuple[Array, Array]:
-        """Returns phi and m, arrays (d, ...), from forces and from `surface` of them."""
+        """phi and m, arrays (d, ...), from forces and their `surface`."""
         if self.aside is None:
             return surface[1:], self.resultants(forces)[1:]
         beside = self.aside(forces)
@@ -85,14 +84,14 @@ class Flexibility:
         return both if self.clamped else both[::-1]
 
     def precondition(self, gaps: Array) -> Array:
-        """Returns forces, of least norm, that leave about these gaps."""
+        """Forces of least norm that leave about these gaps."""
         return self.on_face(np.ones(gaps.shape, bool))(gaps)
 
     def on_face(self, there: Array) -> Callable[[Array], Array]:
-        """Returns the preconditioner of some corners, boolean (corners, ...); of fewer than four that of all.
+        """The preconditioner of some corners, boolean (corners, ...); of fewer than four that of all.
 
-        C^-1 acts between B = D E^T (E D E^T)^+ and its transpose, E = (1, -s) of the corners that are there,
-        or with a second body (1, a b, -a, -b) for s = (a, b).
+        C^-1 acts between B = D E^T (E D E^T)^+ and its transpose, E = (1, -s) of these corners, or with a
+        second body (1, a b, -a, -b) for s = (a, b).
         """
         inverse = self.back()
         if len(self.offsets) == 1:
@@ -109,7 +108,6 @@ class Flexibility:
         return precondition
 
     def _backs_of(self, there: Array) -> Array:
-        """Returns B of the corners that are there, array (3 or 4, corners, ...)."""
         return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
 
     @cached_property
@@ -125,14 +123,13 @@ class Flexibility:
 
     @property
     def settling_displaces(self) -> bool:
-        """Whether what `settled` changes displaces a second body."""
+        """Whether `settled` displaces a second body."""
         return self.counter is not None and len(self.offsets) == len(NONE)
 
     def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
-        """Returns forces with the same resultants and the least work on the initial gaps.
-
-        Where g0-- - g0-+ - g0+- + g0++ of a block is positive, "--" or "++" is open; where it is 0 the forces
-        of least norm are taken. On a second body the forces 1, -1, -1, 1 take a step down the slope.
+        """Forces with the same resultants and the least work on the initial gaps: "--" or "++" of a block is
+        open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a second body
+        the forces 1, -1, -1, 1 take a step down the slope.
         """
         if len(forces) != len(NONE):
             return forces
@@ -147,11 +144,11 @@ class Flexibility:
 
 
 def of_least_norm(forces: Array) -> Array:
-    """Returns the share of NONE that leaves forces of the least norm."""
+    """The share of NONE that leaves forces of the least norm."""
     return -np.tensordot(NONE, forces, 1) / len(NONE)
 
 
 def twisted(forces: Array, share: Array, where: Array) -> Array:
-    """Returns forces, array (4, ...), and a share of NONE at some blocks, cut where one became negative."""
+    """Forces, array (4, ...), plus a share of NONE at some blocks, cut where a force becomes 0."""
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
     return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)

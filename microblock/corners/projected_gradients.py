@@ -9,8 +9,7 @@ or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
 1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by |f' - f|^2/(10 alpha),
    begun with the step of Barzilai and Borwein (IMA J. Numer. Anal. 8 (1988) 141);
-2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
-   preconditioner: coarsely while faces change, finely on a face that stays;
+2. conjugate gradients on the face {f'_i > 0} without the signs, zero-sum by a constraint preconditioner;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
 It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box, and
@@ -43,10 +42,9 @@ class GridForces:
     Attributes
     ----------
     forces, gaps : arrays (corners, n), gaps inf where a corner cannot touch
-    approach, load : float
     kkt : float
-        Largest penetration, or gap of a corner with force, over the range of H f, or over LEAST times that of
-        the load on a single corner.
+        Largest penetration, or gap under a force, over the range of H f, or over LEAST times that of the load
+        on one corner.
     products : int, with H
     """
 
@@ -64,21 +62,16 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
     Parameters
     ----------
-    flexibility : object with ``@`` and ``precondition``, both of arrays like g0; optionally
-        ``on_face(there)``, which returns the preconditioner of some corners, and
-        ``settled(forces, g0, slope)``, which returns forces of lower q, of the same gaps unless
-        ``settling_displaces``
+    flexibility : object with ``@`` and ``precondition`` of arrays like g0; optionally ``on_face(there)``, the
+        preconditioner of some corners, and ``settled(forces, g0, slope)``, forces of lower q, of the same
+        gaps unless ``settling_displaces``
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
     rtol : float, of `GridForces.kkt`
 
-    Raises
-    ------
-    BadArgument
-        Also for a flexibility that is not positive definite where the approach is given.
-    NotConverged
-        If rtol is out of reach.
+    Raises BadArgument, also for a flexibility that is not positive definite where the approach is given, and
+    NotConverged if rtol is out of reach.
     """
     problem = _problem(flexibility, g0, load, approach)
     if load == 0 or (load is None and approach <= g0.min()):
@@ -123,7 +116,6 @@ class _Problem:
     count: Counter
 
     def spread(self, values):
-        """Values of the corners that can touch among all, 0 at the others."""
         if len(values) == self.touch.size:
             return values.reshape(self.touch.shape)
         whole = np.zeros(self.touch.shape)
@@ -131,12 +123,11 @@ class _Problem:
         return whole
 
     def kept(self, whole):
-        """Those of the corners that can touch."""
         return whole.ravel() if len(self.g0) == whole.size else whole[self.touch]
 
     @cached_property
     def even(self):
-        """Forces that displace nothing, on a period an even pressure, or None."""
+        """Forces without displacement, or None."""
         precondition = getattr(self.H, "precondition", None)
         if precondition is None or len(self.g0) < self.touch.size:
             return None
@@ -145,8 +136,8 @@ class _Problem:
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
-        """Distance of the given approach from full contact, over the range of the initial gaps; inf where no
-        contact is full. BadArgument unless it is positive.
+        """Distance of the given approach from full contact, or inf, over the range of g0; BadArgument unless
+        it is positive.
         """
         if self.even is None:
             return np.inf
@@ -165,12 +156,10 @@ class _Problem:
         return self.kept(self.H @ self.spread(forces))
 
     def preconditioner(self, face):
-        """The preconditioner of the corners of a boolean `face` alone."""
         on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
         return lambda values: self.kept(on_face(self.spread(values))) * face
 
     def settled(self, forces, slope):
-        """Forces after `settled` of the flexibility, and their slope."""
         settle = getattr(self.H, "settled", None)
         if settle is None:
             return forces, slope
@@ -178,11 +167,11 @@ class _Problem:
         return found, self.slope(found) if getattr(self.H, "settling_displaces", False) else slope
 
     def slope(self, forces):
-        """grad q: the gaps, up to the approach if that is free."""
+        """grad q: the gaps, up to a free approach."""
         return self.g0 + self.displacement(forces)
 
     def level(self, forces, slope):
-        """The free approach, such that f.g = 0; 0 where it is given."""
+        """The free approach, such that f.g = 0, else 0."""
         return 0.0 if self.load is None else float(forces @ slope / forces.sum())
 
     def first(self, start):
@@ -195,7 +184,7 @@ class _Problem:
         return chosen if self.load is None or not chosen.sum() else chosen * (self.load / chosen.sum())
 
     def project(self, values):
-        """Nearest point of Omega: max(values - tau, 0), tau such that sum f = P."""
+        """Nearest point of Omega: max(values - tau, 0) with sum P."""
         if self.load is None:
             return np.maximum(values, 0)
         whole = values[values > 0].sum()
@@ -211,11 +200,9 @@ class _Problem:
         return found
 
     def size(self, forces, slope):
-        """The range of the normal displacement, which `GridForces.kkt` is over."""
         return max(np.ptp(slope - self.g0), LEAST * self.unit * forces.sum())
 
     def residual(self, forces, slope):
-        """`GridForces.kkt`."""
         gaps, size = slope - self.level(forces, slope), self.size(forces, slope)
         wrong = max(-gaps.min(), (gaps * (forces > 0)).max())
         return max(wrong, 0) / size if size else 0.0
@@ -257,7 +244,7 @@ def _problem(flexibility, g0, load, approach):
 
 
 def _gradient_step(problem, forces, slope, alpha):
-    """1: the projected step, its slope, and the alpha to begin with next time."""
+    """1: the projected step, its slope, and the next alpha."""
     slope_here = slope - problem.level(forces, slope)
     for _ in range(STEPS):
         moved = problem.project(forces - alpha * slope_here)
@@ -277,20 +264,20 @@ def _gradient_step(problem, forces, slope, alpha):
 
 
 def _curvature_step(problem, change, bend):
-    """|change|^2 over its product with what it adds to the slope; 0 where that is unknown."""
+    """Step from the change of slope; 0 where that is unknown."""
     curvature, length = change @ bend, change @ change
     return length / curvature if curvature > FLAT * problem.unit * length else 0.0
 
 
 def _rise(problem, forces, change, slope, ahead):
-    """q at the end of a change less q at its beginning, and its rounding."""
+    """The rise of q over a change, and its rounding."""
     middle = (slope + ahead) / 2
     middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
     return change @ middle, TERMS * problem.size(forces, ahead) * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol, inner):
-    """2: forces and slope of the minimum on the face of the corners with force, nearly."""
+    """2: forces and slope near the minimum on the face."""
     face, free = forces > 0, problem.load is not None
     precondition = problem.preconditioner(face)
     ones = precondition(face * 1.0) if free else 0.0
@@ -326,18 +313,16 @@ def _face_step(problem, forces, slope, rtol, inner):
 
 
 def _on_face(slope, face, free):
-    """Slope on the face, less its mean if sum f = P; 0 elsewhere."""
     residual = slope * face
     return residual - residual.sum() / np.count_nonzero(face) * face if free else residual
 
 
 def _largest(values):
-    """Largest absolute value."""
     return max(values.max(), -values.min())
 
 
 def _projected_search(problem, forces, slope, trial, ahead):
-    """3: forces and slope of the farthest point tried that is not above the beginning."""
+    """3: forces and slope of the first trial that does not rise."""
     if trial.min() >= 0:
         return trial, ahead
     for part in (1, 1 / 4, 1 / 4**2):

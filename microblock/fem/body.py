@@ -19,7 +19,7 @@ from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
-from . import contact_term
+from . import contact_term, supports
 from .bulk import Bulk
 from .meshes import require_sound
 
@@ -65,6 +65,21 @@ class Loads:
 
     def __post_init__(self):
         require_finite_within(**vars(self))
+
+    def acting_on(self, body):
+        """The forces in all unknowns of a body, array: what works on their variations in (8)."""
+        more, form = {"bonus_intorder": body.order + 4}, ng.LinearForm(body.space)
+        works = [("force", self.force, ng.dx(**more)), ("couple", self.couple, ng.dx(**more))]
+        for name in ("traction", "micromoment"):
+            for boundary, value in getattr(self, name).items():
+                works.append((name, value, ng.ds(definedon=body.boundary(boundary), **more)))
+        varied = body.vectors(body.space.TestFunction())
+        for name, value, measure in works:
+            turns = name in ("couple", "micromoment")
+            load = _in_space(name, value, turns, body.mesh.dim)
+            if load is not None:
+                form += ng.InnerProduct(ng.CF(load), varied[turns]) * measure
+        return form.Assemble().vec.FV().NumPy().copy()
 
 
 class Body(Shown):
@@ -150,6 +165,7 @@ class Body(Shown):
         require_flag(periodic=periodic)
         self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
         self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
+        made_of = {"mesh": mesh, "solid": solid, "order": order, "order_psi": order_psi}
         order = order if self.element_orders is None else int(self.element_orders.max())
         require_whole(1, order=order)
         require_whole(1, order_psi=order if order_psi is None else order_psi)
@@ -157,13 +173,15 @@ class Body(Shown):
         self.names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
-        self.fixed = self._patterns(fixed)
+        self.fixed = supports.patterns(self, fixed)
+        made_of |= {"fixed": self.fixed, "prescribed": self.prescribed}
+        self._made_of = made_of | {"periodic": periodic, "contact": contact}
         self.spaces = [
             self.scalar(order if name[0] == "u" else self.order_psi, dirichlet=self.fixed.get(name, ""))
             for name in self.names
         ]
         self.space = reduce(mul, self.spaces)
-        self._require_periodic_values()
+        supports.require_periodic(self)
         if contact != "contact":
             self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, see `once`
@@ -189,7 +207,7 @@ class Body(Shown):
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
         free = self.space.FreeDofs().NumSet()
-        supports = [
+        held = [
             Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
             for name, pattern in self.fixed.items()
         ]
@@ -197,40 +215,12 @@ class Body(Shown):
             Row("elements", "", self.mesh.ne, kinds),
             Row("order", "", order),
             Row("unknowns", "", free, "free"),
-            *(supports or [Row("constrained", "", "nowhere")]),
+            *(held or [Row("constrained", "", "nowhere")]),
             *self.solid.summary().rows,
         )
         return Summary(
             "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows
         )
-
-    def _patterns(self, fixed):
-        """{field: pattern of all boundaries where it is fixed or prescribed}."""
-        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
-            raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
-        patterns = (
-            {name: [fixed] for name in self.names}
-            if isinstance(fixed, str)
-            else {name: [pattern] for name, pattern in dict(fixed).items()}
-        )
-        for name, values in self.prescribed.items():
-            patterns.setdefault(name, []).extend(values)
-        for name, named in patterns.items():
-            if name not in self.names:
-                raise BadArgument("field", name, f"fields are {', '.join(self.names)}")
-            for pattern in named:
-                self.boundary(pattern, "prescribed" if pattern in self.prescribed.get(name, ()) else "fixed")
-        return {name: "|".join(named) for name, named in patterns.items()}
-
-    def require_held(self):
-        """BadArgument where a displacement is fixed or prescribed nowhere."""
-        for name in self.names:
-            if name.startswith("u") and name not in self.fixed:
-                raise BadArgument(
-                    "fixed",
-                    self.fixed,
-                    f"must hold the body: {name} is not fixed on any boundary, and nothing else stops it",
-                )
 
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument, of this argument, for a name of
@@ -259,21 +249,6 @@ class Body(Shown):
         """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
         order = 2 * max(self.order, self.order_psi) + self.bonus
         return ng.Integrate(density, self.mesh, order=order, **options)
-
-    @property
-    def _made_of(self):
-        """Its arguments by name."""
-        graded = self.element_orders is not None
-        return {
-            "mesh": self.mesh,
-            "solid": self.solid,
-            "order": self.element_orders if graded else self.order,
-            "order_psi": None if graded else self.order_psi,
-            "fixed": self.fixed,
-            "prescribed": self.prescribed,
-            "periodic": self.periodic,
-            "contact": self.contact,
-        }
 
     def on(self, mesh, fixed=None, solid=None):
         """The same body on another mesh of its geometry, with other supports or of another solid.
@@ -339,64 +314,6 @@ class Body(Shown):
             self._edge_orders[numbers] = np.maximum(self._edge_orders[numbers], own)
         return orders
 
-    def held_on(self, boundary):
-        """The fields that supports hold or prescribe on a part of a boundary at least."""
-        mask = self.boundary(boundary).Mask()
-        return [name for name, pattern in self.fixed.items() if any(self.boundary(pattern).Mask() & mask)]
-
-    def pressed(self, boundary):
-        """The region of a contact boundary; in the plane BadArgument where supports hold u2 there."""
-        region = self.boundary(boundary, "contact" if boundary == self.contact else "boundary")
-        if self.mesh.dim < 3 and "u2" in self.held_on(boundary):
-            raise BadArgument(
-                "boundary",
-                boundary,
-                f"is constrained in u2 by the supports on {self.fixed['u2']}: "
-                "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone",
-            )
-        return region
-
-    def prescribe(self, components):
-        """Set the prescribed values in the grid functions of u1, u2, psi."""
-        for name, values in self.prescribed.items():
-            region = self.boundary("|".join(values))
-            self.set_on(region, components[self.names.index(name)], self.mesh.BoundaryCF(dict(values)))
-
-    def set_on(self, region, component, value):
-        """Set a component of a grid function of the body on a region of its boundary.
-
-        Where elements are as wide as the period NGSolve counts an unknown twice: what 1 becomes is its share.
-        """
-        component.Set(value, definedon=region)
-        if self.periodic:
-            share = ng.GridFunction(component.space)
-            share.Set(1, definedon=region)
-            shares = share.vec.FV().NumPy()
-            ends = np.abs(shares) > 0.25  # not the rounding of an edge's unknowns
-            component.vec.FV().NumPy()[ends] /= shares[ends]
-
-    def values_on(self, region, name, value):
-        """Coefficients of a function in the space of a field on a region of the boundary, 0 elsewhere."""
-        function = ng.GridFunction(self.spaces[self.names.index(name)])
-        self.set_on(region, function, value)
-        return function.vec.FV().NumPy().copy()
-
-    def _require_periodic_values(self):
-        """BadArgument where prescribed values differ at points that the mesh identifies."""
-        for name, values in self.prescribed.items() if self.periodic else ():
-            space, value, found = self.spaces[self.names.index(name)], self.mesh.BoundaryCF(dict(values)), {}
-            for facet in self.boundary("|".join(values)).Elements():
-                transformation = self.mesh.GetTrafo(facet)
-                for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
-                    found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
-            largest = max(abs(one) for own in found.values() for one in own.values())
-            if any(np.ptp(list(own.values())) > 1e-9 * largest for own in found.values()):
-                raise BadArgument(
-                    "prescribed",
-                    self.prescribed,
-                    f"must have the same {name} at points that the mesh identifies",
-                )
-
     def vectors(self, components):
         """u and psi of components (trial or grid functions), with three components each."""
         parts = [ng.CF(0)] * len(FIELDS3D)
@@ -418,32 +335,6 @@ class Body(Shown):
     def energy(self, *components):
         """Energy density (10) as an expression."""
         return contact_term.energy(self.solid, self.strains(components))
-
-    def acting(self, loads=Loads()):
-        """The forces of loads in all unknowns, array: what works on their variations in (8)."""
-        more, form = {"bonus_intorder": self.order + 4}, ng.LinearForm(self.space)
-        works = [("force", loads.force, ng.dx(**more)), ("couple", loads.couple, ng.dx(**more))]
-        for name in ("traction", "micromoment"):
-            for boundary, value in getattr(loads, name).items():
-                works.append((name, value, ng.ds(definedon=self.boundary(boundary), **more)))
-        varied = self.vectors(self.space.TestFunction())
-        for name, value, measure in works:
-            turns = name in ("couple", "micromoment")
-            load = self._load(name, value, turns)
-            if load is not None:
-                form += ng.InnerProduct(ng.CF(load), varied[turns]) * measure
-        return form.Assemble().vec.FV().NumPy().copy()
-
-    def _load(self, name, value, turns):
-        """The three components of a load; None of one that is 0. `turns` if it works on psi."""
-        parts = tuple(value) if np.iterable(value) else (value,)
-        if all(isinstance(part, (int, float)) and part == 0 for part in parts):
-            return None
-        count = 3 if self.mesh.dim == 3 else 1 if turns else 2
-        if len(parts) != count:
-            words = f"must have {count} component{'s' * (count > 1)} on a body in {self.mesh.dim}D"
-            raise BadArgument(name, value, words)
-        return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
 
     def bulk(self, space=None, nodes=None, **options):
         """The bilinear form of the second variation of (10), assembled, on the space of the body or a
@@ -478,11 +369,24 @@ class Body(Shown):
         what = f"factors of the bulk, {self.space.ndof} unknowns,"
         cost.require_room(cost.of_factors(self.space.ndof, matrix.mat.nze), what, advice)
         bulk, state = Bulk(matrix, [], advice), ng.GridFunction(self.space)
-        self.prescribe(state.components)
+        supports.prescribe(self, state.components)
         prescribed = state.vec.FV().NumPy().copy()
-        exerted = bulk.solve(self.acting(loads) - bulk.matrix @ prescribed, state)
+        exerted = bulk.solve(loads.acting_on(self) - bulk.matrix @ prescribed, state)
         state.vec.FV().NumPy()[:] += prescribed
         return Fields(self, state.components, exerted)
+
+
+def _in_space(name, value, turns, dim):
+    """The three components of a load on a body of this dimension; None of one that is 0. `turns` if it works
+    on psi.
+    """
+    parts = tuple(value) if np.iterable(value) else (value,)
+    if all(isinstance(part, (int, float)) and part == 0 for part in parts):
+        return None
+    count = 3 if dim == 3 else 1 if turns else 2
+    if len(parts) != count:
+        raise BadArgument(name, value, f"must have {count} component{'s' * (count > 1)} on a body in {dim}D")
+    return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
 
 
 def require_heights(obstacle):
@@ -511,6 +415,7 @@ class Fields:
     body : Body
     components : grid functions of the fields
     forces : array (unknowns of the body,), internal forces less the loads: what supports exert
+    mirrored : whether they are the half x1 > 0 of a symmetric state, with values at points of the whole
 
     Examples
     --------
@@ -528,10 +433,9 @@ class Fields:
     0.5
     """
 
-    mirrored = False  # whether they are the half x1 > 0 of a symmetric state
-
-    def __init__(self, body, components, forces=None):
-        self.body, self.components, self.forces = body, tuple(components)[: len(body.names)], forces
+    def __init__(self, body, components, forces, mirrored=False):
+        self.body, self.components = body, tuple(components)[: len(body.names)]
+        self.forces, self.mirrored = forces, mirrored
         for name, component in zip(body.names, self.components):
             setattr(self, name, component)
         if body.mesh.dim == 3:
@@ -543,19 +447,12 @@ class Fields:
     def __reduce__(self):
         """A copy, or what comes out of a file, has its values on a body made anew."""
         numbers = dofs_by_element(self.body)
-        forces = None if self.forces is None else self.forces[numbers]
-        return _fields_anew, (type(self), self.body, self.values[numbers], forces, self.mirrored)
+        return _fields_anew, (self.body, self.values[numbers], self.forces[numbers], self.mirrored)
 
     @property
     def values(self):
         """Of all unknowns of the body, array."""
         return np.concatenate([part.vec.FV().NumPy() for part in self])
-
-    def unfolded(self):
-        """The same fields of the half x1 > 0 of a symmetric body, with values at points of the whole one."""
-        found = Fields(self.body, tuple(self), self.forces)
-        found.mirrored = True
-        return found
 
     def __call__(self, x1, x2):
         """The PointFields at points of the body, arrays (n,) or numbers.
@@ -611,10 +508,10 @@ class Fields:
         Raises
         ------
         BadArgument
-            For a boundary on which nothing is supported, and for fields without the forces that act on them.
+            For a boundary on which nothing is supported.
         """
         body, region = self.body, self.body.boundary(boundary)
-        held = body.held_on(boundary)
+        held = supports.held_on(body, boundary)
         if not held:
             raise BadArgument(
                 "boundary",
@@ -623,19 +520,14 @@ class Fields:
                 "there; supported are "
                 + (", ".join(f"{name} on {pattern}" for name, pattern in body.fixed.items()) or "none"),
             )
-        if self.forces is None:
-            raise BadArgument(
-                "forces",
-                None,
-                "must be given to know reactions: take the fields of a state, or of Body.solve",
-            )
         parts = {name: region * body.boundary(body.fixed[name]) for name in held}
 
         def work(u, psi):
             """Of the supports on a rigid motion."""
             values = (*u, *psi)
             return sum(
-                self.forces[body.unknowns_of(name)] @ body.values_on(parts[name], name, values[PLACES[name]])
+                self.forces[body.unknowns_of(name)]
+                @ supports.values_on(body, parts[name], name, values[PLACES[name]])
                 for name in held
             )
 
@@ -664,16 +556,11 @@ def _body_anew(arguments, curve_order):
     return Body(**arguments)
 
 
-def _fields_anew(kind, body, values, forces, mirrored):
-    """The fields, of this class, of these values and forces of the unknowns, element by element."""
-    state, numbers = ng.GridFunction(body.space), dofs_by_element(body)
-    state.vec.FV().NumPy()[numbers] = values
-    exerted = None if forces is None else np.zeros(body.space.ndof)
-    if forces is not None:
-        exerted[numbers] = forces
-    fields = kind(body, state.components, exerted)
-    fields.mirrored = mirrored
-    return fields
+def _fields_anew(body, values, forces, mirrored):
+    """The Fields of these values and forces of the unknowns, element by element."""
+    state, exerted, numbers = ng.GridFunction(body.space), np.zeros(body.space.ndof), dofs_by_element(body)
+    state.vec.FV().NumPy()[numbers], exerted[numbers] = values, forces
+    return Fields(body, state.components, exerted, mirrored)
 
 
 def dofs_by_element(body):

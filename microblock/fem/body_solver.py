@@ -23,7 +23,7 @@ class BodySolver(NodalSolver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        require_pressed(self.body, self.body.contact, condensed=True)
+        require_pressed(self.body, self.body.contact)
         if body_of(self.obstacle) is not None:
             self.counter  # which checks the second body
 

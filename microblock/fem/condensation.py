@@ -15,6 +15,7 @@ from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, require_kind
 from ..threads import bounded, released
+from . import supports
 from .body import Body, Fields
 from .bulk import Bulk
 from .facets import ContactNodes
@@ -76,7 +77,7 @@ class Condensed(ContactNodes):
             self.compliance = Compliance(*surface, self._matrix(), body.solid.ell, apart)
 
     def _require_pressed(self, body, boundary):
-        require_pressed(body, boundary, condensed=True)
+        require_pressed(body, boundary)
 
     @property
     def twins(self):
@@ -165,10 +166,8 @@ def of_factors(rows, entries):
     return 10 * entries * rows ** (4 / 3)
 
 
-def require_pressed(body, boundary, condensed=False):
-    """The region of a contact boundary that can be pressed, `condensed` with supports that hold 0; else
-    BadArgument.
-    """
+def require_pressed(body, boundary):
+    """BadArgument unless an obstacle can press the boundary of a body whose supports hold it, with 0."""
     if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random
@@ -176,14 +175,12 @@ def require_pressed(body, boundary, condensed=False):
             "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
         )
         raise BadArgument("body", body, f"must not be periodic: {words}")
-    if condensed and body.prescribed:
+    if body.prescribed:
         raise BadArgument(
             "prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0"
         )
-    pressed = body.pressed(boundary)
-    if condensed:
-        body.require_held()
-    return pressed
+    supports.pressed(body, boundary)
+    supports.require_held(body)
 
 
 def condensed(body, boundary=None, clamped=False, kind=Condensed):

@@ -50,11 +50,6 @@ def lagrangian(g, lam, rho):
     return IfPos(lam + rho * g, -(lam**2) / (2 * rho), (lam + rho / 2 * g) * g)
 
 
-def effective(g, lam, rho):
-    """(40): the force of a corner, of arrays."""
-    return np.minimum(lam + rho * g, 0.0)
-
-
 def contact(nodes, g0, arms, u, psi, multipliers, approach, rho):
     """The contact term of (37), or of (31) where multipliers are 0: the sum of L over the corners.
 

@@ -19,7 +19,7 @@ from ..halfspace.surface_law import on_surface
 from ..model.law import check as check_law
 from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
-from . import contact_term
+from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
 from .meshes import elements_at, thicknesses
@@ -104,7 +104,7 @@ class ContactNodes:
         require_kind(Body, "a Body", body=body)
         boundary = body.contact if boundary is None else boundary
         require_kind(str, "the name of a boundary", boundary=boundary)
-        self.body, self.boundary, self.region = body, boundary, body.pressed(boundary)
+        self.body, self.boundary, self.region = body, boundary, supports.pressed(body, boundary)
         self.dim = body.mesh.dim
         if self.dim > 1:
             elements_at(body.mesh, self.region)  # which checks that there are some
@@ -467,9 +467,9 @@ class ContactFacets(ContactNodes):
                 self.law,
                 "prescribes psi on the surface: the body must fix psi on its contact boundary",
             )
-        supports = ng.GridFunction(self.body.space)
-        self.body.prescribe(supports.components)
-        turned = gaps - self.displacements(supports.vec.FV().NumPy())
+        held = ng.GridFunction(self.body.space)
+        supports.prescribe(self.body, held.components)
+        turned = gaps - self.displacements(held.vec.FV().NumPy())
         nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
         alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
         self.twins = fixed & (len(gaps) > 1) & alike

@@ -11,7 +11,7 @@ from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument, at_most
 from ..model.state import Solution
 from ..model.zones import distance_to_ends
-from . import between, meshes
+from . import between, meshes, supports
 from .body import Fields
 from .mesh_fields import BelowOnMesh
 
@@ -126,7 +126,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def _psi_held(self):
-        return "psi" in self.nodes.body.held_on(self.nodes.boundary)
+        return "psi" in supports.held_on(self.nodes.body, self.nodes.boundary)
 
     @property
     def _moments(self):

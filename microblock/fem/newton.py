@@ -15,6 +15,7 @@ from ..errors import BadArgument, NotConverged, require_choice, require_finite, 
 from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
+from . import supports
 from .body import Body, Fields, Loads
 from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
@@ -109,7 +110,7 @@ class MonolithicNewton:
             self._systems = body.once(key, lambda: ConjugateGradients(body, space, facets))
         else:
             self._systems = Direct(body, space, facets)
-        self.space, self._acting = self._systems.space, body.acting(loads)
+        self.space, self._acting = self._systems.space, loads.acting_on(body)
         self._load, fields = ng.Parameter(0.0), len(body.names)
         *unknown, approach = self.space.TrialFunction()
         contact = facets.contact(unknown[:fields], unknown[fields:] or self._given, approach, self.rho)
@@ -185,7 +186,7 @@ class MonolithicNewton:
 
     def _first_guess(self, level, start):
         unknowns = ng.GridFunction(self.space)
-        self.body.prescribe(unknowns.components)
+        supports.prescribe(self.body, unknowns.components)
         values, approach = unknowns.vec.FV().NumPy(), -np.inf
         stresses = np.zeros(self.facets.g0.shape)
         if start is not None:  # supports keep the values of this body

@@ -10,6 +10,7 @@ from .friction import history
 from .mesh_solution import MeshSolution, of_newton
 from .newton import MonolithicNewton, default_rho
 from .solver3d import Solver3D
+from .supports import pressed
 
 
 class NewtonSolver(Solver):
@@ -22,7 +23,7 @@ class NewtonSolver(Solver):
     def __init__(self, contact, options, rule="nodal", length=None):
         self.rule, self.length = rule, length
         super().__init__(contact, options)
-        self.body.pressed(self.body.contact)  # BadArgument where it cannot be
+        pressed(self.body, self.body.contact)  # BadArgument where it cannot be
 
     @cached_property
     def nodes(self):
@@ -76,7 +77,9 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
 
     @cached_property
     def nodes(self):
-        require_pressed(self.body, self.body.contact, condensed=True)
+        if getattr(self.law, "friction", 0.0):
+            self.history(None, False, None)  # which says what follows it
+        require_pressed(self.body, self.body.contact)
         return super().nodes
 
     def solve(self, load, approach, rtol, initial=None, progress=False):

@@ -9,6 +9,7 @@ from ..corners.nodal import AtNodes
 from ..errors import BadArgument
 from ..model.state import ErrorParts, LineSolution
 from ..model.zones import distance, distance_to_ends, joined
+from .body import Fields
 from .facets import ContactNodes
 from .mesh_fields import BelowOnMesh
 from .mesh_solution import OnMesh
@@ -126,7 +127,8 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     @cached_property
     def fields(self):
         """Fields of the computed part, with values at points of the whole body."""
-        return super().fields.unfolded() if self.mirrored else super().fields
+        found = super().fields
+        return Fields(found.body, found, found.forces, self.mirrored)
 
     def interpolated(self, values, x):
         """Values at x from those at the nodes: on each facet the polynomial through them."""

@@ -1,7 +1,7 @@
-"""Kernels of a half-plane averaged over the cell that is loaded and over the one that answers.
+"""Kernels of a half-plane averaged over the loaded and the responding cell (docs/theory/friction.md).
 
 The average is a second difference of the kernel's second antiderivative F, tabulated over x^2; far away Gauss
-points replace it. So matrices are symmetric and positive definite at any distances (docs/theory/friction.md).
+points replace it.
 """
 
 from functools import partial
@@ -14,7 +14,7 @@ from .kernels import NEAREST, Kernels, is_classical, kernels, step
 
 
 class SecondAntiderivatives(Kernels):
-    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is."""
+    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2."""
 
     _long, _decayed = 0.5, np.inf
 
@@ -27,7 +27,6 @@ class SecondAntiderivatives(Kernels):
 
 
 def _tables(solid):
-    """Functions of (x/ell, numbers): kernels over c, and F/x^2; of a classical solid for U and Y alone."""
     if not is_classical(solid):
         material = solid.nu, solid.beta, solid.curvature
         return kernels(*material), kernels(*material, SecondAntiderivatives)
@@ -42,8 +41,8 @@ def _tables(solid):
 
 
 def averaged(solid, apart, source, target, which):
-    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape:
-    array (len(which), ...) of lengths per force (per thickness).
+    """Kernels averaged over cells of the widths `source` and `target` at distances: array (len(which), ...)
+    of lengths per force.
     """
     once, twice = _tables(solid)
     apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
@@ -61,5 +60,5 @@ def averaged(solid, apart, source, target, which):
 
 
 def normal_averages(solid, distance, source, target):
-    """`kernels.normal_kernel` averaged as in `averaged`: lengths per force."""
+    """`kernels.normal_kernel` as in `averaged`."""
     return averaged(solid, distance, source, target, (0,))[0]

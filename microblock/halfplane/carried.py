@@ -1,7 +1,6 @@
-"""What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
+"""Singular places that a second body carries from corner to corner (docs/theory/two_bodies.md).
 
-What is singular in p_A at x is so in the gap of B at x - ell, what is singular in p_B at x in that of A at x
-+ ell, fainter by a factor each step (docs/theory/two_bodies.md).
+A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at x + ell.
 """
 
 import numpy as np
@@ -14,8 +13,7 @@ SAME = 1e-9  # of ell: places this near to each other are one
 
 
 def decay(problem):
-    """Factor by which singularities are fainter from step to step, 0 to 1; 0 without a second body or with
-    one corner.
+    """Factor by which singularities fade in a step, 0 to 1; 0 without a second body or with one corner.
 
     ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
     c of the second body.
@@ -33,7 +31,7 @@ def decay(problem):
 
 
 def ways(problem, order, share=1.0):
-    """Lengths by which places worth `share` are carried until panels of an order do not see them."""
+    """Lengths by which places worth `share` are carried on panels of an order."""
     factor = decay(problem)
     if not factor:
         return []
@@ -44,7 +42,7 @@ def ways(problem, order, share=1.0):
 
 
 def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals}, worth the root of their distance, and where they go."""
+    """Edges of zones {corner: intervals} and places they are carried to."""
     shares, whole = {}, np.ptp(zone_edges(zones))
     for intervals in problem.all_zones(zones).values():
         edges = np.ravel(intervals)
@@ -55,7 +53,7 @@ def carried_edges(problem, zones, order):
 
 
 def carried(problem, shares, order):
-    """Singular places of {place: what it is worth} and those they are carried to, ascending list."""
+    """{place: worth} and where they are carried, ascending list."""
     found = sorted(shares)
     for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
@@ -64,9 +62,7 @@ def carried(problem, shares, order):
 
 
 def log_sizes(problem, zones, order):
-    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there: a jump J
-    in the slope of a corner's initial gap needs ``pi J`` through the limits of k U and k W.
-    """
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
     whole = problem.all_zones(zones)
     found = {kink: {} for kink in problem.kinks}
     for kink, jumps in problem.kinks.items():
@@ -110,7 +106,7 @@ def _short_waves_between(problem, inside):
 
 
 def meeting_exponent(problem, zones, x):
-    """s of p ~ x^s where edges of the two corners meet at x, with these zones."""
+    """s of p ~ x^s where edges of two corners meet at x."""
     if not decay(problem):
         return coalescence_exponent(problem.solid)
     others = [

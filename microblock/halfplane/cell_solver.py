@@ -1,4 +1,4 @@
-"""Contact on uniform cells, matrix-free: large rough problems, and problems that repeat with a period."""
+"""Contact on uniform cells, matrix-free: large rough problems, and periodic ones."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -38,10 +38,10 @@ class CellSolution(Solution):
     pressures : array (corners, n)
     micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2
     load, approach : force per thickness (and period), approach over the mean of the surface
-    energy : float, up to a constant
-    residual : float, see `microblock.corners.projected_gradients.GridForces`
-    iterations : int, products with the flexibility
-    change : float, the error estimate, or None
+    energy : up to a constant
+    residual : `GridForces.kkt` of `microblock.corners.projected_gradients`
+    iterations : products with the flexibility
+    change : the error estimate, or None
     notes : sentences on why cells were taken
     raised : array (corners, n), displacement of a second body, or None
     """
@@ -78,7 +78,7 @@ class CellSolution(Solution):
 
     @property
     def all_zones(self):
-        """{corner number: array (k, 2) of the intervals of cells with pressure}."""
+        """{corner number: array (k, 2), intervals of cells with pressure}."""
         half = self.weights[0] / 2
         return {
             number: np.array(
@@ -96,7 +96,7 @@ class CellSolution(Solution):
         return contact_zones(self.all_zones, self.solver.law.corners)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres."""
         x, own = _folded(x, self.period), self.pressures[corner]
         along, last = (x - self.x[0]) / self.weights[0], len(own) - 1
         cell = np.floor(along + 0.5)
@@ -107,7 +107,7 @@ class CellSolution(Solution):
         return np.where(inside, here + np.abs(along - cell) * slope, 0.0)
 
     def pressure_and_moment(self, x):
-        """Total pressure and micromoment over ell at x, array (2, n); a reaction is a polygon."""
+        """Total pressure and micromoment over ell at x, array (2, n)."""
         own = np.array([self.pressure(corner, x) for corner in range(len(self.pressures))])
         if len(own) > 1:
             return np.array((own.sum(axis=0), (self.problem.levers(x) * own).sum(axis=0) / 2))
@@ -115,7 +115,6 @@ class CellSolution(Solution):
         return np.array((own[0], reaction / self.problem.ell))
 
     def moment_at(self, x):
-        """M at x, array (n,)."""
         return self.problem.ell * self.pressure_and_moment(x)[1]
 
     def gap(self, corner, x):
@@ -233,7 +232,7 @@ class CellSolver(Solver):
         return CellSolver(self.contact, replace(self.options, window=around(found, self.solid.ell)))
 
     def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, progress=False):
-        """The first state on grids of these sizes with rtol and at least so many cells, or the last."""
+        """The state on the first grid with so many cells that is within rtol, or on the finest."""
         for state in self._solutions(load, approach, sizes, self.options.residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break
@@ -327,7 +326,7 @@ class CellSolver(Solver):
 
 
 def difference(finer, coarser, ends):
-    """max(|dp|, |dM|/ell)/|p| in L2 between two states, with the weight `ends` of places."""
+    """max(|dp|, |dM|/ell)/|p| in L2 between two states, weighted by `ends`."""
     points, _ = gauss_rule(2)  # exact for squares of polygons that break at centres and ends of cells
     size, change = 0.0, 0.0
     for offset in np.concatenate((points - 1, points)):
@@ -339,9 +338,7 @@ def difference(finer, coarser, ends):
 
 
 def _estimate(changes, residual, fastest):
-    """Error of the last state from its residual and the changes from grid to grid, a geometric series; None
-    without.
-    """
+    """Error from the residual and the changes from grid to grid, a geometric series; None without."""
     if not changes:
         return None
     own = changes[-4:]  # one change that is much less than the one before is luck
@@ -352,7 +349,7 @@ def _estimate(changes, residual, fastest):
 
 
 def around(found, ell):
-    """(left, right) of the surface that holds all low stretches of an obstacle's Picture."""
+    """(left, right) around all low stretches of a Picture."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
     margin = (right - left) / 20
     return left - margin, right + margin
@@ -376,7 +373,6 @@ def _polygon(x, nodes, values, period):
 
 
 def _folded(x, period):
-    """Abscissae within the period around x1 = 0 that stand for x."""
     return x if period is None else (x + period / 2) % period - period / 2
 
 

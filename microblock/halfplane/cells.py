@@ -1,8 +1,7 @@
 """The half-plane on n equal cells, matrix-free: corner forces to corner gaps by FFT.
 
-The `Flexibility` of `microblock.corners.on_cells` has u = U p + i V m, phi = -i V p + W m. Without images U,
-V, W are those of cells in a circulant of twice the length, on a period the symbol. The inverse symbol is the
-preconditioner.
+The `Flexibility` of `microblock.corners.on_cells` has u = U p + i V m, phi = -i V p + W m, with U, V, W of
+cells in a circulant of twice the length, or with the symbol on a period. The inverse symbol preconditions.
 """
 
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from .kernels import ODD, HalfPlane, symbol
 
 @dataclass(frozen=True)
 class CellGrid:
-    """n equal cells on [left, right] of the surface of a half-plane, or on one of its periods."""
+    """n equal cells on [left, right] of the surface, or on one of its periods."""
 
     body: HalfPlane
     left: float
@@ -68,7 +67,7 @@ class CellGrid:
         return Flexibility(offsets, tilt, response, back, aside, clamping, other)
 
     def _spectrum(self, length, one, clamping):
-        """(U, V, W) of two corners; of one (u, m) where psi = 0 is prescribed, else at least (U, V)."""
+        """(U, V, W) of two corners; of one (u, m) where psi = 0, else at least (U, V)."""
         if not self.periodic:
             return self._embedded(length, ((3, 4) if clamping else (0, 1)) if one else (0, 1, 2))
         U, V, W = self._symbol(length)
@@ -76,7 +75,7 @@ class CellGrid:
         return _held(U, V, W) if clamping else (U, V, W)
 
     def _symbol(self, length):
-        """U, V, W at the wavenumbers of a period of `length` cells, positive definite at every one."""
+        """U, V, W on a period of `length` cells, positive definite."""
         k = 2 * np.pi * np.arange(length // 2 + 1) / (length * self.width)
         k[0] = k[1] / 2  # stands for the mean
         U, V, W = symbol(self.body.solid, k)
@@ -110,7 +109,7 @@ def _inverse(U, V, W):
 
 
 def _tilt(law, offsets, x):
-    """t at x, array (n,), of blocks whose corners at `offsets` have the levers t - offset."""
+    """t at x, array (n,)."""
     tilts = np.array(list(law.levers(x).values())) + offsets
     if np.ptp(tilts, axis=0).max() > PATHS:
         words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"

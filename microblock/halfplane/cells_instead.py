@@ -1,4 +1,4 @@
-"""Uniform cells where panels find no zones or do not reach what was asked for."""
+"""Uniform cells where panels fail."""
 
 from dataclasses import replace
 
@@ -14,9 +14,7 @@ OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
-    """The CellSolution under an obstacle of this Picture, where panels have a failure; raises NotConverged if
-    cells do not reach rtol either.
-    """
+    """The CellSolution under a Picture after a failure of panels; NotConverged if cells miss rtol, too."""
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
         raise failure from None
@@ -40,7 +38,7 @@ def by_cells(solver, found, load, rtol, failure):
 
 
 def cells_follow(solver, pairs, coupled, rtol, progress, failure):
-    """The History on cells, where panels have a failure; raises NotConverged as `by_cells`."""
+    """The History on cells after a failure of panels; raises NotConverged as `by_cells`."""
     try:
         found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
     except NotConverged as other:

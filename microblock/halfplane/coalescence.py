@@ -1,8 +1,7 @@
 """The load at which two symmetric zones of partial contact meet on the axis.
 
-The inner edge is prescribed: K0 and K1 of the edges are affine in the load, which is right where K0 of the
-inner edge vanishes. With the edge b from the axis it misses coalescence by b^(2 s), where p ~ x^s there
-(docs/theory/halfplane.md).
+The inner edge is prescribed; K0 and K1 of the edges are affine in the load. The load misses coalescence by
+b^(2 s), b from the axis to the edge, p ~ x^s (docs/theory/halfplane.md).
 """
 
 import numpy as np
@@ -11,8 +10,7 @@ from ..errors import NotConverged
 
 
 def extrapolated(coefficients, solid, inner_edges, exponent):
-    """Limit of the load for an inner edge on the axis, and its error: two Richardson steps, from a gap and
-    from an overlap.
+    """Limit of the load for an inner edge on the axis, and its error: Richardson from gaps and overlaps.
 
     Parameters
     ----------
@@ -35,8 +33,8 @@ def extrapolated(coefficients, solid, inner_edges, exponent):
 
 
 def load_at_inner_edge(coefficients, solid, inner, outer):
-    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap), and the outer edge;
-    `coefficients` of (inner, outer, loads) are the (K0, K1) of both at each load.
+    """Load with the inner edge of corner A `inner` from the axis (> 0: a gap), and the outer edge;
+    `coefficients` of (inner, outer, loads) are the (K0, K1) of both at the loads.
     """
     load = solid.E_star * outer
     for _ in range(12):

@@ -1,13 +1,13 @@
 """Convolutions of one or two real fields on equal cells with kernels that are known in Fourier space.
 
-Two fields p, m answer with u = U p + i V m, phi = -i V p + W m at each wavenumber, U and W even in it, V odd,
-all real. For long periods `Halves` uses z = p + i m and w = u + i phi,
+Two fields p, m answer with u = U p + i V m, phi = -i V p + W m, U and W even in the wavenumber, V odd, all
+real. For long periods `Halves` uses z = p + i m and w = u + i phi,
 
     w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2.
 
-On a doubled period the even wavenumbers are those of the length itself, the odd ones those of exp(-i pi
-t/length) times the field. Transforms of rows x columns values are along the columns, then, with exp(-2 pi i
-row column/length), along the rows (D. H. Bailey, J. Supercomput. 4 (1990) 23), and stay in the cache.
+The odd wavenumbers of a doubled period are those of exp(-i pi t/length) times the field. Rows x columns
+values are transformed along columns, multiplied by exp(-2 pi i row column/length), and transformed along rows
+(D. H. Bailey, J. Supercomput. 4 (1990) 23).
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of anot
 
 
 def free_period(count: int) -> int:
-    """Returns a good period in cells on which so many cells see no images."""
+    """Returns a good period for so many cells without images."""
     return 2 * next_fast_len(count) if 2 * count >= LONG else next_fast_len(2 * count, real=True)
 
 
 def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels (U, V, W), or (U,) for one field, arrays (length//2 + 1,): a function
-    of fields (2 or 1, n), which take no more than half of a doubled period.
+    """Returns the product with kernels (U, V, W), or (U,), arrays (length//2 + 1,): a function of fields (2
+    or 1, n) on at most half of a doubled period.
     """
     parts = 2 if doubled else 1
     if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
@@ -42,9 +42,9 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period, `length` cells along each axis: D R D^H of the fields, D = 1 or
-    -i. `spectrum` are rows of R, real arrays (..., length//2 + 1), `even` how many of its first rows and
-    columns belong to u and p.
+    """Real transforms of the whole period, `length` cells along each axis: D R D^H of the fields, D = 1 or
+    -i. `spectrum` are rows of R, real arrays (..., length//2 + 1), of which the first `even` rows and columns
+    belong to u and p.
     """
 
     length: tuple[int, ...]
@@ -76,9 +76,7 @@ class Waves:
 
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:
-    """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis, in a
-    period.
-    """
+    """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis."""
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part
     for axis, sign in enumerate(odd):
@@ -90,7 +88,7 @@ def embedded(part: Array, length: int, *odd: bool) -> Array:
 
 @dataclass(frozen=True)
 class Halves:
-    """By complex transforms of the even wavenumbers and, on a doubled period, of the odd ones."""
+    """Complex transforms of the even wavenumbers and, on a doubled period, of the odd ones."""
 
     halves: tuple[Half, ...]
 
@@ -124,8 +122,8 @@ class Halves:
 
 @dataclass(frozen=True)
 class Half:
-    """The wavenumbers k + shift/2 of a period; A, D (rows, columns) are over their number, k at (k % rows, k
-    // rows).
+    """The wavenumbers k + shift/2 of a period, at (k % rows, k // rows) of A and D, which are over their
+    number.
     """
 
     shift: int
@@ -133,7 +131,7 @@ class Half:
     D: Array
 
     def __call__(self, z: Array) -> Array:
-        """Returns the conjugate of w from z, arrays (rows, columns); z is lost."""
+        """Conj(w) from z, arrays (rows, columns), which is overwritten."""
         # four short transforms wait for each other: threads take a share of more values than elsewhere
         (rows, columns), threads = z.shape, workers(z.size // 8)
         turn = _turn(rows, columns, self.shift)
@@ -148,7 +146,6 @@ class Half:
         return z
 
     def _along_rows(self, z: Array, turn: Array, threads: int) -> None:
-        """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back."""
         if not self.shift:
             own = fft(z[0])
             z[0] = fft(self.A[0] * own.conj() + self.D[0] * np.roll(own[::-1], 1))

@@ -1,4 +1,4 @@
-"""The second body of a contact line: its normal displacement from the pressures where the corners stand."""
+"""Normal displacement of the second body of a contact line from pressures under the corners."""
 
 from dataclasses import replace
 
@@ -12,14 +12,12 @@ from .panels import response
 
 
 def counter_kernel(problem, distance, target, source):
-    """Displacement of the second body under a unit force (length/force); levers play no part."""
+    """Displacement of the second body under a unit force (length/force)."""
     return normal_kernel(problem.counter, distance)
 
 
 def counter_response(problem, panels, places):
-    """Displacement of the second body along x2 at places of its surface, from q and from the known
-    logarithms: arrays (n, m), (n,).
-    """
+    """Displacement of the second body along x2 from q and the known logarithms: arrays (n, m), (n,)."""
     both = panels.whole(problem)
     matrix, known = np.zeros((len(places), len(both.e) * both.order)), 0.0
     whole, none = replace(problem, mirror=False), np.zeros(len(places))
@@ -34,7 +32,7 @@ def counter_response(problem, panels, places):
 
 
 def require_same_period(body, obstacle):
-    """Raises BadArgument for a second body of another period than the first."""
+    """Raises BadArgument for a second body of another period."""
     counter = body_of(obstacle)
     if counter is not None and counter.period != body.period:
         raise BadArgument(
@@ -43,9 +41,7 @@ def require_same_period(body, obstacle):
 
 
 def counter_flexibility(problem, x, widths):
-    """What cells of constant pressure add to the gaps of all corners at the centres by way of the second
-    body: array (corners n, corners n).
-    """
+    """Gaps of all corners from pressures of cells by way of the second body: array (corners n, corners n)."""
     places = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
     return normal_averages(problem.counter, places[:, None] - places, widths, widths[:, None])

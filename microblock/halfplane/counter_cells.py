@@ -1,8 +1,6 @@
-"""A second body on equal cells: its displacement under the corners where they stand, by FFT.
+"""A second body on equal cells: its displacement under the corners, by FFT (docs/theory/two_bodies.md).
 
-The gap of corner a gets U2 exp(-i k (s_a - s_b)) from the force of corner b. In sums and differences of the
-forces of corners half a block beside the contact point that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2
-for V and U2 (1 - cos k ell)/2 for W.
+The gap of corner a gets U2 exp(-i k (s_a - s_b)) from the force of corner b.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ class CounterCells:
 
     Attributes
     ----------
-    length, back : int, cells of the period of products and of a preconditioner
+    length, back : cells of the period of products and of a preconditioner
     spectra : array (corners, corners, length//2 + 1), of gap a from force b
     smooth, phase : arrays (back//2 + 1,), U2 and k times the way between the corners
     """
@@ -35,7 +33,7 @@ class CounterCells:
 
     @classmethod
     def on(cls, solid, shifts, width, count, lengths, periodic):
-        """Of a solid, on so many cells of a width; `lengths` are `length` and `back`."""
+        """Of a solid, on cells of a width; `lengths` are `length` and `back`."""
         length, back = lengths
         k = 2 * np.pi * np.arange(back // 2 + 1) / (back * width)
         ways = np.array([[one - other for other in shifts] for one in shifts])
@@ -56,7 +54,7 @@ class CounterCells:
         return irfft(waves, self.length)[:, : forces.shape[1]]
 
     def added(self, U, V, W):
-        """The symbol of a body with corners, and of this one."""
+        """The symbol of a body with corners, plus this one's."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
         sine[-1:] *= self.back % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2

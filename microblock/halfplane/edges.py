@@ -1,9 +1,7 @@
-"""Contact of a half-plane on its contact line alone: the edges of the zones, by Newton's method.
+"""Edges of the zones on the contact line by Newton's method (docs/theory/halfplane.md).
 
-On trial zones the gaps of the corners in contact are closed at all Gauss points. With ``p = K0/sqrt(r) + K1
-sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j = -delta_ij K1_i/2``: moving each edge outwards by ``2
-K0/K1`` is Newton's method. Edges of one corner that meet annihilate; edges of two corners pass each other and
-come to stand half as far apart.
+On trial zones the gaps are closed. With ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has
+``dK0_i/de_j = -delta_ij K1_i/2``.
 """
 
 import numpy as np
@@ -28,7 +26,7 @@ def tolerated(order):
 
 
 def solve_zones(problem, panels, loads):
-    """q and approach with the gaps closed, at each of the loads, and q under gaps off by rounding."""
+    """q and approach with closed gaps at each load, and q under rounded gaps."""
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
@@ -61,8 +59,8 @@ def _share(panels, part, whole):
 
 
 def edge_coefficients(panels, q):
-    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels;
-    side is 1 where the panel lies right of its anchor.
+    """{(corner, edge, side): (K0, K1)} at all anchors of root panels; side is 1 where the panel lies to the
+    right.
     """
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
@@ -74,7 +72,7 @@ def edge_coefficients(panels, q):
 
 
 def mean_coefficients(panels, q):
-    """The same by the best two terms over each panel: safe where it is too smooth for the pressure."""
+    """The same by the best two terms over each panel."""
     points, weights = panels.points
     terms = np.column_stack((np.ones_like(points), points**2))
     return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
@@ -93,10 +91,7 @@ def _read(panels, q, basis):
 def fit(problem, load, zones, order, tolerance):
     """The PanelSolution with the free edges moved from trial zones {corner: ((left, right), ...)} until their
     share in the relative L2 error is a tolerance; the best one, if it reaches the root of what the order
-    leaves.
-
-    Raises NotConverged if no zone is left, edges do not settle, or zones open again and again at those of a
-    second body.
+    leaves. Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
     """
     best, idle, iterations, before = None, 0, 0, {}
     zones = _sorted_out(
@@ -138,8 +133,8 @@ def _arranged(problem, zones):
 
 
 def _moved(problem, load, zones, panels, q, before, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, the largest |K0|, and {(corner, how many, which edge): (its
-    place, K0)}. K1 comes from how K0 has changed where K0 falls slowly.
+    """Zones with free edges moved by 2 K0/K1 or a secant, the largest |K0|, and {(corner, how many, which
+    edge): (place, K0)}.
     """
     found, known, rows = edge_coefficients(panels, q), {}, []
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
@@ -172,7 +167,6 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
 
 
 def _sorted_out(problem, load, rows):
-    """The zones of edges (corner, place before, place after, whether their zone is pressed)."""
     edges = np.array(rows, float)
     for corner in problem.corners:
         ends, own = problem.ends_of(corner) or problem.reach, edges[:, 0] == corner
@@ -193,7 +187,7 @@ def _sorted_out(problem, load, rows):
 
 
 def _annihilated(edges):
-    """Edges without neighbours of one corner that have met; a zone that is pressed becomes half as wide."""
+    """Edges without neighbours of one corner that have met; a pressed zone is halved."""
     while True:
         same = edges[1:, 0] == edges[:-1, 0]
         ways = np.where(same, np.diff(edges[:, 2]), np.inf)
@@ -211,7 +205,7 @@ def _annihilated(edges):
 
 
 def _require_finite_chain(problem, zones):
-    """NotConverged where a corner touches an edge of the second body, which opens zone after zone."""
+    """NotConverged where a corner touches an edge of the second body."""
     touched = [
         edge
         for corner, intervals in zones.items()
@@ -226,7 +220,7 @@ def _require_finite_chain(problem, zones):
 
 
 def at_inner_edge(problem, order):
-    """`coefficients` of `coalescence.load_at_inner_edge` for a symmetric problem on panels of an order."""
+    """`coefficients` of `coalescence.load_at_inner_edge` for a symmetric problem."""
 
     def coefficients(inner, outer, loads):
         panels = make_panels(problem, {0: ((inner, outer),)}, order)

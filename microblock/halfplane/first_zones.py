@@ -1,4 +1,4 @@
-"""First zones from cells of constant pressure on all that could touch: a complementarity problem."""
+"""First zones from a complementarity problem on cells of constant pressure."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from .panels import short_enough
 
 def first_zones(problem, load):
     """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
-    finer each time; raises NotConverged if features of the obstacle ask for too many cells.
+    finer each time; NotConverged if the obstacle asks for too many cells.
     """
     cells, closed, of_all = _first_cells(problem), None, 2000
     most, rounds = of_all / len(problem.law.corners), 10
@@ -66,7 +66,7 @@ def _pressed(problem, load, cells, start):
 
 
 def _unresolved(closed):
-    """Cells of zones and holes that have few of them, and their neighbours: flags (n,)."""
+    """Flags (n,) of cells in and beside short zones and holes."""
     few = np.zeros(closed.shape[1], bool)
     for own in closed:
         # what lies beyond the outermost zones is no hole
@@ -111,7 +111,7 @@ def _flexibility(problem, x, widths):
 
 
 def _averages(problem, x, widths, which):
-    """Kernels at x_i, averaged over the cell j: array (len(which), n, n)."""
+    """Kernels at x_i averaged over cell j: array (len(which), n, n)."""
     solid, apart = problem.solid, x[:, None] - x
     table, own = kernels(solid.nu, solid.beta, solid.curvature), np.eye(len(x), dtype=bool)
     # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells

@@ -1,4 +1,4 @@
-"""Cells for a history of frictional contact: small towards edges, first touches and slope discontinuities."""
+"""Cells for a history of frictional contact, small at singular places."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Feature:
 def cells(
     problem: Problem, fineness: float, features: Sequence[Feature], reach: tuple[float, float] | None
 ) -> Array:
-    """Returns left and right edges of cells on all that could touch, array (n, 2), of the length
-    fineness sqrt(r a) at the distance r from a feature, a the half-width of a classical contact.
+    """Returns left and right edges of cells on all that could touch, array (n, 2), of the length fineness
+    sqrt(r a) at the distance r from a feature, a the half-width of a classical contact.
     """
     assert problem.picture is not None
     a = problem.picture.half_width
@@ -68,13 +68,13 @@ def _size(
 
 
 def fixed(problem: Problem) -> list[float]:
-    """Returns contact points at which a corner is under a slope discontinuity or an edge."""
+    """Returns contact points of corners under slope discontinuities or edges."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 
 
 def touching(problem: Problem, fineness: float) -> list[Feature]:
-    """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
+    """Returns features at `fixed` places and at the first touch of each corner."""
     assert problem.picture is not None
     a = problem.picture.half_width
     first = [Feature(problem.picture.lowest + shift, 0.0, fineness**2 * a / 4) for shift in problem.shifts]

@@ -1,8 +1,4 @@
-"""Edges of contact, of each corner's zones and of stick below the length of a cell.
-
-Towards an edge pressures, and f p - |q| in a stick zone that shrinks, fall like the root of the distance; in
-a stick zone that grows f p - |q| falls like its third power. Means of such powers over cells are fitted.
-"""
+"""Edges of contact, of zones and of stick below the length of a cell (docs/theory/friction.md)."""
 
 from __future__ import annotations
 
@@ -47,7 +43,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
 
 
 def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
-    """(shift, relative residual) of a sum of powers of the distance + shift."""
+    """(shift, relative residual) of powers of the distance + shift."""
     unit = cells[-1, 1]
     near, far = cells.T / unit
     powers, shift = power + np.arange(terms)[:, None], 0.0
@@ -83,7 +79,7 @@ def zones_on_cells(
     cells : array (n, 2), left and right edges (lengths)
     closed, pressures : arrays (corners, n)
     stick, bound, shear : arrays (n,), cells that stick below the limit, f p, and q
-    fixed : sequence of float, edges and slope discontinuities of the obstacle
+    fixed : edges and slope discontinuities of the obstacle
     corners : names of the corners
     """
     doubts: dict[float, float] = {}
@@ -124,14 +120,13 @@ def zones_on_cells(
 
 
 def _runs(cells: Array, inside: Flags) -> list[tuple[int, int]]:
-    """First and last numbers of neighbouring cells inside."""
     gaps = np.flatnonzero(cells[1:, 0] > cells[:-1, 1])
     pieces = zip([0, *(gaps + 1).tolist()], [*(gaps + 1).tolist(), len(cells)])
     return [(a + first, a + last) for a, b in pieces for first, last in runs(inside[a:b])]
 
 
 def _is_zone(run: tuple[int, int], bound: Array, shear: Array) -> bool:
-    """Whether a run of sticking cells is a zone: a few next to their limit stick for the sake of the sum."""
+    """Whether sticking cells are more than a few at the limit."""
     first, last = run
     limit, sides = bound[first : last + 1], np.pad(shear, 1)
     left = limit - np.abs(shear[first : last + 1])

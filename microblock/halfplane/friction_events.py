@@ -1,4 +1,4 @@
-"""Events of a history of frictional contact: first and full slip, reversals, stick zones born or vanished."""
+"""Events of a history of frictional contact: first and full slip, reversals, stick zones."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ..model.zones import runs
 
 
 def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bool]]:
-    """Yields the pairs (P, Q) at both ends of each leg, whether shear is reversed at the first and full slip
-    begins at the second.
+    """Yields pairs (P, Q) at the ends of a leg, whether shear turns at the first, and full slip begins at the
+    second.
     """
     direction = 0.0
     for before, after in pairwise(np.vstack(((0.0, 0.0), pairs))):
@@ -29,7 +29,7 @@ def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bo
 
 
 def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[Event]:
-    """Returns the events on cells, edges of which are an array (n, 2), in order."""
+    """Returns the events on cells with edges, array (n, 2), in order."""
     nodes = [one for one in changes if one.kind in ("stick", "slip", "leave")]
     # where corners have tangential forces of their own, each counts
     each = np.zeros((2, 1 + max((one.index for one in nodes), default=0) // len(edges), len(edges)), bool)
@@ -67,7 +67,6 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
 
 
 def _parts(stick: Flags, touching: Flags, edges: Array, zones: list[Flags]) -> Iterator[Flags]:
-    """Runs of sticking cells that are wide or were zones before: less may come and go with the cells."""
     extent = np.ptp(edges[touching]) if touching.any() else 0.0
     for first, last in runs(stick):
         part = np.zeros(len(stick), bool)

@@ -1,9 +1,8 @@
 """The shear traction between equal bodies as a sum of pressures without friction (docs/theory/friction.md),
 
-    q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
+    q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f,
 
-While P grows and Q by no more than f times that, all sticks, and g = dQ/dP. Else g becomes f in the direction
-of slip from xi = P down to that P* with which its integral is Q, and the contact of P* sticks.
+with g constant on layers of loads.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from ..errors import BadArgument
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slip has changed: bounds, change of g, and loads P at which slip reached them."""
+    """A layer that slips: bounds, change of g, and loads P of slip there."""
 
     lower: float
     upper: float
@@ -33,10 +32,10 @@ class Memory:
 
     Attributes
     ----------
-    bounds : tuple of float, loads, ascending from 0 to P
-    shares : tuple of float, g between a bound and the next
-    stuck : float, the load P* whose contact has stuck
-    slipped : tuple of Slipped since the pair before
+    bounds : loads, ascending from 0 to P
+    shares : g between the bounds
+    stuck : the load P* whose contact has stuck
+    slipped : since the pair before
     """
 
     bounds: tuple[float, ...] = (0.0,)
@@ -53,7 +52,7 @@ class Memory:
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:
-        """Returns the memory at the next pair; BadArgument for more new shear than new friction allows."""
+        """Returns the memory at the next pair; BadArgument where friction cannot bear the shear."""
         load = self.load if abs(load - self.load) <= PATHS * load else load
         grown, change = load - self.load, shear - self.shear
         if grown > 0 and abs(change) > friction * grown * (1 + PATHS):

@@ -1,6 +1,4 @@
-"""Histories of frictional contact between equal bodies on panels: sums of states without friction
-(`friction_memory`, docs/theory/friction.md).
-"""
+"""Histories of frictional contact between equal bodies on panels by `friction_memory`."""
 
 from __future__ import annotations
 
@@ -79,17 +77,16 @@ class FrictionPanels:
         return found
 
     def at(self, load) -> PanelSolution:
-        """The state at a load without friction."""
         if load not in self._known:
             self._known[load] = self.solver.at(load, self._rtol, fallback=False)
         return self._known[load]
 
     def contact_at(self, load):
-        """Its contact zones, [(left, right), ...]."""
+        """Contact zones at a load, [(left, right), ...]."""
         return self.at(load).zones_by_name["contact"]
 
     def _require_growing(self):
-        """NotConverged unless the contact of a load holds those of smaller ones."""
+        """NotConverged unless contacts grow with the load."""
         for low, high in pairwise(sorted(self._known)):
             outer = self.contact_at(high)
             slack = 1e-3 * (outer[-1][1] - outer[0][0])  # edges have errors
@@ -105,7 +102,7 @@ class FrictionPanels:
         return self.solver._picture(float(self.pairs[:, 0].max())).lowest
 
     def scalars(self, load):
-        """d, the integral of d over the loads up to this one, and that of p times the height."""
+        """d, and the integrals of d over smaller loads and of p times height."""
         if load == 0:
             lowest = self.solver.problem.initial_gap(np.zeros(1, int), np.array([self._lowest]))
             return np.array([float(lowest[0]), 0.0, 0.0])
@@ -114,7 +111,7 @@ class FrictionPanels:
         return np.array([one.approach, work - one.energy, work - 2 * one.energy])
 
     def _rubbed(self, one):
-        """Work of friction in a layer for g = 1: integral of P d' - d(P) + H', H that of p times height."""
+        """Work of friction in a layer for g = 1: integral of P d' - d(P) + H'."""
         low, high = self.scalars(one.lower), self.scalars(one.upper)
         approach, area, height = high - low
         P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
@@ -159,7 +156,7 @@ class PanelFriction(Solution):
     ----------
     plain : FrictionPanels
     memory : Memory
-    first : tuple of Memory, each with the largest normal force so far
+    first : tuple of Memory, with the largest normal forces so far
     dissipation : float
     """
 
@@ -180,7 +177,7 @@ class PanelFriction(Solution):
         return self._parts_of(self.memory)
 
     def _parts_of(self, memory):
-        """[(factor, state), ...] of the sum at a Memory."""
+        """[(factor, state), ...] at a Memory."""
         steps = zip(memory.bounds[1:], memory.shares, (*memory.shares[1:], 0.0))
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
@@ -202,13 +199,13 @@ class PanelFriction(Solution):
 
     @cached_property
     def error_estimate(self):
-        """Of pressure, and of q over the friction: the sum of those of its parts."""
+        """Of pressure and q/f: the sum over the parts."""
         sums = sum(abs(factor) * one.error_estimate for factor, one in self._parts)
         return max(self._own.error_estimate, sums / self.plain.friction)
 
     @cached_property
     def residual(self):
-        """Of the states of the sum, of the loads, and of what friction allows over the largest pressure."""
+        """Of the parts, the loads, and the friction bound over the largest pressure."""
         p, q, w = self.pressures[0], self.shear_traction, self.weights
         beyond = (np.abs(q) - self.plain.friction * p).max() / p.max()
         missing = max(abs(w @ p - self.memory.load), abs(w @ q - self.memory.shear)) / self.memory.load
@@ -266,7 +263,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def zone_errors(self):
-        """What the pressure's error leaves to the edges, more of narrow zones."""
         errors = {}
         for load in filter(None, (self.memory.stuck, self.memory.load)):
             zones, error = self.plain.contact_at(load), self.plain.at(load).error_estimate
@@ -300,7 +296,6 @@ class PanelFriction(Solution):
 
     @cached_property
     def energy(self):
-        """Elastic energy of pressures and shear, up to a constant."""
         scalars = {one.load: self.plain.scalars(one.load) for _, one in self._parts}
         total = 0.0
         for factor, one in self._parts:
@@ -311,7 +306,6 @@ class PanelFriction(Solution):
 
     @property
     def work(self):
-        """Of the loads: energy and dissipation, up to the constant of the energy."""
         return self.energy + self.dissipation
 
     def _of_shear(self, x, target):
@@ -334,5 +328,5 @@ class PanelFriction(Solution):
         return np.zeros_like(self.x)
 
     def counter_displacement(self, x):
-        """Displacement of the second surface at x, array (n,), to which shear does the opposite."""
+        """Displacement of the second surface at x, array (n,); shear acts oppositely on it."""
         return self._own.counter_displacement(x) - self._of_shear(x, 0.0)

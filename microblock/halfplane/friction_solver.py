@@ -1,8 +1,4 @@
-"""Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
-
-Cells of each level are half as long, at edges an eighth; the change between two levels is the error estimate.
-In time nothing is discretised (docs/theory/friction.md).
-"""
+"""Histories of frictional contact on cells that are small at edges (docs/theory/friction.md)."""
 
 from __future__ import annotations
 
@@ -40,7 +36,7 @@ class Errors(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, change from the level before, or what is lost where q/f jumps
+    discretisation : change from the level before, or the loss where q/f jumps
     """
 
     discretisation: float
@@ -52,13 +48,12 @@ class FrictionCells(OfMoment):
 
     Attributes
     ----------
-    solver, problem : Solver, Problem
     edges : array (n, 2), of the cells
     moment : Moment, forces and gaps
     psi, displacement, micromoment : arrays (n,), averages over the cells
     raised : array (corners, n) or None, displacement of a second body
     estimate, before : Errors and zones of the level before, or None
-    notes : tuple of str, why cells were taken
+    notes : why cells were taken
     """
 
     solver: Solver
@@ -124,9 +119,7 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def jumping(self) -> NDArray[np.integer[Any]]:
-        """Numbers of cells in contact from which to the next q/f changes by more than half of the
-        pressure.
-        """
+        """Numbers of cells with a jump of q/f by more than half of the pressure."""
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
         jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > (p[1:] + p[:-1]) / 4)
         return np.flatnonzero(jumping)
@@ -141,7 +134,7 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def norm(self) -> Array:
-        """Weights of the norm of errors, array (n,); next to an edge of the obstacle times the distance."""
+        """Weights of errors, array (n,); at an edge of the obstacle times the distance."""
         own = self.problem
         ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
         return self.weights * np.broadcast_to(ends, len(self.x))
@@ -152,7 +145,7 @@ class FrictionCells(OfMoment):
 
     @property
     def zone_errors(self) -> ZoneErrors | None:
-        """Errors of the edges of `zones_by_name`: the change from the level before, and the doubt."""
+        """Errors of the edges of `zones_by_name`: change from the level before plus doubt."""
         if self.before is None:
             return None
 
@@ -172,7 +165,7 @@ class FrictionCells(OfMoment):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): a polygon through the centres of cells."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres."""
         number, inside = self._cell(x)
         closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
         return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
@@ -197,9 +190,7 @@ class _Level:
 
 @dataclass(frozen=True)
 class FrictionSolver:
-    """Of one Contact on a half-plane, through pairs of loads, array (n, 2); `solver` is that of the problem
-    without history.
-    """
+    """Histories of one Contact through pairs of loads, array (n, 2); `solver` is that without history."""
 
     solver: Any
     pairs: Array
@@ -236,7 +227,7 @@ class FrictionSolver:
         raise out_of_reach(rtol, best)
 
     def level(self, number: int, before: _Level | None) -> _Level:
-        """Returns the history on one level; its cells are small at the edges of the level before."""
+        """Returns the history on finer cells towards the edges of the level before."""
         assert self.problem.picture is not None
         # length of a cell over the half-width, at that distance of an edge
         a, fineness = self.problem.picture.half_width, 0.16 / 2**number
@@ -259,7 +250,6 @@ class FrictionSolver:
         return _Level(edges, solutions, found, first if before is None else smallest)
 
     def walk(self) -> Walk:
-        """Returns the contact at the beginning, on cells for these pairs."""
         return Walk(self, self.level(1, self.level(0, None)).edges)
 
     def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
@@ -293,7 +283,6 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
 
 
 def _change(coarser: _Level, finer: _Level) -> Any:
-    """Errors of the finer level's states: what has changed, or is lost in jumps."""
     pairs: Any = zip(finer.solutions, coarser.solutions)
     return [
         max(change(one, other, one.norm, one.problem.ell, one.problem.law.friction), one.lost_in_jumps)
@@ -302,7 +291,7 @@ def _change(coarser: _Level, finer: _Level) -> Any:
 
 
 def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:
-    """The finer level's events with their distance in P and Q to those of the coarser one, in order."""
+    """The finer level's events, in order, with their distance to the coarser ones."""
     if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
         return finer
     places: list[Any] = [[(one.load, one.shear) for one in level] for level in (finer, coarser)]
@@ -311,7 +300,7 @@ def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:
 
 
 def _by_cell(moment: Moment, n: int) -> Moment:
-    """The same of cells where corners have tangential forces of their own."""
+    """The Moment of cells with tangential forces of corners."""
     t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
     if len(t) == 1:
         return moment
@@ -329,12 +318,7 @@ def _by_cell(moment: Moment, n: int) -> Moment:
 
 
 class Walk:
-    """A history on given cells that goes on from where it is.
-
-    Attributes
-    ----------
-    path : Follower
-    """
+    """A history on given cells that goes on from where it is; its `path` is the Follower."""
 
     def __init__(self, solver: FrictionSolver, edges: Array) -> None:
         self._solver, self._edges = solver, edges

@@ -1,15 +1,10 @@
 """The homogeneous half-plane x2 < 0 without a mesh: its surface response in Fourier space and on the line.
 
-For loads exp(i k x1), k > 0, with s^2 = k^2 + 1/L^2, L the layer length, c = (1 - nu)/mu, D = 1 + gamma'
-ell^2 (1 - nu) k^2 (s - k)/s, phi = ell psi/2 and m = 2 M/ell (docs/theory/halfplane.md),
+For loads exp(i k x1), k > 0, with c = (1 - nu)/mu, s^2 = k^2 + 1/L^2, L the layer length, phi = ell psi/2, m
+= 2 M/ell, a shear q along x1, its displacement u1 and Y = U - 1/(2 mu k) (docs/theory/halfplane.md and
+friction.md, U, V, W in `symbol_of_roots`),
 
-    u = -u2 = U p + i V m,       U = c/(k D)
-    phi = -i V p + W m,          V = (c ell/2) (s - k)/(s D)
-                                 W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s D)
-
-and with a shear q along x1, the displacement u1 and Y = U - 1/(2 mu k),
-
-    u = U p - i Y q + i V m,     u1 = i Y p + U q - V m,     phi = -i V p - V q + W m
+    u = -u2 = U p - i Y q + i V m,     u1 = i Y p + U q - V m,     phi = -i V p - V q + W m
 
 On the line the kernels are integrals along k = tau exp(i pi/4), tabulated in log x.
 """
@@ -46,7 +41,7 @@ def symbol(solid, k):
 
 
 def symbol_of_roots(solid, k, s, s_minus_k):
-    """The formulas above; `s_minus_k` is given, so that nothing cancels."""
+    """U, V, W; `s_minus_k` is s - k without cancellation."""
     c, g = (1 - solid.nu) / solid.mu, solid.curvature * solid.ell**2
     D = 1 + g * (1 - solid.nu) * k * (k / s) * s_minus_k
     return np.array(
@@ -70,15 +65,15 @@ def short_waves(solid):
 
 
 def coalescence_exponent(solid: Cosserat) -> float:
-    """Returns s of p ~ x^s where two zones of partial contact touch: ``cos(pi s) = (c_u - c_phi)/(c_u +
-    c_phi)`` with the limits of k U and k W.
+    """Returns s of p ~ x^s where two zones of partial contact touch, ``cos(pi s) = (c_u - c_phi)/(c_u +
+    c_phi)`` with `short_waves`.
     """
     displacement, rotation = short_waves(solid)
     return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
 
 
 def counter_short_waves(counter: Cosserat | None) -> float:
-    """Limit of k U of the second body's solid; 0 of a rigid obstacle."""
+    """Limit of k U of the second body; 0 of a rigid obstacle."""
     return 0.0 if counter is None else float(short_waves(counter)[0])
 
 
@@ -89,8 +84,7 @@ class Kernels:
     = -Y*p + U*q - V'*m``, Y is 5, V' (the even transform of V) 6. Where psi = 0 on the whole surface, 3 is u
     and 4, over 1/ell, -m from p, 7 is Y, and 8, over 1/ell, m from q. U -> -log(x/ell)/pi for x -> infinity.
 
-    Raises BadArgument for beta = 0 or next to it, where nothing holds the rotation, and for layers below
-    1e-12 ell.
+    Raises BadArgument for beta = 0 or next to it, and for layers below 1e-12 ell.
     """
 
     _long, _decayed = 1.0, 50.0  # `_wave` for small arguments; where nothing is left of it along `path`
@@ -120,9 +114,9 @@ class Kernels:
         return np.exp(-y)
 
     def _values(self, solid, x):
-        """All kernels at x > 0, array (n,), by Gauss quadrature along `path`: (9, n)."""
+        """All kernels at x > 0, array (n,): (9, n)."""
         k, weights, level = rotated_weights(solid)
-        below = np.insert(np.cumsum(weights.real, axis=1), 0, 0, axis=1)
+        below = np.insert(np.cumsum(weights.real, axis=1, dtype=np.longdouble), 0, 0, axis=1)
         values = np.empty((len(weights), x.size))
         for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
             own = x[block]
@@ -157,7 +151,7 @@ def _chebyshev_points(count):
 
 
 def _parting(points, parts, terms):
-    """Coefficients in powers of t in [-1, 1] on each part of a piece."""
+    """Coefficients in powers of t in [-1, 1] on parts."""
     coarse, fine = _chebyshev_points(points), _chebyshev_points(terms)
     places = 2 * (np.arange(parts)[:, None] + (fine + 1) / 2) / parts - 1
     values = chebyshev.chebvander(places, points - 1) @ np.linalg.inv(
@@ -241,8 +235,8 @@ class HalfPlane(Unbounded):
         return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
-        """Returns the kernels numbered `which` averaged over a cell of a width (length) at the distances 0,
-        1, ... cells: array (len(which), count).
+        """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array
+        (len(which), count).
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
@@ -272,17 +266,17 @@ def cell_rule(near, far, order):
 
 @lru_cache(maxsize=64)
 def kernels(nu, beta, curvature, kind=Kernels):
-    """The tables of a material, made once, of a class of them; without coupling those of `Elastic`."""
+    """The tables of a material, made once."""
     return kind(nu, beta or UNCOUPLED, curvature)
 
 
 def is_classical(solid):
-    """Whether U is that of classical elasticity, c/k, to rounding."""
+    """Whether U is c/k to rounding."""
     return not 1 / solid.layer_length * solid.ell > RATES[0]
 
 
 def normal_kernel(solid, distance):
-    """Displacement under a unit line load at a distance (length/force), for all solids."""
+    """Displacement under a unit line load at a distance (length/force)."""
     c, scaled = (1 - solid.nu) / solid.mu, distance / solid.ell
     if is_classical(solid):
         return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
@@ -297,9 +291,7 @@ def normal_symbol(solid, k):
 
 
 def path(low, high, order):
-    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high: poles and branch
-    points of the symbol stay an eighth of a turn away, and exp(i k x), x > 0, decays.
-    """
+    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high."""
     points, gauss = gauss_rule(order)
     count = int(np.ceil(np.log(high / low)))
     width = np.log(high / low) / count
@@ -308,10 +300,10 @@ def path(low, high, order):
 
 
 def rotated_weights(solid):
-    """(k, weights, level) of the integrals of all kernels over c along `path`: arrays (n,), (9, n), float,
-    what is taken off those of U and number 3, which diverge at k = 0.
+    """(k, weights, level) of the integrals of all kernels over c: arrays (n,), (9, n), float, taken off
+    numbers 0 and 3, which diverge at k = 0.
     """
-    k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 12)
+    k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 16)
     s, s_minus_k = roots(solid, k)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c = (1 - solid.nu) / solid.mu
@@ -322,14 +314,14 @@ def rotated_weights(solid):
 
 
 def roots(solid, k):
-    """s and s - k at wavenumbers with positive real parts, arrays (n,), without cancellation."""
+    """s and s - k at wavenumbers with positive real parts, arrays (n,)."""
     rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
     return s, rate / (s + k) * rate
 
 
 def step(nu):
-    """Half of the jump at x = 0 of the kernel of Y as seen from far away, over c."""
+    """Half of the jump of Y at x = 0 as seen from far away, over c."""
     return (1 - 2 * nu) / (4 * (1 - nu))
 
 

@@ -24,10 +24,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser order; None where the order was prescribed
-    edges : float, what pressures at the edges are worth
-    kernel : float, what rounding of the kernel does
-    conditions : float, what violations of (26) are worth
+    discretisation : distance to the next coarser order; None where the order was prescribed
+    edges : of pressures at the edges
+    kernel : of the kernel's rounding
+    conditions : of violations of (26)
     """
 
     discretisation: float | None
@@ -42,11 +42,11 @@ class PanelSolution(LineSolution):
 
     Attributes
     ----------
-    load : float, force per thickness
+    load : force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
-    approach : float, up to a constant
-    iterations : int, steps of Newton's method
+    approach : up to a constant
+    iterations : steps of Newton's method
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
     further : zones after one more step
     """
@@ -67,7 +67,6 @@ class PanelSolution(LineSolution):
 
     @property
     def residual(self):
-        """What violations of (26) are worth in the norm of the error."""
         return self.estimate.conditions
 
     @property
@@ -81,13 +80,13 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def whole(self):
-        """The panels of all corners, and q on them, array (panels, order)."""
+        """The panels of all corners, and q, array (panels, order)."""
         panels = self.panels.whole(self.problem)
         return panels, np.resize(self.q, (len(panels.e), panels.order))
 
     @cached_property
     def _anchored(self):
-        """q at the anchor of each panel with a square root, but for edges that the obstacle fixes."""
+        """q at the anchors of root panels, but for fixed edges."""
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends]
         ends += [-end for end in ends if self.problem.mirror]
@@ -119,13 +118,12 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _numbers(self):
-        """Of all nodes in `x`."""
         middles, panels = (self.x[1:] + self.x[:-1]) / 2, self.whole[0]
         return np.searchsorted(middles, panels.nodes[2])
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n), brought to the load."""
+        """Pressure of each corner at `x`, array (corners, n), scaled to the load."""
         panels, rows = self.whole
         panel, v, _, _ = panels.nodes
         own = [e in np.ravel(self.all_zones[corner]) for e, corner in zip(panels.e, panels.corner)]
@@ -167,7 +165,7 @@ class PanelSolution(LineSolution):
         return matrix @ self.q + known
 
     def displacement_at(self, x, lever):
-        """u, or the gap without height and approach of a corner with such levers, at x, array (n,)."""
+        """u, or the change of the gap with such levers, at x, array (n,)."""
         return self._response(x, lever, gap_kernel)
 
     def gaps(self, corner, x):
@@ -236,7 +234,7 @@ class PanelSolution(LineSolution):
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two solutions of one problem."""
+    """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     if fine.problem.law.clamps_rotation:

@@ -1,4 +1,4 @@
-"""Contact of a half-plane on panels, and on uniform cells where panels do not do."""
+"""Contact of a half-plane on panels, or on uniform cells where panels fail."""
 
 import math
 from dataclasses import replace
@@ -94,7 +94,7 @@ class PanelSolver(Solver):
         return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
 
     def _picture(self, load):
-        """The obstacle's Picture for loads up to the next power of 4 times E* ell, made once."""
+        """The Picture for loads up to the next power of 4 times E* ell."""
         unit = self.problem.E_star * self.problem.ell
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
         if bracket not in self._pictures:
@@ -109,8 +109,8 @@ class PanelSolver(Solver):
         return {}
 
     def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
-        """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution instead; raises
-        NotConverged if the accuracy is out of reach or no zones fit.
+        """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution; NotConverged if no
+        zones fit or the accuracy is out of reach.
         """
         self._check_width(load)
         near = self._neighbour(near)
@@ -125,7 +125,7 @@ class PanelSolver(Solver):
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
-        """The failure, with an rtol that has been reached when it was asked for."""
+        """The failure, with an rtol that was reached by asking for it."""
         best = failure.rtol_reached or math.inf
         for looser in (each for each in (best, 2 * best, 4 * best) if each < OFFERED):
             try:
@@ -151,13 +151,10 @@ class PanelSolver(Solver):
 
     @property
     def may_meet_on_axis(self):
-        """Whether two zones of partial contact may meet on the axis."""
         return self.symmetric and len(self.law.corners) == 2 and not self.problem.ends
 
     def coalescence(self, order=14):
-        """Load at which the two zones of partial contact of a symmetric problem touch on the axis, and its
-        error.
-        """
+        """Load at which two symmetric zones touch on the axis, and its error."""
         Panels(order=order)
         if not self.may_meet_on_axis:
             raise BadArgument(

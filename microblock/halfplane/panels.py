@@ -1,8 +1,8 @@
-"""Panels on the contact line, fitted to the zones of each corner, and the gaps that pressures on them leave.
+"""Panels on the contact line, fitted to the zones, and the gaps that pressures on them leave.
 
-Panels break at all edges and run ``x = e + h v^2`` from where a pressure has a square root, ``x = e + h v``
-elsewhere. The unknown is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v^2 as
-well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
+Panels run ``x = e + h v^2`` from where a pressure has a square root, ``x = e + h v`` elsewhere. The unknown
+is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v^2 as well, carry ``p =
+q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
 """
 
 from dataclasses import dataclass
@@ -20,9 +20,7 @@ from .carried import carried, carried_edges, log_sizes
 
 @dataclass(frozen=True)
 class Panels:
-    """Panels of all corners: anchors e and signed lengths h, ``x = e + h v^2`` (root) or ``e + h v``, 0 <= v
-    <= 1.
-    """
+    """Panels of all corners: anchors e, signed lengths h; 0 <= v <= 1."""
 
     corner: np.ndarray
     e: np.ndarray
@@ -32,14 +30,14 @@ class Panels:
     order: int
 
     def x(self, panel, v):
-        """Abscissae at the parameters v of the panels numbered `panel`."""
+        """Abscissae at the parameters v."""
         return self.e[panel] + self.h[panel] * np.where(self.root[panel], v * v, v)
 
     def slope(self, panel, v):
         return np.abs(self.h[panel]) * np.where(self.root[panel], 2 * v, 1.0)
 
     def parameter(self, panel, x):
-        """v at the abscissae x, or the end that is nearest."""
+        """v at the abscissae x, or the nearest end."""
         along = np.clip((x - self.e[panel]) / self.h[panel], 0, 1)
         return np.where(self.root[panel], np.sqrt(along), along)
 
@@ -48,7 +46,7 @@ class Panels:
         return -2 * self.log_size[panel] * np.log(v)
 
     def at(self, corner, x):
-        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters."""
+        """Numbers of a corner's panels at x or next to it, and the parameters."""
         own = np.flatnonzero(self.corner == corner)
         starts = np.minimum(self.e, self.e + self.h)[own]
         along = np.argsort(starts)
@@ -57,7 +55,7 @@ class Panels:
         return number, self.parameter(number, x)
 
     def interpolated(self, values, number, v):
-        """What has `values` (..., panels, order) at the Gauss points, at parameters v: array (..., n)."""
+        """`values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
 
     def of(self, own):
@@ -65,7 +63,7 @@ class Panels:
         return Panels(*chosen, self.order)
 
     def whole(self, problem):
-        """The panels of a Problem, those of a symmetric one with their mirror images."""
+        """The panels of a Problem, with mirror images of a symmetric one."""
         if not problem.mirror:
             return self
         images = len(problem.law.corners) - 1 - self.corner, -self.e, -self.h, self.root, self.log_size
@@ -85,7 +83,7 @@ class Panels:
 
     @property
     def rule(self):
-        """Weights for integrals over x at the nodes, array (m,), exact for the logarithms of p."""
+        """Weights for integrals over x at the nodes, array (m,), exact for logarithms."""
         panel, v, _, weights = self.nodes
         return self.slope(panel, v) * np.where(
             (self.log_size != 0)[panel], np.tile(_log_weights(self.order), len(self.e)), weights
@@ -101,9 +99,7 @@ def _log_weights(order):
 
 
 def make_panels(problem, zones, order):
-    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at kinks of the
-    obstacle.
-    """
+    """Panels on the zones {corner: ((left, right), ...)}, broken at edges and kinks."""
     sizes = log_sizes(problem, zones, order)
     rows = [
         (corner, *part)
@@ -117,7 +113,7 @@ def make_panels(problem, zones, order):
 
 
 def panels_outside(problem, zones, order):
-    """Panels, all of corner 0, where a corner is out of contact and could touch."""
+    """Panels of corner 0 where a corner out of contact could touch."""
     kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
     rest = [problem.reach]
     for left, right in reduce(common, zones.values()):
@@ -152,9 +148,7 @@ def _rows(problem, zones, order, kinks, intervals):
 
 
 def _between(left, right, roots, first):
-    """Panels between two breaks, growing away from those that are singular: (anchor, signed length, root).
-    The first at a break is no longer than `first`.
-    """
+    """(anchor, signed length, root) of panels between two breaks, growing away from singular ones."""
     if not any(roots):
         return [(left, right - left, False)]
     meet = (left + right) / 2 if all(roots) else (left if roots[1] else right)
@@ -174,7 +168,7 @@ def _between(left, right, roots, first):
 
 
 def short_enough(problem, anchor, length, root):
-    """A panel, or parts of one that is longer than the obstacle's features."""
+    """Parts of a panel no longer than features of the obstacle."""
     if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
@@ -182,8 +176,8 @@ def short_enough(problem, anchor, length, root):
 
 
 def response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel of the line against q, (n, m) or (values, n, m), and against the known
-    logarithms, (n,) or (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
+    """Integrals of a kernel against q, (n, m) or (values, n, m), and against the known logarithms, (n,) or
+    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
     """
     matrix, known = _block(problem, panels.whole(problem), x, lever, kernel)
     half = matrix.shape[-1] // 2
@@ -209,8 +203,8 @@ def _block(problem, panels, x, target, kernel):
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel over near panels, each cut at the v0 nearest to the target: array (..., pairs,
-    order, or one more for the logarithm).
+    """Integrals over near panels, cut at the v0 nearest to the target: array (..., pairs, order, or one more
+    for the logarithm).
     """
     same = 1e-13  # a distance of cuts that the quadrature does not see
     cut = np.rint(panels.parameter(panel, x) / same)
@@ -276,6 +270,5 @@ def _cut_rule(order, v0, logs):
 
 @lru_cache(maxsize=64)
 def _log_rule(order):
-    """Weights at the nodes for integrals of polynomials times the logarithm, array (order,)."""
     rule = _cut_rule(order, 0.0, True)
     return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.sides)

@@ -1,10 +1,4 @@
-"""A state of a half-plane at one load on fitted panels: cells first, then edges.
-
-1. First zones: a neighbour's, the classical contact's, or those of cells (`first_zones`). 2. The edges move
-until the pressure vanishes there (`edges.fit`), on panels of higher and higher order. 3. What overlaps is
-added to the zones, what is in tension is taken out (`survey`). 4. Two neighbouring orders agree to what is
-asked for.
-"""
+"""A state of a half-plane at one load by the steps of docs/theory/halfplane.md: zones, edges, conditions."""
 
 from dataclasses import replace
 
@@ -80,7 +74,7 @@ def _beside(coarse, state):
 
 
 def _amended(state, tolerance):
-    """A state with its zones amended until nothing is wrong or, twice, that has not halved."""
+    """A state with its zones amended until violations vanish or, twice, have not halved."""
     best, worth, idle = state, np.inf, 0
     while True:
         found = survey(state)
@@ -106,8 +100,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones without tension and with overlaps that are worth the tolerance or apart from all edges; None if
-    there are none. NotConverged if no zone is left.
+    """Zones without tension and with overlaps worth the tolerance or apart from all edges, or None.
+    NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))

@@ -1,4 +1,4 @@
-"""Compliances between cells of any width, with shear, averaged over both cells (docs/theory/friction.md)."""
+"""Averaged compliances with shear between cells of any width (docs/theory/friction.md)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ def averages(solid, edges, which, shift=0.0):
 
     Parameters
     ----------
-    solid : Cosserat
-    edges : array (n, 2), left and right edges of the cells (lengths)
+    edges : array (n, 2), of the cells (lengths)
     which : sequence of int, as in `Kernels`
     """
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
@@ -37,10 +36,9 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
     Parameters
     ----------
-    problem : Problem, whose law has friction
-    edges : array (n, 2), left and right edges of the cells (lengths)
+    edges : array (n, 2), of the cells (lengths)
     gaps : array (corners, n), averaged over the cells (lengths)
-    coupled : bool, whether shear acts on gaps
+    coupled : whether shear acts on gaps
 
     Raises
     ------
@@ -65,7 +63,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
 
 
 def with_counter(contact, problem, edges):
-    """A FrictionalContact with the second body of a problem, if any; each corner has a tangential force."""
+    """A FrictionalContact with the second body, if any, and tangential forces of each corner."""
     if problem.counter is None:
         return contact
     shifts = problem.shifts
@@ -81,8 +79,8 @@ def with_counter(contact, problem, edges):
 
 
 def surface(problem, edges, own, moment):
-    """(displacement, psi, micromoment or reaction) of a Moment, averaged over the cells: arrays (n,); `own`
-    is the FrictionalContact with a rigid obstacle.
+    """(displacement, psi, micromoment or reaction) of a Moment, averaged over cells: arrays (n,); `own` is
+    without the second body.
     """
     solid, law = problem.solid, problem.law
     raised = own.normal @ moment.normal + own.cross.T @ moment.tangential

@@ -1,16 +1,12 @@
-"""Fields below the surface of the half-plane, from the modes of a state on the contact line.
+"""Fields below the surface of the half-plane, from the modes of a state (docs/theory/halfplane.md).
 
-A classical displacement whose rotation is R exp(|k| x2) and the micropolar mode theta = Theta exp(s x2), u =
-(g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the field equations (docs/theory/halfplane.md). For loads
-exp(i k x1), k > 0, G = g mu and c, s, D as in `kernels`,
+For loads exp(i k x1), k > 0, the classical rotation is R exp(k x2) and the micropolar mode Theta exp(s x2).
+With G = gamma' ell^2 mu, c, s and the page's D,
 
-    Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,    psi = R exp(k x2) + Theta exp(s
-    x2).
+    Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,
 
-The micropolar stresses are sigma_12 = G theta,11, sigma_21 = -G theta,22, sigma_22 = -sigma_11 = G theta,12;
-the others follow from Airy's (A + B x2) exp(k x2), with the pressure p + i k s G Theta and the shear G k^2
-Theta. The integral over k is taken along k = tau exp(i pi/4) for sources to the left, along its mirror image
-for those to the right.
+and Airy's (A + B x2) exp(k x2) bears the pressure p + i k s G Theta and the shear G k^2 Theta. Integrals run
+along k = tau exp(i pi/4) for sources to the left, along its mirror image for those to the right.
 """
 
 from dataclasses import dataclass
@@ -31,9 +27,7 @@ ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols 
 
 @dataclass(frozen=True, eq=False)
 class Fields(PointFields):
-    """Fields at points x2 <= 0, section 2 of the paper; theta, theta_slope: the micropolar mode's share of
-    psi and its derivative along x2.
-    """
+    """Fields at points x2 <= 0; theta, theta_slope: the micropolar share of psi, its slope along x2."""
 
     theta: np.ndarray
     theta_slope: np.ndarray
@@ -48,7 +42,7 @@ class FieldsBelow:
     @bounded
     def __call__(self, x1, x2, accuracy=10):
         """Fields at points, arrays or numbers; `accuracy`, Gauss points on a piece of the path, of 10 leaves
-        about 1e-8 of the largest values. Raises BadArgument for points above the surface.
+        about 1e-8 of the largest values. Raises BadArgument above the surface.
         """
         require_whole(1, 100, accuracy=accuracy)
         x1, x2, shape = points(x1, x2)
@@ -143,26 +137,54 @@ def _transforms(state, x1, k, nearest, points):
 
 
 def _sources(state, x1, nearest, points):
-    """Distances from x1 and weights of pressure and micromoment, (m,) and (4, m), from near to far."""
+    """Distances and weights of pressure and micromoment, (m,) and (4, m), from near to far."""
     panels, rows = state.whole
-    ends = np.sort((panels.e, panels.e + panels.h), axis=0)
-    count = 1 + max(0, int(np.ceil(np.log(np.abs(ends - x1).max() / nearest) / np.log(CUT))))
-    cuts = nearest * CUT ** np.arange(count)
-    breaks = x1 + np.concatenate((-cuts[::-1], [0.0], cuts))[:, None]
-    left, right = np.maximum(ends[0], breaks[:-1]), np.minimum(ends[1], breaks[1:])
-    interval, panel = where = np.nonzero(left < right)
-    start, end = panels.parameter(panel, left[where])[:, None], panels.parameter(panel, right[where])[:, None]
+    v0, direction, start, end = _halves(panels, x1)
+    count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
+    cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
+    first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
+    level, half = np.nonzero(first < last)
+    panel = half % len(panels.e)
+    v0, direction, start = v0[half, None], direction[half, None], start[half, None]
+    h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
+
+    def steps(distance):
+        share = (distance - start) / h
+        other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
+        return share / np.maximum(_mean_slope(v0, other, root), np.finfo(float).tiny)
+
     sigma, gauss = gauss_rule(points)
-    v, numbers = start + (end - start) * sigma, panel[:, None]
-    x, tiny = panels.x(numbers, v), np.finfo(float).tiny
+    low, high = steps(first[level, half, None]), steps(last[level, half, None])
+    step = low + (high - low) * sigma
+    v = v0 + direction * step
+    distance = start + h * step * _mean_slope(v0, v, root)
     q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
-    q = q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, tiny))
-    force = np.abs(end - start) * gauss * q
-    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), x)
-    side, moment = np.sign(x1 - x), state.problem.solid.ell / 2 * lever * force
+    numbers = panel[:, None]
+    force = (
+        (high - low)
+        * gauss
+        * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, np.finfo(float).tiny)))
+    )
+    # 1 where the source lies left of x1
+    side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
+    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
+    moment = state.problem.solid.ell / 2 * lever * force
     weights = np.array((force, side * force, moment, side * moment))
-    ring = np.abs(interval - count + 0.5)
-    for number in np.unique(ring):
-        here = ring == number
-        # none is 0, whose reciprocal is taken
-        yield np.maximum(np.abs(x - x1), 1e-6 * nearest)[here].ravel(), weights[:, here].reshape(4, -1)
+    for number in np.unique(level):
+        here = level == number
+        yield distance[here].ravel(), weights[:, here].reshape(4, -1)
+
+
+def _mean_slope(v, w, root):
+    return np.where(root, v + w, 1.0)
+
+
+def _halves(panels, x1):
+    """Panels cut at the points nearest to x1: v there, direction, distances there and at the end."""
+    along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
+    v0 = panels.parameter(numbers, x1)
+    start = np.abs(x1 - panels.x(numbers, v0))
+    start[(along > 0) & (along < 1)] = 0.0
+    length = np.abs(panels.h)
+    ends = start + np.concatenate((length * along, length * (1 - along))).reshape(2, -1)
+    return np.tile(v0, 2), np.repeat((-1.0, 1.0), len(v0)), np.tile(start, 2), ends.ravel()

@@ -1,8 +1,7 @@
 """The conditions (26) on a fitted state, wherever a corner could touch.
 
-Displacement and rotation are interpolated out of contact on panels like those in contact, gaps are taken at
-all sites of the obstacle's picture. A violation is measured in L2 of the pressure over that of the state: an
-overlap d on a width w as ``E* d/sqrt(w)``.
+Displacement and rotation are interpolated out of contact on panels. An overlap d on a width w is worth ``E*
+d/sqrt(w)`` over the pressure in L2.
 """
 
 from dataclasses import dataclass
@@ -30,8 +29,8 @@ class Violation:
 
 @dataclass(frozen=True)
 class Survey:
-    """What was seen: `violations`, `least`: [(corner, x, gap)] of the local minima of the gaps, `beyond`:
-    whether something beyond the obstacle's picture could touch.
+    """`violations`, `least`: [(corner, x, gap)] of local minima, `beyond`: whether the obstacle could touch
+    beyond its picture.
     """
 
     violations: list
@@ -44,7 +43,6 @@ class Survey:
 
 
 def survey(state):
-    """The Survey of a PanelSolution."""
     problem, surface = state.problem, _Surface(state)
     # a violation that is computed stands for its mirror image, too
     size = np.sqrt(state.weights @ state.pressures.sum(axis=0) ** 2 / (2 if problem.mirror else 1))
@@ -73,13 +71,12 @@ class _Surface:
         self._noise = 4 * np.abs(self._values @ series).sum(axis=(0, 2))
 
     def __call__(self, corner, x):
-        """The gaps without the initial ones, and their errors, at x out of contact: arrays (n,)."""
+        """Changes of the gaps, and their errors, at x out of contact: arrays (n,)."""
         number, v = self.panels.at(0, x)
         rise, phi = self.panels.interpolated(self._values[[corner, -1]], number, v)
         return rise + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[number]
 
     def places(self, corner):
-        """Abscissae at which the gap of a corner is taken."""
         count = 4 * self.panels.order
         number = np.repeat(np.arange(len(self.panels.e)), count)
         own = self.panels.x(number, np.resize((np.arange(count) + 0.5) / count, len(number)))
@@ -88,7 +85,7 @@ class _Surface:
 
 
 def _gaps(state, surface, corner):
-    """Places, ascending, the gaps of a corner there, nan at the edges of its zones, and their errors."""
+    """Places, ascending, gaps, nan at edges of zones, and their errors."""
 
     def at(x):
         rise, noise = surface(corner, x)
@@ -115,7 +112,6 @@ def _minima(gaps):
 
 
 def _stands_out(gaps, i, noise):
-    """Whether a minimum is less than the gap on both sides of its stretch, beyond its error."""
     ends = np.flatnonzero(np.isnan(gaps))
     first, last = np.split(ends, [np.searchsorted(ends, i)])
     left, right = gaps[max(first, default=-1) + 1 : i], gaps[i + 1 : min(last, default=len(gaps))]
@@ -123,7 +119,6 @@ def _stands_out(gaps, i, noise):
 
 
 def _overlaps(state, corner, x, gaps, noise, unit):
-    """Intervals of x in which the gaps are negative, those within their errors without interpolation."""
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
         gaps[doubtful] = state.gaps(corner, x[doubtful])
@@ -157,8 +152,8 @@ def _tensile(state, size):
 
 
 def _at_valleys(state, size):
-    """Tension nearer to slope discontinuities than the nodes: with ``p = A + K log(|h|/r)``, K < 0, up to
-    ``r0 = |h| exp(A/K)``, in L2 worth sqrt(2 r0) |K|.
+    """Tension beside slope discontinuities: with ``p = A + K log(|h|/r)``, K < 0, up to ``r0 = |h|
+    exp(A/K)``, worth sqrt(2 r0) |K|.
     """
     panels, v = state.panels, state.panels.points[0][0]
     for number in np.flatnonzero(panels.log_size < 0):

@@ -13,7 +13,6 @@ the real part). They are tabulated in log r, over c/ell with c = (1 - nu)/mu (th
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -120,7 +119,8 @@ _made = lru_cache(maxsize=16)(Kernels)
 
 def kernels(solid: Cosserat) -> Kernels:
     """Returns the tables of a solid of any E and ell, made once."""
-    return _made(replace(solid, E=2 * (1 + solid.nu), ell=1.0))
+    couples = {name: getattr(solid, name) for name in ("eta", "curvature", "alpha_prime", "beta_prime")}
+    return _made(Cosserat(2 * (1 + solid.nu), solid.nu, 1.0, **couples))
 
 
 def _integrals(solid: Cosserat, r: Array) -> Array:

@@ -251,6 +251,9 @@ class Microclamped(Unilateral):
     clamps_rotation = True
 
 
+BUILT_IN = Microblock, Unilateral, Microclamped  # and nothing derived from them
+
+
 def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
     """Returns t = (-psi0_2, psi0_1) over a surface, array (2, ...), of a pair or, about -e2, of a number."""
     about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
@@ -286,7 +289,7 @@ def tangents(normals: Array) -> Array:
 
 
 def has_constant_levers(law: object) -> bool:
-    return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
+    return type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
 
 
 def check(law: object, in_space: bool = False) -> None:
@@ -303,7 +306,7 @@ def check(law: object, in_space: bool = False) -> None:
             "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
             f"microblock.model.law.Law as its base: it has no {missing[0]}",
         )
-    if type(law) in (Microblock, Unilateral, Microclamped):
+    if type(law) in BUILT_IN:
         return
     if in_space:
         raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
@@ -339,6 +342,19 @@ def _check_corners(law: Any) -> None:
             law,
             f"must name its corners from left to right, the largest lever first: {levers.tolist()}",
         )
+
+
+def require_shifts(law: LawLike) -> None:
+    """Raises BadArgument unless gaps of the law under a slope are those of its shifts."""
+    if type(law) in BUILT_IN:
+        return
+    slope, place, up = 2.0**-10, np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    inclined = obstacles.Obstacle(lambda x: 1 + slope * x)
+    flat, inclined_gaps = (law.initial_gaps(place, up, 1.0, one) for one in (obstacles.Plane(1.0), inclined))
+    wanted = [float((flat[corner] - inclined_gaps[corner])[0]) / slope for corner in law.corners]
+    if not np.allclose(law.shifts(1.0), wanted, rtol=0, atol=1e-6):
+        words = f"must have shifts(ell) where its gaps have them, at {wanted} ell, and not {law.shifts(1.0)}"
+        raise BadArgument("law", law, words)
 
 
 def require_pure_force(law: LawLike) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import BadArgument, NotConverged
 from .deformable import body_of
 from .events import LoadPath
+from .law import require_shifts
 from .obstacles import check_lowest
 from .state import State
 from .types import Array, ContactLike
@@ -61,6 +62,8 @@ class Solver:
         self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
         self.solid = self.body.solid
         self._require_counter_body()
+        if self.in_space is None and (self.has_fitted_zones or body_of(self.obstacle) is not None):
+            require_shifts(self.law)
         count, most = len(self.law.corners), self.most_corners
         if most is not None and count > (1 if self.law.clamps_rotation else most):
             constrained = " and constrains psi" if self.law.clamps_rotation else ""

@@ -99,9 +99,9 @@ def test_plain_active_set_cycles(seeds):
             continue
         lift, load = lifted(H), level["load"]
         regular, nothing = H + lift + 1e-9 * np.diag(np.diag(H)), np.zeros(len(g0), bool)
-        with_safeguard, *_ = faces(regular, g0, nothing, load, lift)
+        with_safeguard, *_ = faces(regular, g0, nothing, load)
         try:
-            plain, *_ = faces(regular, g0, nothing, load, lift, patience=np.inf, budget=5000)
+            plain, *_ = faces(regular, g0, nothing, load, patience=np.inf, budget=5000)
         except NotConverged:  # more sets tried than the 2^12 there are
             cycles += 1
         else:

@@ -227,3 +227,15 @@ def test_work_of_one_load_on_the_displacement_of_another_is_mutual(law, period):
         for matrix in (H, H.counter):
             assert np.sum(f * (matrix @ g)) == pytest.approx(np.sum(g * (matrix @ f)), rel=1e-12)
             assert np.sum((f - f.mean()) * (matrix @ (f - f.mean()))) > 0
+
+
+def test_a_classical_solid_is_pressed_by_a_sphere_as_hertz_says():
+    """Its constructor knows no side of a block."""
+    solid = mb.Elastic(E=100, nu=0.3)
+    state = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=10), mb.Unilateral()).solve(load=1.0)
+    a = (3 * 10 * (1 - 0.3**2) / (4 * 100)) ** (1 / 3)
+    assert state.approach == pytest.approx(a**2 / 10, rel=2 * state.error_estimate)
+    assert (
+        mb.Contact(mb.HalfSpace(solid, period=2.0), mb.Sphere(R=10), mb.Unilateral()).solve(load=1.0).load
+        == 1
+    )

@@ -74,7 +74,11 @@ class RightToLeft(Law):
 REFUSED = {
     "support": (lambda: mb.Body(PRESS, SOLID, fixed="botom"), "fixed", "botom"),
     "prescribed": (lambda: mb.Body(PRESS, SOLID, prescribed={"u1": {"botom": 0}}), "prescribed", "botom"),
-    "cylinder": (lambda: mb.Contact(CUBOID, mb.Cylinder(R=10), mb.Microblock()), "obstacle", "x**2/20 + 0*y"),
+    "cylinder": (
+        lambda: mb.Contact(CUBOID, mb.Cylinder(R=10), mb.Microblock()),
+        "obstacle",
+        "height(x) + 0*y",
+    ),
     "sliding": (
         lambda: mb.Contact(
             mb.Body(PRESS, SOLID, fixed={"u1": "bottom"}, contact="top"), mb.Cylinder(10.0), mb.Microblock()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from ngsolve.meshes import MakeStructured3DMesh
+from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 import microblock as mb
 from microblock.model import obstacles
@@ -140,3 +140,23 @@ def test_what_a_law_lacks_is_named():
 def test_two_corners_with_a_constrained_rotation_are_refused_by_name():
     with pytest.raises(mb.BadArgument, match="2 corners and constrains psi"):
         mb.Contact(HALF, CYLINDER, type("Fixed", (Corners,), {"clamps_rotation": True})((-0.5, 0.5)))
+
+
+class Unshifted(Corners):
+    shifts = Law.shifts
+
+
+class Mirrored(Corners):
+    def shifts(self, ell):
+        return tuple(s * ell for s in self.places)
+
+
+@pytest.mark.parametrize("law", [Unshifted((-0.5, 0.5)), Mirrored((-0.5, 0.5))], ids=str)
+def test_shifts_are_those_of_the_gaps_where_they_are_needed(law):
+    """A second body gave way at other places than the corners': 15 % of the pressure, without a word."""
+    second = mb.Deformable(mb.HalfPlane(SOLID), CYLINDER)
+    for obstacle, method in ((second, None), (second, mb.Cells()), (mb.Punch(1.0), None)):
+        with pytest.raises(mb.BadArgument, match="must have shifts"):
+            mb.Contact(HALF, obstacle, law, method)
+    mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, y: (x - 0.5, y - 1))
+    mb.Contact(mb.Body(mesh, SOLID, fixed="bottom", contact="top"), CYLINDER, law)  # which needs none

@@ -1,0 +1,93 @@
+"""Supports of a body: the boundaries on which its fields are fixed or prescribed, and the values there."""
+
+from collections.abc import Mapping
+
+import ngsolve as ng
+import numpy as np
+
+from ..errors import BadArgument
+
+
+def patterns(body, fixed):
+    """{field: pattern of all boundaries where a body fixes or prescribes it}."""
+    if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
+        raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
+    given = dict.fromkeys(body.names, fixed) if isinstance(fixed, str) else dict(fixed)
+    found = {name: [pattern] for name, pattern in given.items()}
+    for name, values in body.prescribed.items():
+        found.setdefault(name, []).extend(values)
+    for name, named in found.items():
+        if name not in body.names:
+            raise BadArgument("field", name, f"fields are {', '.join(body.names)}")
+        for pattern in named:
+            body.boundary(pattern, "prescribed" if pattern in body.prescribed.get(name, ()) else "fixed")
+    return {name: "|".join(named) for name, named in found.items()}
+
+
+def held_on(body, boundary):
+    """The fields that are fixed or prescribed on a part of a boundary at least."""
+    mask = body.boundary(boundary).Mask()
+    return [name for name, pattern in body.fixed.items() if any(body.boundary(pattern).Mask() & mask)]
+
+
+def pressed(body, boundary):
+    """The region of a contact boundary; in the plane BadArgument where u2 is held there."""
+    region = body.boundary(boundary, "contact" if boundary == body.contact else "boundary")
+    if body.mesh.dim < 3 and "u2" in held_on(body, boundary):
+        raise BadArgument(
+            "boundary",
+            boundary,
+            f"is constrained in u2 by the supports on {body.fixed['u2']}: "
+            "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone",
+        )
+    return region
+
+
+def require_held(body):
+    """BadArgument where a displacement is held nowhere."""
+    for name in body.names:
+        if name.startswith("u") and name not in body.fixed:
+            words = f"must hold the body: {name} is not fixed on any boundary, and nothing else stops it"
+            raise BadArgument("fixed", body.fixed, words)
+
+
+def require_periodic(body):
+    """BadArgument where a periodic body prescribes different values at points that the mesh identifies."""
+    for name, values in body.prescribed.items() if body.periodic else ():
+        space, value, found = body.spaces[body.names.index(name)], body.mesh.BoundaryCF(dict(values)), {}
+        for facet in body.boundary("|".join(values)).Elements():
+            transformation = body.mesh.GetTrafo(facet)
+            for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
+                found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
+        largest = max(abs(one) for own in found.values() for one in own.values())
+        if any(np.ptp(list(own.values())) > 1e-9 * largest for own in found.values()):
+            words = f"must have the same {name} at points that the mesh identifies"
+            raise BadArgument("prescribed", body.prescribed, words)
+
+
+def prescribe(body, components):
+    """Set the prescribed values in the grid functions of the fields."""
+    for name, values in body.prescribed.items():
+        region = body.boundary("|".join(values))
+        _set_on(body, region, components[body.names.index(name)], body.mesh.BoundaryCF(dict(values)))
+
+
+def values_on(body, region, name, value):
+    """Coefficients of a function in the space of a field on a region of the boundary, 0 elsewhere."""
+    function = ng.GridFunction(body.spaces[body.names.index(name)])
+    _set_on(body, region, function, value)
+    return function.vec.FV().NumPy().copy()
+
+
+def _set_on(body, region, component, value):
+    """Set a component of a grid function of the body on a region of its boundary.
+
+    Where elements are as wide as the period NGSolve counts an unknown twice: what 1 becomes is its share.
+    """
+    component.Set(value, definedon=region)
+    if body.periodic:
+        share = ng.GridFunction(component.space)
+        share.Set(1, definedon=region)
+        shares = share.vec.FV().NumPy()
+        ends = np.abs(shares) > 0.25  # not the rounding of an edge's unknowns
+        component.vec.FV().NumPy()[ends] /= shares[ends]
