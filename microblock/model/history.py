@@ -24,8 +24,8 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class OfMoment(Solution):
-    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path:
-    energy and work up to a constant where the rigid motion is arbitrary.
+    """Base of solutions at a pair of loads, with shear and energies of a `moment` of a path: energy and work
+    up to a constant where the rigid motion is arbitrary.
     """
 
     moment: Any

@@ -52,9 +52,8 @@ class Law:
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the initial gaps along the outward normal, {corner: array (n,)} (lengths), inf where there
-        is no obstacle, of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block
-        (length).
+        """Returns the initial gaps along the normal, {corner: array (n,)} (lengths), inf without an obstacle,
+        of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
         """
         raise NotImplementedError
 
@@ -68,9 +67,8 @@ class Law:
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
-        2), in space (corners, n, 3), at points (lengths) with unit normals.
-
-        Here they follow from the levers; corners that have one lie half a side above the centre.
+        2), in space (corners, n, 3), at points (lengths) with unit normals. Here they follow from the levers;
+        corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():

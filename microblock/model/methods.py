@@ -105,7 +105,7 @@ class Fitted(Checked):
     spacing : float, optional
         Length of the elements on the surface, with `order`.
     lines : tuple of float
-        Points x1 of the surface below which elements shrink as well, for fields there.
+        Points x1 of the surface below which elements shrink as well.
     even : bool
         Whether all elements have one order: the approach of a block feels the far field.
 

@@ -178,7 +178,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
 
 
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
-    """Returns places on all scales, denser around the least heights, and the heights there."""
+    """Returns places on all scales, denser around the least heights, and the heights."""
     nearest = 1e-3 * ell
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]

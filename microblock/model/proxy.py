@@ -57,9 +57,7 @@ class Proxy:
 
     @property
     def lengths(self) -> Array:
-        """Lengths of the pieces, array (n,); inf where one is short only because of a singular point within
-        two and a half lengths.
-        """
+        """Lengths of the pieces, array (n,); inf within two and a half lengths of a singular point."""
         lengths = np.diff(self.edges)
         middle, least = (self.edges[1:] + self.edges[:-1]) / 2, LOST * (self.edges[-1] - self.edges[0])
         near = np.abs(middle[:, None] - self.singular).min(axis=1, initial=np.inf)

@@ -146,7 +146,7 @@ class Solution:
     A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
     `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
     `x`; with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
-    `tangential_approach` and `zone_errors`; and what follows, where it is not as here.
+    `tangential_approach` and `zone_errors`.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ class Solution:
     notes : tuple of str
         Sentences on the computation, such as a fallback that was taken.
     has_edges : bool
-        Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
+        Whether the contact ends somewhere.
     apart : boolean array (n - 1,) or None
         As of `State`.
     """
@@ -227,7 +227,7 @@ class Solution:
         )
 
     def few_nodes(self, advice: str) -> list[str]:
-        """Returns a sentence in a list where a zone has few nodes and there is no error estimate."""
+        """Returns a sentence in a list where a zone has few nodes and no error is estimated."""
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(numbers, default=0)
@@ -744,15 +744,15 @@ class State(Shown, PlainData):
         return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the state as plain data for JSON, on the whole surface and in full precision.
+        """Returns the state as plain data for JSON, in full precision.
 
         Returns
         -------
         dict
             Attributes by their names: arrays and intervals are lists, NaN and infinity None. "profile" has
-            columns "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws without corners),
+            columns "x", "weight", "pressure", "pressure_A", "pressure_B" (None without corners),
             "micromoment", "psi", with friction "shear" and "slip"; of cells in three dimensions the state
-            `along` the "axis" x1 and along the "diagonal".
+            `along` the "axis" x1 and the "diagonal".
 
         Examples
         --------

@@ -63,8 +63,8 @@ def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[In
 
 
 def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
-    """Returns which places x lie between two nodes (ascending) at which the surface ends and begins again:
-    `apart`, (n - 1,), says so of a node and the next.
+    """Returns which places x lie between two nodes (ascending) that `apart`, (n - 1,), says to have a gap of
+    the surface between them.
     """
     if apart is None:
         return np.zeros(np.shape(x), bool)
