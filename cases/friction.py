@@ -91,9 +91,14 @@ def dissipation_figure(alphas, cycles, friction):
     axis.axhline(friction**2 / 2, linestyle=":", color="gray", label="Cattaneo, Mindlin")
     for contact, values in cycles.items():
         axis.semilogx(alphas, values, "o-", label=contact)
-    axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", xticks=alphas, xticklabels=alphas, ylim=(0, None))
+    axis.set(
+        xticks=alphas,
+        xticklabels=alphas,
+        ylim=(0, None),
+        xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$",
+        ylabel=r"dissipation$/(P a_\mathrm{Hz}^2/R)$",
+    )
     axis.minorticks_off()
-    axis.set(ylabel=r"dissipation$/(P a_\mathrm{Hz}^2/R)$")
     drawing.legend(loc="outside upper center", ncols=2)
     return drawing
 

@@ -114,22 +114,31 @@ def assembly(columns, rows, springs, b=1.0, periodic=False):
     return (strain.T @ sparse.diags(stiffness) @ strain).tocsr()
 
 
-def wave_on_blocks(theta1, theta2, springs, b=1.0):
-    """Stiffness of a plane wave exp(i (theta1 i + theta2 j)) of (u1, u2, psi), complex array (3, 3), from the
-    forces on a block amid eight others in the wave.
+def rows_in_waves(theta, springs, b=1.0):
+    """Stiffness between rows whose blocks move in waves exp(i theta i) along them, theta an array (n,).
+
+    Complex array (3, 3, n, 3, 3): forces on row j, counted upwards, from motions of row k of three rows, of
+    which the highest has nothing above it.
     """
-    middle = assembly(3, 3, springs, b)[12:15].toarray().reshape(3, 9, 3)
-    j, i = np.divmod(np.arange(9), 3)
-    return np.einsum("rbc,b->rc", middle, np.exp(1j * (theta1 * (i - 1) + theta2 * (j - 1))))
+    blocks = assembly(3, 3, springs, b).toarray().reshape(3, 3, 3, 3, 3, 3)[:, 1]  # forces on middle blocks
+    return np.einsum("jrkcs,nc->jknrs", blocks, np.exp(1j * np.multiply.outer(theta, (-1, 0, 1))))
+
+
+def waves_on_blocks(theta1, theta2, springs, b=1.0):
+    """Stiffness of plane waves exp(i (theta1 i + theta2 j)) of (u1, u2, psi), complex array (n, 3, 3)."""
+    below, row, above = rows_in_waves(theta1, springs, b)[1]
+    phase = np.exp(1j * np.asarray(theta2))[:, None, None]
+    return below / phase + row + above * phase
 
 
 def rotation_stiffness(number, angle, springs):
-    """Couple on a block (b = 1) over its rotation, in a wave of rotation without forces.
+    """Couple on a block (b = 1) over its rotation, in waves of rotation without forces, array (n,).
 
     In an isotropic solid it is 4 mu mu_c/(mu + mu_c) + gamma' mu ell^2 k^2.
     """
-    wave = wave_on_blocks(number * np.cos(angle), number * np.sin(angle), springs)
-    return (wave[2, 2] - wave[2, :2] @ np.linalg.solve(wave[:2, :2], wave[:2, 2])).real
+    wave = waves_on_blocks(number * np.cos(angle), number * np.sin(angle), springs)
+    moved = np.linalg.solve(wave[:, :2, :2], wave[:, :2, 2:])
+    return (wave[:, 2, 2] - np.einsum("ni,nij->n", wave[:, 2, :2], moved)).real
 
 
 def identified(springs, lengths=(80, 100, 125, 160, 200, 250, 320)):
@@ -141,8 +150,8 @@ def identified(springs, lengths=(80, 100, 125, 160, 200, 250, 320)):
     by a cubic in the square of the wave number; the residual is the largest misfit of that cubic.
     """
     k = 2 * np.pi / np.array(lengths)
-    row, diagonal = (np.array([wave_on_blocks(one, way * one, springs) for one in k]) for way in (0, 1))
-    couple, twice = (np.array([rotation_stiffness(times * one, 0, springs) for one in k]) for times in (1, 2))
+    row, diagonal = (waves_on_blocks(k, way * k, springs) for way in (0, 1))
+    couple, twice = (rotation_stiffness(times * k, 0, springs) for times in (1, 2))
     C11, mu_c = row[:, 0, 0].real / k**2, abs(row[:, 1, 2]) / (2 * k)
     mu = row[:, 1, 1].real / k**2 - mu_c
     C12 = diagonal[:, 0, 1].real / k**2 - mu + mu_c
@@ -165,21 +174,12 @@ def surface_stiffness(theta, springs, b=1.0):
     Theta is an array without multiples of 2 pi, where the surface moves without force. Raises NotConverged
     for waves that are too long.
     """
-    theta = np.asarray(theta, float)[:, None, None]
-    s, c = np.sin(theta / 2), np.cos(theta / 2)
-    normal, shear = springs.normal, springs.shear
-    slip = 2j * s * [0, 1, 0] - b * c * [0, 0, 1]
-    row = normal * s**2 * np.diag([4, 0, b**2 / 3]) + shear * slip.conj().swapaxes(1, 2) * slip
-    stiffness = np.diag([shear, normal, normal * b**2 / 12])
-    lower, upper = -np.eye(3), np.eye(3)  # joint of two rows: slip and opening from the row below, and above
-    lower[0, 2] = upper[0, 2] = b / 2
-    surface = row + upper.T @ stiffness @ upper
-    inner = surface + lower.T @ stiffness @ lower
-    coupling = np.broadcast_to(upper.T @ stiffness @ lower, inner.shape).astype(complex)  # to the row below
+    rows = rows_in_waves(theta, springs, b)
+    surface, inner, coupling = rows[2, 2], rows[1, 1], rows[1, 0]  # to the row below
     for _ in range(60):  # each doubles the depth; 20 do for waves of a million blocks
         back = coupling.conj().swapaxes(1, 2)
         down, up = np.linalg.solve(inner, back), np.linalg.solve(inner, coupling)
-        if np.abs(coupling).max() <= 1e-17 * normal:  # a tenth of rounding
+        if np.abs(coupling).max() <= 1e-17 * springs.normal:  # a tenth of rounding
             return surface
         surface = surface - coupling @ down
         inner = inner - coupling @ down - back @ up

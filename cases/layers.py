@@ -83,8 +83,8 @@ def fit(x2, values, alpha):
     deviations = np.sqrt(2 * search.cost / (len(x2) - 4) / max(1 - cosine**2, 1e-300)) / sizes
     lost = (search.x <= bounds[0]) | (search.x >= bounds[1]) | faint
     residual = np.sqrt(2 * search.cost) / np.linalg.norm(values / largest)
-    lengths = np.exp(np.clip(search.x, *bounds))
-    return lengths[order], largest * amplitudes[order], np.where(lost, np.inf, deviations)[order], residual
+    found = np.exp(np.clip(search.x, *bounds)), largest * amplitudes, np.where(lost, np.inf, deviations)
+    return *(one[order] for one in found), residual
 
 
 def valleys(x2, values, bounds):
@@ -128,8 +128,13 @@ def layer(x2, values, alpha, uncertain=0.0):
     lengths, amplitudes, deviations, residual = between(x2, values, alpha, 0.0, 2.0)
     others = [between(x2, values, alpha, *window)[0] for window in ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))]
     errors = uncertain + np.abs(others - lengths).max(axis=0) + 2 * deviations * lengths
-    entries = {"L_bl_over_ell": lengths[0] / alpha, "L_bl_error": errors[0] / alpha, "L_sol": lengths[1]}
-    entries |= {"A_bl": amplitudes[0], "A_sol": amplitudes[1]}
+    entries = {
+        "L_bl_over_ell": lengths[0] / alpha,
+        "L_bl_error": errors[0] / alpha,
+        "L_sol": lengths[1],
+        "A_bl": amplitudes[0],
+        "A_sol": amplitudes[1],
+    }
     relative = errors / lengths
     moves = [f"{change:.0%}" if change < 1 else "over 100%" for change in relative]
     doubts = (

@@ -24,8 +24,6 @@ import numpy as np
 import microblock as mb
 from microblock.fem import meshes3d
 
-AREAS = {"square": 4.0, "round": math.pi}
-
 
 def quarter(solid, size, facets):
     """A quarter of the block, with `facets` elements along the half-width of the face."""
@@ -67,7 +65,7 @@ def figure(result):
     shown = above.scatter(block.x1, block.x2, s=9, c=closed, plotnonfinite=False, **look)
     drawing.colorbar(shown, ax=above, ticks=range(1, 5), label="corners that touch")
     above.set(xlabel="$x_1/a$", ylabel="$x_2/a$", aspect="equal")
-    area, ell = AREAS[block.problem.obstacle.face], block.problem.solid.ell
+    ell, area = block.problem.solid.ell, {"square": 4.0, "round": math.pi}[block.problem.obstacle.face]
     row, cut = block.x2 == 0, half_space.along("x1")
     for number, (nodes, cells, scale, words) in enumerate(
         (

@@ -52,11 +52,6 @@ def cylinder(psi0=0.1, seed=1, alpha=0.1, R=20.0, nodes=2048):
     return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), law, cells).solve(load=math.pi / 2)
 
 
-def in_contact(state, corners):
-    """Length in contact: with `np.min` of both corners, with `np.max` of any."""
-    return np.sum(state.weights[corners(list(state.pressures.values()), axis=0) > 0])
-
-
 def solve(psi0=(0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), seeds=6, load=0.3, nodes=16384):
     """A state under the rough profile; lengths in contact under the cylinder, arrays (psi0, seeds).
 
@@ -71,8 +66,8 @@ def solve(psi0=(0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), seeds=6, load=0.3, nodes=
         raise mb.BadArgument("seeds", seeds, "must be at least 1")
     states = [[cylinder(size, seed) for seed in range(seeds)] for size in psi0]
     lengths = {
-        words: np.array([[in_contact(state, corners) for state in row] for row in states])
-        for words, corners in (("one corner or both", np.max), ("both corners", np.min))
+        words: np.array([[np.sum(np.diff(state.zones[zone])) for state in row] for row in states])
+        for words, zone in (("one corner or both", "contact"), ("both corners", "full"))
     }
     return {"profile": profile(load, nodes=nodes), "psi0": psi0, "lengths": lengths}
 
@@ -95,8 +90,9 @@ def figure(result):
         xscale="log",
         xlabel=r"root mean square of $\psi_0 R/a_\mathrm{Hz}$",
         title="(b) cylinder; bars: seeds",
+        ylabel=r"length in contact over $a_\mathrm{Hz}$",
+        ylim=(0, None),
     )
-    bottom.set(ylabel=r"length in contact over $a_\mathrm{Hz}$", ylim=(0, None))
     for axis in (top, bottom):
         axis.legend(loc="best")
     return drawing

@@ -38,11 +38,10 @@ def solve(alphas=(0.01, 0.03, 0.1, 0.25, 0.5, 0.7, 0.8, 0.83, 0.84, 0.9, 1.0, 1.
     result = {"alpha_mid": 0.5 * math.sqrt(P / meeting.load), "alphas": np.array(alphas)}
     for law in LAWS:
         states = [problem(alpha, contact=law, beta=beta).solve(load=P, rtol=rtol) for alpha in alphas]
-        lengths = [sum(right - left for left, right in state.zones["contact"]) for state in states]
         result[law] = {
             "half_width": np.array([state.half_width / a_Hz for state in states]),
             "apparent": np.array([a_Hz / state.half_width for state in states]),
-            "real": 2 * a_Hz / np.array(lengths),
+            "real": np.array([2 * a_Hz / state.contact_area for state in states]),
         }
     return result
 

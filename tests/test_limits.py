@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import microblock as mb
-from cases import closed_forms
 from microblock.fem import meshes, meshes3d
+from tests import closed_forms
 from tests.states import apart
 
 P = math.pi / 2  # in the plane with E* = 2 and R = 1: a_Hz = p_Hz = 1

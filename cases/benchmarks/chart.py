@@ -32,8 +32,13 @@ def figure(runs=None):
         own = best(runs[(runs.scene == "classical") & (runs.method == method)])
         if len(own):
             axis.plot(own.error, own.seconds, look, color=colour, label=name)
-    axis.set(xscale="log", yscale="log", xlim=(3, 3e-11), xlabel="true relative error ($L_2$)")
-    axis.set_ylabel("processor time (s)")
+    axis.set(
+        xscale="log",
+        yscale="log",
+        xlim=(3, 3e-11),
+        xlabel="true relative error ($L_2$)",
+        ylabel="processor time (s)",
+    )
     axis.minorticks_off()
     drawing.legend(loc="outside lower center", ncols=2)
     return drawing

@@ -19,7 +19,6 @@ LEVELS = {
     "AL, order 1": [{"h": h, "solver": "al", "domain": 18.0} for h in (0.2, 0.1, 0.05, 0.025, 0.0125)],
     "condensed, order 1": [{"h": h} for h in (0.2, 0.1, 0.05, 0.025, 0.0125)],
 }
-STEEPEST = {"seconds": 1.4, "megabytes": 1.25}  # exponents over unknowns, for what the next level may cost
 LONGEST, SPARE = 190.0, 0.7  # seconds, and share of the free memory, that a run may be expected to take
 
 
@@ -62,10 +61,9 @@ def solve(quick=False):
         for setting in settings[: 2 if quick else None]:
             if len(own) > 1:
                 larger = own[-1]["unknowns"] / own[-2]["unknowns"]
-                costs = {cost: own[-1][cost] * larger**power for cost, power in STEEPEST.items()}
-                if costs["seconds"] > LONGEST or costs["megabytes"] > SPARE * line_of(
-                    "meminfo", "MemAvailable"
-                ):
+                # exponents over unknowns, for what the next level may cost
+                seconds, megabytes = own[-1]["seconds"] * larger**1.4, own[-1]["megabytes"] * larger**1.25
+                if seconds > LONGEST or megabytes > SPARE * line_of("meminfo", "MemAvailable"):
                     break
             own.append({"method": name, **setting, **apart(name, setting)})
             if "failure" in own[-1]:

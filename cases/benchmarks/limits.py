@@ -20,7 +20,6 @@ from tqdm import tqdm
 
 from microblock.data.records import versions
 from microblock.errors import require_choice
-from microblock.model.plain_data import plain_data
 
 from .limits_maps import MAPS
 from .questions import QUESTIONS
@@ -35,10 +34,9 @@ CURVES = {
     "fitted elements": ("asked", "method == 'fitted'"),
     "a user's mesh": ("asked", "method == 'mesh'"),
     "panels at an event": ("event", ""),
-    "contact states": ("states", "method != 'plain'"),
+    "contact states": ("states", ""),
     "augmented Lagrangian": ("newton", "kind_of == 'al'"),
 }
-PARAMETERS = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
 MEASURES = (*Outcome.__dataclass_fields__, "kind", "message", "spent")
 
 
@@ -67,7 +65,8 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
         {"map": one.name, **setting, "near": near, **row}
         for (one, setting, near), row in zip(work, tqdm(rows, total=len(work), unit="run", disable=None))
     )
-    frame = frame.reindex(columns=["map", *PARAMETERS, "kind_of", "near", *MEASURES])
+    parameters = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
+    frame = frame.reindex(columns=["map", *parameters, "kind_of", "near", *MEASURES])
     frame = frame.assign(**{f"version_{name}": value for name, value in versions().items()})
     if out:
         frame.to_csv(out / "limits.csv", index=False)
@@ -100,8 +99,8 @@ def table(frame):
 def to_dict(frame):
     """Plain data: counts of outcomes by map, and the table; the runs are in the file of the folder `out`."""
     return {
-        "counts": plain_data(pd.crosstab(frame["map"], frame.kind).reset_index().to_dict("records")),
-        "table": plain_data(table(frame).to_dict("records")),
+        "counts": pd.crosstab(frame["map"], frame.kind).reset_index().to_dict("records"),
+        "table": table(frame).to_dict("records"),
     }
 
 
@@ -116,7 +115,12 @@ def figure(frame=None):
         if len(ratios):
             shares = np.append(np.arange(len(ratios) + 1), len(ratios)) / len(own)
             axis.step([1e-5, *ratios, 1e2], shares, line, where="post", label=name)
-    axis.set(xscale="log", xlim=(1e-5, 1e2), ylim=(0, 1.05), ylabel="share of runs")
-    axis.set_xlabel("true error over promised error")
+    axis.set(
+        xscale="log",
+        xlim=(1e-5, 1e2),
+        ylim=(0, 1.05),
+        xlabel="true error over promised error",
+        ylabel="share of runs",
+    )
     drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return drawing

@@ -194,8 +194,8 @@ def ground_and_counterpart(lines, finer):
         "side": np.s_[:, -1],
         "axis": np.s_[::-1, 0],
         "contact": np.s_[-1, near::-1],
+        "free": np.s_[-1, : near - 1 : -1],
     }
-    sides |= {"free": np.s_[-1, : near - 1 : -1]}
     above = {"under": np.s_[0, :], "right": np.s_[:, -1], "over": np.s_[1, ::-1], "left": np.s_[::-1, 0]}
     rows = np.linspace(0, REACH, near * finer + 1), np.array((0, lines[1]))
     for name, across, up, boundaries in (("ground", lines, -lines[::-1], sides), ("tool", *rows, above)):

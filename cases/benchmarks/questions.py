@@ -52,12 +52,8 @@ QUESTIONS = {
         "squares", EQUAL + "contact == 'rotated' and psi0 > 0.003",
         "thin layers, low orders",
         "fitted elements"),
-    "What does a plain active set do that block pivoting and the path do not?": (
-        "states", "method == 'plain'",
-        "ill-conditioned matrices: it cycles, or is wrong",
-        "block pivoting or the path, as the solvers do"),
     "Are degenerate contact states solved, up to the very degeneracy?": (
-        "states", "method != 'plain'",
+        "states", "",
         "nowhere",
         ""),
     "Where is the length of the layer not determined, and is the reason said?": (

@@ -16,6 +16,7 @@ import importlib.util
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -26,7 +27,6 @@ from microblock.data.records import versions
 from microblock.errors import require_choice
 from microblock.halfplane.cell_solver import halvings
 from microblock.halfplane.kernels import gap_kernel, kernels
-from microblock.model.plain_data import plain_data
 
 from . import chart, growth, peers
 from .peers import LOAD, REACH, Answer, clock
@@ -35,9 +35,6 @@ from .verification.lines import fields
 
 NU, CLASSICAL = 0.3, 1e-10  # coupling beta of the classical limit
 DOMAIN = 18.0  # size of the paper's block over a_Hz
-ONCE = 1.0  # seconds of a run beyond which it is not repeated
-STEEPER = 5.0  # times dearer, at most, is the next level of a method
-QUICK = "classical", "microblock-0.25"
 PAPER = "microblock-0.25"  # alone has the levels that take a minute
 COLUMNS = ("rtol", "h", "order", "solver", "rho", "domain", "nodes", "period", "unknowns", "error", "floor",
            "setup", "solve", "spent", "repeats", "estimate", "failure")  # fmt: skip
@@ -77,52 +74,46 @@ class Problem:
         return panels.distance(fields, exact, [*edges, *np.linspace(-outer, outer, 100)])
 
 
-def half_plane(problem, rtol):
+def answered(contact, rtol=None, prepare=None, read=fields):
+    """The Answer of a contact problem, with the seconds of what `prepare` leaves for further loads apart."""
     start = clock()
-    kernels.cache_clear()
-    contact = problem.half_plane
-    gap_kernel(
-        contact.solver.problem, np.ones(1), np.zeros(1), np.zeros(1)
-    )  # the material's table of kernels
+    if prepare:
+        prepare()
     ready = clock()
     state = contact.solve(load=LOAD, rtol=rtol)
-    return Answer(fields(state), state.unknowns, ready - start, clock() - ready, state.error_estimate)
+    return Answer(read(state), int(state.unknowns), ready - start, clock() - ready, state.error_estimate)
+
+
+def half_plane(problem, rtol):
+    """What is setup is the material's table of kernels."""
+    contact, point = problem.half_plane, np.zeros(1)
+    kernels.cache_clear()
+    return answered(contact, rtol, lambda: gap_kernel(contact.solver.problem, point + 1, point, point))
 
 
 def fitted(problem, rtol):
     """Every load has meshes of its own: nothing is setup."""
-    start = clock()
-    state = problem.half_plane.with_(body=mb.Block(problem.solid)).solve(load=LOAD, rtol=rtol)
-    return Answer(fields(state), int(state.unknowns), 0.0, clock() - start, state.error_estimate)
+    return answered(problem.half_plane.with_(body=mb.Block(problem.solid)), rtol)
 
 
 def squares(problem, h, order=1, solver="condensed", rho=None, domain=math.inf):
-    start = clock()
     newton = None if solver == "condensed" else mb.Newton(solver, rho)
     method = mb.Uniform(h=h, order=order, newton=newton, reach=REACH)
     contact = problem.half_plane.with_(body=mb.Block(problem.solid, domain), method=method)
-    contact.solver.prepare()
-    ready = clock()
-    state = contact.solve(load=LOAD)
-    return Answer(fields(state), int(state.unknowns), ready - start, clock() - ready)
+    return answered(contact, prepare=lambda: contact.solver.prepare())
 
 
 def cells(problem, nodes):
     """Cells on a window a tenth wider than the contact."""
-    start = clock()
     outer = 1.1 * problem.reference[1][-1]
     contact = problem.half_plane.with_(method=mb.Cells(nodes=nodes, window=(-outer, outer)))
-    for size in halvings(nodes):
-        contact.solver.prepare(size)
-    ready = clock()
-    state = contact.solve(load=LOAD)
-    values = state.pressure, state.micromoment / problem.solid.ell
-    return Answer(
-        lambda x: tuple(np.interp(x, state.x, one, left=0, right=0) for one in values),
-        state.unknowns,
-        ready - start,
-        clock() - ready,
-        state.error_estimate,
+
+    def along_cells(state):
+        values = state.pressure, state.micromoment / problem.solid.ell
+        return lambda x: tuple(np.interp(x, state.x, one, left=0, right=0) for one in values)
+
+    return answered(
+        contact, None, lambda: [contact.solver.prepare(size) for size in halvings(nodes)], along_cells
     )
 
 
@@ -146,11 +137,8 @@ class Method:
 
 def grid(**values):
     """Settings: all combinations of the values of each parameter, the first one outermost."""
-    settings = [{}]
-    for name, several in values.items():
-        several = several if isinstance(several, tuple) else (several,)
-        settings = [{**one, name: value} for one in settings for value in several]
-    return tuple(settings)
+    several = [value if isinstance(value, tuple) else (value,) for value in values.values()]
+    return tuple(dict(zip(values, one)) for one in product(*several))
 
 
 AL = {"solver": "al", "domain": DOMAIN, "rho": 2 * (1 - NU) ** 2 / (1 - 2 * NU) / REACH}
@@ -177,9 +165,11 @@ METHODS = {
     "ContactBoundary, order 2": Method(
         peers.contact_boundary, grid(h=(0.8, *HALVED[:-1]), order=2, rho=STIFFNESSES), peer="ngsolve"),
 }  # fmt: skip
-SIZES = [(law, alpha) for law in ("microblock", "unilateral") for alpha in (0.01, 0.05, 0.25, 1.0)]
-PROBLEMS = {"classical": Problem("classical", "unilateral", 1.0, CLASSICAL)}
-PROBLEMS |= {f"{law}-{alpha:g}": Problem(f"{law}-{alpha:g}", law, alpha) for law, alpha in SIZES}
+PROBLEMS = {"classical": Problem("classical", "unilateral", 1.0, CLASSICAL)} | {
+    f"{law}-{alpha:g}": Problem(f"{law}-{alpha:g}", law, alpha)
+    for law in ("microblock", "unilateral")
+    for alpha in (0.01, 0.05, 0.25, 1.0)
+}
 
 
 def measure(problem, method, setting, repeats):
@@ -188,11 +178,11 @@ def measure(problem, method, setting, repeats):
     try:
         answers = [method.run(problem, **setting)]  # the warm-up
         row["spent"] = clock() - start
-        if row["spent"] < ONCE:
+        if row["spent"] < 1.0:  # dearer runs are not repeated
             answers = [method.run(problem, **setting) for _ in range(repeats)]
     except (mb.MicroblockError, MemoryError, RuntimeError) as failure:  # NGSolve's own are RuntimeErrors
-        text = f"{type(failure).__name__}: {' '.join(str(failure).split())}"
-        return row | {"spent": clock() - start, "failure": text}
+        words = " ".join(str(failure).split())
+        return row | {"spent": clock() - start, "failure": f"{type(failure).__name__}: {words}"}
     best = answers[0]
     return row | {
         "error": min(map(problem.error, best.fields if isinstance(best.fields, list) else [best.fields])),
@@ -209,7 +199,7 @@ def refined(problem, name, settings, repeats, limit):
     rows = []
     for setting in settings:
         finer = rows and any(setting.get(key) != rows[-1][key] for key in ("h", "nodes", "rtol"))
-        if finer and rows[-1]["spent"] * STEEPER > limit:
+        if finer and rows[-1]["spent"] * 5.0 > limit:  # the next level is at most so many times dearer
             break
         rows.append(measure(problem, METHODS[name], setting, repeats))
     about = {"scene": problem.name, "contact": problem.contact, "alpha": problem.alpha, "nu": NU}
@@ -228,7 +218,7 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
     """
     for name in only:
         require_choice([*PROBLEMS, *METHODS], only=name)
-    problems = [*filter(PROBLEMS.get, only)] or (QUICK if quick else PROBLEMS)
+    problems = [*filter(PROBLEMS.get, only)] or (("classical", PAPER) if quick else PROBLEMS)
     methods = [*filter(METHODS.get, only)] or METHODS
     work = [
         (PROBLEMS[one], name, METHODS[name].levels(PROBLEMS[one])[: 2 if quick else None])
@@ -249,9 +239,7 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
 def to_dict(tables):
     """Plain data: rows of the runs and of the growth, without the versions."""
     return {
-        name: plain_data(
-            one.astype(object).where(one.notna(), None).filter(regex="^(?!version)").to_dict("records")
-        )
+        name: one.astype(object).where(one.notna(), None).filter(regex="^(?!version)").to_dict("records")
         for name, one in tables.items()
     }
 

@@ -19,11 +19,10 @@ def require_ranges(options, ranges):
     ranges : {name: (least, most) or (least, most, OPEN)}
     """
     for name, (least, most, *ends) in ranges.items():
-        values = options[name] if isinstance(options[name], tuple) else (options[name],)
-        for value in filter(None, values):
-            require_size(**{name: value})
         sign, inside = ("<", lambda x: least < x < most) if ends else ("<=", lambda x: least <= x <= most)
-        for value in values:
+        for value in options[name] if isinstance(options[name], tuple) else (options[name],):
+            if value:
+                require_size(**{name: value})
             if value is not None and not inside(value):
                 raise BadArgument(name, value, f"must satisfy {least:g} {sign} {name} {sign} {most:g}")
 

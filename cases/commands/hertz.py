@@ -21,7 +21,6 @@ from microblock.model.zones import least_beside
 
 from . import MATERIAL, OPEN, POSITIVE, refine, require_ranges
 
-PAPER_H = 0.02  # near-zone element over a_Hz, section 4.2
 EQUAL_SQUARES = 2.0  # half-width and depth of their region, over that of the contact
 HALVINGS = 0.4, 0.2, 0.1, 0.05, 0.025  # of h over a_Hz, where rtol chooses it
 RANGES = {
@@ -31,7 +30,6 @@ RANGES = {
     "wedge_deg": (1e-12, 45.0),
     "rtol": (0.0, 1.0, OPEN),
 }
-PSI0_IN = {"gap": "gaps and levers", "lever": "levers"}
 
 
 def solve(
@@ -112,7 +110,7 @@ def resolved(**given):
         options.mesh, options.method = options.mesh or "fitted", options.method or "condensed"
         options.domain = options.domain or "inf"
         if options.rtol is None and options.mesh == "uniform":
-            options.h, options.order = options.h or PAPER_H, options.order or 1
+            options.h, options.order = options.h or 0.02, options.order or 1  # section 4.2
         elif options.rtol is None:
             options.order = options.order or 4  # of --h alone: the lowest that rtol takes
     return options
@@ -156,7 +154,10 @@ def problem(options, method=None):
         "wedge": mb.Wedge(wedge),
         "punch": mb.Punch(options.punch_half_width * options.a_Hz, tilt),
     }
-    rotated = math.radians(options.psi0_deg), PSI0_IN[options.psi0_reading]
+    rotated = (
+        math.radians(options.psi0_deg),
+        {"gap": "gaps and levers", "lever": "levers"}[options.psi0_reading],
+    )
     law = script.LAWS[options.contact](*(rotated if options.contact == "microblock" else ()))
     if options.model == "halfplane":
         body, method = mb.HalfPlane(options.solid), mb.Panels(order=options.order, fallback=False)

@@ -10,12 +10,10 @@ from cases import lattice
 from cases.lattice import figure  # noqa: F401  that of the script
 from cases.lattice_blocks import identified
 from microblock.errors import BadArgument
-from microblock.model.plain_data import plain_data
 
 from . import POSITIVE, require_ranges
 
 RANGES = {"blocks_per_a": (1, 256), "far": (0, 1000), "loads": POSITIVE}
-NOT_ISOTROPIC = "unequal springs: the solid of long waves is not isotropic, as the half-plane has to be"
 
 
 def solve(blocks_per_a=8.0, spring: tuple[float, float] = (1.0, 1.0), far=9.0, loads=(1.0,)):
@@ -69,17 +67,17 @@ def to_dict(result):
         }
         for states in result
     ]
-    return plain_data(
-        {
-            "moduli": {
-                name: {"value": value, "closed_form": springs.moduli[name], "residual": residual}
-                for name, (value, residual) in identified(springs).items()
-            },
-            "decay": springs.decay,
-            "full_contact_couple": springs.full_contact_couple,
-            "forces": states[-1]["forces"],
-            "couples": states[-1]["couples"],
-            "states": states,
-            "reason": None if lattice.DERIVED in result[-1] else NOT_ISOTROPIC,
-        }
-    )
+    return {
+        "moduli": {
+            name: {"value": value, "closed_form": springs.moduli[name], "residual": residual}
+            for name, (value, residual) in identified(springs).items()
+        },
+        "decay": springs.decay,
+        "full_contact_couple": springs.full_contact_couple,
+        "forces": states[-1]["forces"],
+        "couples": states[-1]["couples"],
+        "states": states,
+        "reason": None
+        if lattice.DERIVED in result[-1]
+        else "unequal springs: the solid of long waves is not isotropic, as the half-plane has to be",
+    }

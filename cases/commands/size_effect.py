@@ -19,8 +19,6 @@ from ..layers import problems
 from . import hertz
 
 LAWS = "microblock", "unilateral"
-ENTRIES = ("half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real",
-           "error_estimate", "profile")  # fmt: skip
 ORDERS = 6, 8, 10, 12, 14  # of panels, for alpha_mid over the size of their Gauss spacing
 NEAR = 0.86  # ell over a_Hz there: an alpha near to what they give
 DOMAIN = "18"  # of the paper, over a_Hz
@@ -71,7 +69,9 @@ def _row(options, limit):
     nominal, error = nominal_hardness(options) if limit else (None, None)
     return {
         "alpha": options.alpha,
-        **{name: record[name] for name in ENTRIES},
+        **{name: record[name] for name in ("half_width", "inner_half_width", "pressure_max")},
+        **{name: record[name] for name in ("hardness_apparent", "hardness_real")},
+        **{name: record[name] for name in ("error_estimate", "profile")},
         "hardness_nominal": limit and nominal / limit[0],
         "hardness_nominal_error": limit and (error + limit[1]) / limit[0],
     }

@@ -13,7 +13,6 @@ import microblock as mb
 from cases import sphere as script
 from cases.sphere import a_Hz
 from microblock.errors import BadArgument
-from microblock.model.plain_data import plain_data
 
 from . import MATERIAL, OPEN, POSITIVE, require_ranges
 
@@ -73,8 +72,12 @@ def solve(
 
 def row(state):
     """Returns what the JSON object has of a state."""
-    axis, diagonal = (profile(state, direction) for direction in ("x1", "diagonal"))
-    cell = state.width / a_Hz
+    M, cell = p_Hz * state.problem.solid.ell, state.width / a_Hz
+    scales = {"x1": a_Hz, "pressure": p_Hz, "m1": M, "m2": M, "psi1": a_Hz, "psi2": a_Hz}
+    axis, diagonal = (
+        {name: values / scales[name] for name, values in state.along(cut).items()}
+        for cut in ("x1", "diagonal")
+    )
     return {
         "load": state.load,
         "pressure_centre": np.interp(0.0, axis["x1"], axis["pressure"]),
@@ -89,17 +92,9 @@ def row(state):
     }
 
 
-def profile(state, direction):
-    """Returns the state along a line through the middle of the cells, over the scales."""
-    M = p_Hz * state.problem.solid.ell
-    scales = {"x1": a_Hz, "pressure": p_Hz, "m1": M, "m2": M, "psi1": a_Hz, "psi2": a_Hz}
-    return {name: values / scales[name] for name, values in state.along(direction).items()}
-
-
 def to_dict(result):
     """Returns the JSON object."""
-    states = [row(state) for state in result["states"]]
-    return plain_data({"parameters": {"rtol": result["rtol"]}, "states": states})
+    return {"parameters": {"rtol": result["rtol"]}, "states": list(map(row, result["states"]))}
 
 
 def figure(result):

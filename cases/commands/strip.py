@@ -18,7 +18,6 @@ import numpy as np
 import microblock as mb
 from microblock.errors import at_most, out_of_reach
 from microblock.fem import meshes
-from microblock.model.plain_data import plain_data
 
 from .. import strip
 from . import MATERIAL, OPEN, refine, require_ranges
@@ -171,16 +170,13 @@ def distance(coarse, fine):
         [getattr(s, name)[:1] for s in states] for name in ("pressure", "micromoment")
     )
     ell, scale, one = fine[0].solid.ell, abs(fine[0].approach), np.ones(1)
-    changes = (
+    lag = ell * abs(fine[0].law.psi0)  # corner gaps are differences of lengths as large as delta
+    rounding = np.finfo(float).eps * scale / lag if lag else 0.0
+    return max(
         relative_error(psi, fine_psi, weights, scale),
         relative_error(u, fine_u, weights, scale),
         relative_error(pressure, better, one, abs(better[0])),
         relative_error(*moments, one, ell * abs(better[0])),
-    )
-    lag = ell * abs(fine[0].law.psi0)  # corner gaps are differences of lengths as large as delta
-    rounding = np.finfo(float).eps * scale / lag if lag else 0.0
-    return max(
-        *(math.inf if change is None else change for change in changes),
         abs(deltas[0] - deltas[1]) / (deltas[1] or 1.0),
         fine[0].residual,
         rounding,
@@ -189,7 +185,7 @@ def distance(coarse, fine):
 
 def relative_error(values, reference, weights, scale):
     """Returns the relative L2 error of values against a reference in a quadrature rule; where the reference
-    is rounding of `scale`, 0 if the values are too, else None.
+    is rounding of `scale`, 0 if the values are too, else inf.
     """
     error, size = (
         float(np.sqrt(weights @ np.sum(np.atleast_2d(field) ** 2, axis=0)))
@@ -197,7 +193,7 @@ def relative_error(values, reference, weights, scale):
     )
     if size > ROUNDING * scale:
         return error / size
-    return 0.0 if error <= ROUNDING * scale else None
+    return 0.0 if error <= ROUNDING * scale else math.inf
 
 
 def observed(state, delta_fc, delta):
@@ -264,7 +260,7 @@ def warnings(options, solid):
 
 def to_dict(result):
     """The JSON object."""
-    return plain_data(result[1])
+    return result[1]
 
 
 def figure(result):

@@ -13,7 +13,6 @@ import microblock as mb
 from cases import friction as script
 from cases.hertz import LAWS
 from microblock.errors import BadArgument
-from microblock.model.plain_data import plain_data
 
 from . import MATERIAL, POSITIVE, require_ranges
 
@@ -103,28 +102,29 @@ def row(state, E_star):
 def event_row(event, history, E_star, normal):
     """Returns what the JSON object has of an event."""
     P, law = math.pi / 4 * E_star, history.problem.law
-    error = None if event.load_error is None else event.load_error / P
-    loads = {"normal": event.load / P, "shear": event.shear / (law.friction * normal * P), "error": error}
-    what = {name: getattr(event, name) for name in ("pair", "kind", "zone", "x")}
-    return {"alpha": history.problem.solid.ell, **what, **loads}
+    return {
+        "alpha": history.problem.solid.ell,
+        **{name: getattr(event, name) for name in ("pair", "kind", "zone", "x")},
+        "normal": event.load / P,
+        "shear": event.shear / (law.friction * normal * P),
+        "error": event.load_error and event.load_error / P,
+    }
 
 
 def to_dict(result):
     """Returns the JSON object: at each size of the blocks the state without shear, the others, the events."""
     E_star, histories = result["E_star"], result["histories"]
     rows = [[row(state, E_star) for state in history.states] for history in histories]
-    return plain_data(
-        {
-            "model": "halfplane",
-            "pressed": [first for first, *_ in rows],
-            "states": [state for _, *others in rows for state in others],
-            "events": [
-                event_row(event, history, E_star, result["normal"])
-                for history in histories
-                for event in history.events
-            ],
-        }
-    )
+    return {
+        "model": "halfplane",
+        "pressed": [first for first, *_ in rows],
+        "states": [state for _, *others in rows for state in others],
+        "events": [
+            event_row(event, history, E_star, result["normal"])
+            for history in histories
+            for event in history.events
+        ],
+    }
 
 
 def figure(result):

@@ -66,8 +66,13 @@ def fig3(states):
             height = min(share * H, H - block.imag.max())
             x1 = 1.5 * place + np.interp(height, x2 * H, u1)
             axis.plot(x1 + block.real, height + block.imag, "C1", linewidth=0.9)
-        axis.set(title=rf"$\ell/H = {state.solid.ell:g}$", xlabel=r"$x_1/\ell$", aspect="equal")
-        axis.set(xlim=(-1, 5.7), ylim=(-1, 10.5))
+        axis.set(
+            title=rf"$\ell/H = {state.solid.ell:g}$",
+            xlabel=r"$x_1/\ell$",
+            aspect="equal",
+            xlim=(-1, 5.7),
+            ylim=(-1, 10.5),
+        )
     axes[0].set_ylabel(r"$x_2/\ell$")
     return drawing
 

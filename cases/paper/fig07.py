@@ -46,9 +46,14 @@ def figure(state):
     windows = (0, widest), (0, 1.6), *((x - 0.04, x + 0.04) for x in marks.values())
     for axis, name, (left, right) in zip(axes.flat, "abcd", windows):
         axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors="0.4", linewidths=0.5))
-        axis.set(xlim=(left, right), ylim=(left - right, 0), aspect="equal")
+        axis.set(
+            xlim=(left, right),
+            ylim=(left - right, 0),
+            aspect="equal",
+            xlabel=r"$x_1/a_\mathrm{Hz}$",
+            ylabel=r"$x_2/a_\mathrm{Hz}$",
+        )
         axis.set_title(f"({name})", loc="left")
-        axis.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$x_2/a_\mathrm{Hz}$")
         axis.locator_params(nbins=3)
         for mark, x in marks.items():
             if left < x < right < widest:

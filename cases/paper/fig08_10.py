@@ -73,11 +73,14 @@ def row(state):
 
 def table(result):
     """What is printed."""
-    states = {"fig8": result["loads"], "fig8 elements": result["elements"]}
-    states |= {f"fig10 {law}": group for law, group in result["alphas"].items()}
-    states |= {
-        f"fig9 {degrees:g} degrees in {place}": rotated
-        for (degrees, place), rotated in zip(ROTATIONS, result["rotated"])
+    states = {
+        "fig8": result["loads"],
+        "fig8 elements": result["elements"],
+        **{f"fig10 {law}": group for law, group in result["alphas"].items()},
+        **{
+            f"fig9 {degrees:g} degrees in {place}": rotated
+            for (degrees, place), rotated in zip(ROTATIONS, result["rotated"])
+        },
     }
     squares = [{"h": h, "alpha_mid": alpha} for h, alpha in result["uniform"]]
     rows = {name: [row(state) for state in group] for name, group in states.items()}

@@ -89,11 +89,13 @@ def write():
     """Writes the table with its errors, as a script that the page loads."""
     numbers = table()
     found = errors(numbers)
-    edges = numbers.reshape(*numbers.shape[:2], 2, -1)[..., :2].astype("<i2")
-    pressures = numbers.reshape(*numbers.shape[:2], 2, -1)[..., 2:].astype("u1")
+    corners = numbers.reshape(*numbers.shape[:2], 2, -1)
     packed = {
         name: base64.b64encode(part.tobytes()).decode()
-        for name, part in (("edges", edges), ("pressures", pressures))
+        for name, part in (
+            ("edges", corners[..., :2].astype("<i2")),
+            ("pressures", corners[..., 2:].astype("u1")),
+        )
     }
     facts = {
         "alphas": [float(ALPHAS[0]), float(ALPHAS[-1]), len(ALPHAS)],

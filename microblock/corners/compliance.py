@@ -40,7 +40,7 @@ class Compliance:
         count = len(self.weights)
         if self.matrix.shape != (2 * count, 2 * count):
             raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2 * count, 2 * count)}")
-        if not np.all(np.diff(self.points[:, 0]) > 0):
+        if not np.all(np.diff(self.points[:, 0]) >= 0):  # two of a crack are at one place
             raise BadArgument("points", self.points[:, 0], "must have ascending x1")
 
     @cached_property

@@ -1,6 +1,4 @@
-"""Results for other programs: CSV tables, and surfaces and fields as VTK files, in the units of the
-problem.
-"""
+"""Results for other programs: CSV tables and VTK files, in the units of the problem."""
 
 from __future__ import annotations
 
@@ -22,12 +20,11 @@ from .records import write_records, write_text
 
 
 def profile(state: State) -> dict[str, np.ndarray]:
-    """Returns what a state has on the contact surface: {name: array (n,)} at the nodes or centres of cells.
+    """Returns what a state has on the contact surface: {name: array (n,)} at nodes or centres of cells.
 
-    Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of each corner ("pressure_A", ...),
+    Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of corners ("pressure_A", ...),
     "micromoment" and "psi" ("m1", "m2", "psi1", "psi2" in space), "displacement"; with friction
-    "shear_traction" and "slip", of a second body "counter_displacement", in space the number of corners that
-    are "closed".
+    "shear_traction" and "slip", of a second body "counter_displacement", in space the number "closed".
     """
     found = dict(zip(("x1", "x2", "x3"), state.points.T))
     found |= {"weight": state.weights, "pressure": state.pressure}
@@ -45,24 +42,22 @@ def profile(state: State) -> dict[str, np.ndarray]:
 def to_csv(
     what: State | History | LoadPath | Sequence[State | Event | Mapping[str, object]], path: str | os.PathLike
 ) -> None:
-    """Write states, events or the rows of a study as CSV, with the versions in each row.
-
-    `microblock.data.records.read_records` reads it back: numbers digit by digit, None as None, else texts.
+    """Write states, events or the rows of a study as CSV, with the versions in each row;
+    `microblock.data.records.read_records` reads it back.
 
     Parameters
     ----------
     what : state, History, LoadPath, or list of states, of events or of dict
         A state gives a row a node or cell: its `profile`, load, approach, error estimate, energy, residual,
-        method and warnings; with friction also shear force, tangential approach, dissipation and work. In a
-        history or a list of states the column "state" counts from 0. A load path and a list of events give a
-        row an event, dicts with the same keys a row each.
+        method and warnings; with friction also shear force, tangential approach, dissipation and work. Among
+        states the column "state" counts from 0. Events and dicts with the same keys give a row each.
     path : str or path
-        Where to write it, with its ending: ".csv", ".txt", ".dat" or none.
+        With the ending ".csv", ".txt", ".dat" or none.
 
     Raises
     ------
     BadArgument
-        If `what` is anything else, or no file can be there; then no file is written.
+        If `what` is anything else, or no file can be there.
 
     Examples
     --------
@@ -79,7 +74,7 @@ def to_csv(
 
 
 def _nodes(state):
-    """A row {column: value} for each node of a state."""
+    """Rows {column: value} of a state's nodes."""
     columns = {name: values.tolist() for name, values in profile(state).items()}
     names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
     names += ["shear", "tangential_approach", "dissipation", "work"] * (state.shear is not None)
@@ -110,35 +105,31 @@ def _rows(what):
 def to_vtk(
     state: State | History, path: str | os.PathLike, x1: ArrayLike | None = None, x2: ArrayLike | None = None
 ) -> list[Path]:
-    """Write a state as VTK files: the contact surface, and the fields below it where the state has them.
+    """Write a state as VTK files: the contact surface, and the fields below it.
 
-    The surface has the `profile` at its nodes. The body has u (3 components), psi, stress (11, 12, 21, 22)
-    and couple stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on the
-    elements, which are cut by their order. States on cells, and those on panels with friction, have the
-    surface alone.
+    The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
+    stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on elements, cut by
+    their order. States on cells, and on panels with friction, have no body.
 
     Parameters
     ----------
     state : State or History
-        A state of any body and method. Of a history each state has its files, and one more is their series
-        for ParaView, with the number of the state as time.
+        Each state of a history has its files, and a series for ParaView has their numbers as time.
     path : str or path
-        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added, of a history the
-        number of the state before them, and ".pvd" of the series.
+        Beginning of the files' names before "_surface.vtu" and "_body.vtu", in a history with the number of
+        the state, and before ".pvd" of the series.
     x1, x2 : array_like, optional
-        The grid of a half-plane, ascending, with x2 <= 0; by default 1.5 times as wide and as deep as the
-        contact.
+        Grid of a half-plane, ascending, x2 <= 0; by default 1.5 times as wide and deep as the contact.
 
     Returns
     -------
     list of Path
-        The files that were written, that of a series first.
+        The files, that of a series first.
 
     Raises
     ------
     BadArgument
-        If no file can be there, a grid is given for a state that has nodes of its own, or points lie above
-        the surface.
+        If no file can be there, a state with nodes of its own gets a grid, or points lie above the surface.
     MissingExtra
         If meshio is not installed.
 
@@ -175,7 +166,7 @@ def to_vtk(
 
 
 def _write_series(states, path, x1, x2):
-    """Files of states, and a collection of them in ParaView's format."""
+    """Files of states, and their collection for ParaView."""
     sets = [to_vtk(state, f"{path}_{number}", x1, x2) for number, state in enumerate(states)]
     lines = [
         f'<DataSet timestep="{number}" part="{part}" file="{file.name}"/>'
@@ -189,7 +180,6 @@ def _write_series(states, path, x1, x2):
 
 
 def _quadrilaterals(numbers):
-    """Those between the points of a grid that have these numbers."""
     corners = (numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1])
     return np.column_stack([one.ravel() for one in corners])
 
@@ -210,7 +200,7 @@ def _write_surface(state, path):
 
 
 def _lines(state, x1):
-    """Numbers of the ends of lines between neighbouring nodes, but across no gap."""
+    """Ends of lines between neighbouring nodes, but across no gap."""
     numbers, middle = np.arange(len(x1) - 1), (x1[:-1] + x1[1:]) / 2
     if state.method == "panels":  # its nodes lie in contact alone
         intervals = [zone for zones in state.zones.values() for zone in zones]
@@ -221,7 +211,6 @@ def _lines(state, x1):
 
 
 def _grid(state, x1, x2):
-    """Abscissae and depths of the grid, those that are given or the usual ones."""
     edges = zone_edges({"contact": state.zones["contact"]})
     middle, reach = (edges[-1] + edges[0]) / 2, 1.5 * (edges[-1] - edges[0]) / 2
     across = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)

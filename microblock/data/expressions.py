@@ -1,5 +1,5 @@
-"""Formulas in x as functions of an array: read by Python's parser, computed term by term, never executed.
-Length, depth and exponents are bounded: no formula takes long or much memory.
+"""Formulas in x as functions of an array: parsed by Python, computed term by term, never executed. Length,
+depth and exponents are bounded.
 """
 
 from __future__ import annotations
@@ -47,19 +47,17 @@ ALLOWED = (
 
 
 class _Refused(Exception):
-    """The term, or the number of the character, that is refused, and why."""
+    """The refused term, or number of the character, and why."""
 
 
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
-    """Returns the function of an array x that a formula says, such as ``"x**2/20"``.
-
-    It returns an array of floats in the shape of x, NaN or inf where the formula has no number.
+    """Returns the function of an array x of a formula such as ``"x**2/20"``; without a value NaN or inf.
 
     Raises
     ------
     BadArgument
-        By `name`, if the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above
-        100, more than 500 characters or 100 terms within each other; the message names the place.
+        By `name` and place, if the formula holds what `ALLOWED` does not list, a number above 1e50, an
+        exponent above 100, more than 500 characters or 100 nested terms.
 
     Examples
     --------
@@ -89,7 +87,7 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
 
 
 def _tree(formula: str) -> Any:
-    """Returns the parsed formula, of bounded length and of plain characters alone."""
+    """Returns the parsed formula, of bounded length and plain characters."""
     # no quotes, brackets, other alphabets, ends of lines, ...
     strange = re.sub(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}", "", formula, count=1)
     start = len(formula) - len(strange)
@@ -106,9 +104,7 @@ def _tree(formula: str) -> Any:
 
 
 def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
-    """Returns the values of a term at x, array (n,), or one number where there is no x in it; `compared`: the
-    term must be a comparison, and else none.
-    """
+    """Returns a term at x, array (n,), or a number; `compared`: it must be a comparison."""
     if depth > MOST:
         raise _Refused(node, "has too many terms around it")
     if isinstance(node, ast.Compare) != compared:
@@ -128,7 +124,7 @@ def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
 
 
 def _function(node: Any) -> tuple[Any, list[Any]]:
-    """Returns the function of a term, and the terms that are its arguments."""
+    """Returns the function of a term, and its arguments."""
     operators = getattr(node, "ops", [getattr(node, "op", None)])
     parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
     if len(operators) == 1 and type(operators[0]) in OPERATORS:

@@ -1,5 +1,5 @@
-"""What a result depends on: a function and its arguments as a digest, and the modules that a process has
-loaded, the user's by their files, installed ones by the versions of their packages.
+"""What a result depends on: a function and its arguments as a digest, and the loaded modules, the user's by
+their files, installed ones by the versions of their packages.
 """
 
 import hashlib
@@ -17,10 +17,10 @@ from ..errors import BadArgument
 
 
 def digest(*parts: object) -> str:
-    """Returns one digest (SHA-256) of values, functions and classes; equal digests mean equal parts.
+    """Returns one digest (SHA-256) of values, functions and classes; raises BadArgument if an object, such as
+    a file, cannot be told from others.
 
-    Code of scripts and notebooks counts by what it does, other code by its name (see `loaded`). Raises
-    BadArgument if an object, such as a file, cannot be told from others.
+    Code of scripts and notebooks counts by what it does, other code by its name (see `loaded`).
     """
     text = BytesIO()
     try:
@@ -32,9 +32,7 @@ def digest(*parts: object) -> str:
 
 
 def loaded() -> dict[str, object]:
-    """Returns {module: `made_of` it when this process first asked} of what is loaded beside Python's own and
-    the script.
-    """
+    """Returns {module: `made_of` it when first asked} of what is loaded beside Python and the script."""
     names = {name.partition(".")[0] for name in list(sys.modules)} - {"__main__", "__mp_main__"}
     return {name: _first(name) for name in sorted(names - sys.stdlib_module_names)}
 
@@ -61,12 +59,12 @@ _first = cache(made_of)
 
 @cache
 def _distributions():
-    """{module: names of the installed packages that bring it}; to read them takes a third of a second."""
+    """{module: names of the installed packages that bring it}."""
     return metadata.packages_distributions()
 
 
 class _Pickler(cloudpickle.Pickler):
-    """Definitions of scripts and notebooks by value, without places and identities; the rest by name."""
+    """Definitions of scripts and notebooks by value, the rest by name."""
 
     def reducer_override(self, value):
         if type(value) is object:
@@ -93,11 +91,11 @@ class _Pickler(cloudpickle.Pickler):
 
 
 def _ordered(constant):
-    """A constant of a function as text; each process has its own order of texts in a set."""
+    """A constant of a function as text, with sets in order."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else repr(constant)
 
 
 def _names(code):
-    """All names in a code object and in those inside, sorted."""
+    """Sorted names in a code object and those inside."""
     inner = (_names(one) for one in code.co_consts if isinstance(one, CodeType))
     return sorted({*code.co_names}.union(*inner))

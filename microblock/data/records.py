@@ -1,4 +1,4 @@
-"""Records of runs: CSV tables and JSON objects that carry all parameters and the versions."""
+"""Records of runs: CSV tables and JSON objects with versions."""
 
 import csv
 import io
@@ -16,8 +16,8 @@ from ..errors import NotConverged, replacing
 
 @cache
 def versions() -> dict[str, str]:
-    """Returns the versions of microblock, of the packages that compute, and of Python, by name, and the
-    "machine": system, processor and number of cores.
+    """Returns the versions of microblock, the packages that compute, and Python, by name, and the "machine":
+    system, processor and cores.
     """
     packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
@@ -31,9 +31,7 @@ def write_text(path: str | os.PathLike, text: str, name: str = "path") -> None:
 
 
 def json_text(result: object) -> str:
-    """Returns lists and mappings of numbers, texts and None as JSON in full precision; raises NotConverged if
-    a number is NaN or infinite.
-    """
+    """Returns a result as JSON in full precision; raises NotConverged if a number is NaN or infinite."""
     try:
         return json.dumps(result, indent=1, allow_nan=False)
     except ValueError as failure:
@@ -41,8 +39,8 @@ def json_text(result: object) -> str:
 
 
 def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:
-    """Writes a CSV file, whole or not at all: rows {column: value} with the columns of the first one, and
-    versions last, but where rows come with their own.
+    """Writes a CSV file, whole or not at all: rows {column: value} with the first one's columns, and versions
+    unless there are some.
     """
     known = {f"version_{name}": version for name, version in versions().items()}
     text = io.StringIO(newline="")
@@ -61,7 +59,7 @@ def read_records(path: str | os.PathLike) -> list[dict]:
 
 
 def number(cell: str) -> int | float | str | None:
-    """Returns the number that a cell holds, None of an empty one, else its text."""
+    """Returns a cell's number, None of an empty one, else its text."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(cell)

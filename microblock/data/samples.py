@@ -12,10 +12,10 @@ from .records import number
 
 
 def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
-    """Returns the obstacle through the samples of a text file of two columns, x (ascending) and height, with
-    a comma, a semicolon or blanks between; a header, and lines that begin with #, are left out.
+    """Returns the obstacle of a text file of two columns, x (ascending) and height, with a comma, a semicolon
+    or blanks between; a header, and lines that begin with #, are left out.
 
-    Raises BadArgument, by `name` and with the line, if the file is none or holds anything else.
+    Raises BadArgument, by `name` and with the line, if the file holds anything else.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Parameter studies: a function at many points, on many processes or machines, with a file of records.
 
-The file has a line a point (JSON), forced to the disk as soon as it is known. A line is used again where the
-digest of function and point agrees, and all modules that its process had loaded are what they were.
+The file has a line a point (JSON), which is used again while function, point and all modules that its
+process had loaded are the same.
 """
 
 import fcntl
@@ -46,43 +46,42 @@ def sweep(
 ) -> list[dict]:
     """Call ``function(**point)`` at each point, in parallel; a point that fails does not stop the others.
 
-    After an interruption a call with the same file of records goes on where it stopped.
-
     Parameters
     ----------
     function : callable
         It returns a number, or a mapping of names to numbers, texts, None or lists of them.
     over : mapping or iterable of mappings
-        Either {argument: values}, whose every combination is a point (the last argument varies fastest), or a
+        Either {argument: values}, whose combinations are the points (the last argument varies fastest), or a
         list of points {argument: value}. Values are numbers, texts, lists, obstacles, laws, functions.
     executor : concurrent.futures.Executor, optional
-        A Dask cluster's comes from ``Client(...).get_executor()``; its workers keep the modules that they
-        have loaded. Without one, the sweep starts local processes of one thread each; a script then needs
-        ``if __name__ == "__main__":`` around the call.
+        A Dask cluster's comes from ``Client(...).get_executor()``; its workers keep loaded modules. Without
+        one, local processes of one thread each start; a script then needs ``if __name__ == "__main__":``
+        around the call.
     workers : int, optional
-        The number of local processes, by default one a core.
+        Number of local processes, by default one a core.
     records : str or path, optional
-        The file of records, of one sweep at a time. A point is computed again after a change of the function,
-        of a loaded file of the user's or of microblock, or of the version of a loaded package.
+        The file of records, of one sweep at a time, with which an interrupted sweep goes on. A point is
+        computed again after a change of the function, of a loaded file of the user's or of microblock, or of
+        a package's version.
     retry : bool
-        Whether points that are recorded as failed are computed again.
+        Whether failed points are computed again.
     quiet : bool
-        Whether to leave out the progress bar, and how many records are out of date.
+        Whether to leave out the progress bar and the number of outdated records.
 
     Returns
     -------
     list of dict
         A row a point, in their order: {argument: value, ..., answer: value, ..., "seconds": float, "error":
-        None or "type of error: message"}. All rows have the same columns.
+        None or "type of error: message"}, all with the same columns.
 
     Raises
     ------
     BadArgument
-        If an argument cannot be told from others, or the file holds something else, or another sweep uses it.
+        If an argument cannot be told from others, or the file holds something else or is in use.
     NotConverged
-        If the executor breaks down, or local processes do not start; what is done by then is recorded.
+        If the executor breaks down, or local processes do not start; what is done is recorded.
     MissingExtra
-        If local processes or records are asked for without the extra `study`.
+        If local processes or records lack the extra `study`.
 
     Examples
     --------
@@ -118,8 +117,8 @@ def sweep(
 
 @contextmanager
 def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
-    """Context with a `pebble.ProcessPool` of local processes of one thread each, started afresh, by default
-    one a core. Raises MissingExtra if pebble is not installed.
+    """Context with a `pebble.ProcessPool` of fresh processes of one thread each, by default one a core.
+    Raises MissingExtra without pebble.
     """
     with _extra():
         from pebble import ProcessPool
@@ -138,8 +137,8 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
 
 
 def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
-    """Returns a call without arguments of a function with these, that travels to another process, also of a
-    function of a notebook. Raises MissingExtra if cloudpickle is not installed.
+    """Returns a call without arguments that travels to another process, also of a function of a notebook.
+    Raises MissingExtra without cloudpickle.
     """
     with _extra():
         import cloudpickle
@@ -155,7 +154,6 @@ def _called(pickled):
 
 @contextmanager
 def _extra():
-    """MissingExtra for what the extra `study` brings."""
     try:
         yield
     except ModuleNotFoundError as failure:
@@ -170,7 +168,6 @@ def _keys(function, points):
 
 
 def _points(over):
-    """Points {argument: value} of a grid or a list."""
     if isinstance(over, Mapping):
         for name, values in over.items():
             if isinstance(values, (str, Mapping)) or not np.iterable(values):
@@ -184,7 +181,7 @@ def _points(over):
 
 
 def _outcomes(executor, workers, function, points, recorded):
-    """Yields (key, outcome) for points {key: point} as they come."""
+    """Yields (key, outcome) of points {key: point}."""
     if not points:
         return
     with processes(workers) if executor is None else nullcontext(executor) as pool:
@@ -199,7 +196,7 @@ def _outcomes(executor, workers, function, points, recorded):
 
 
 def _attempt(function, point, recorded):
-    """{answer, error, seconds, modules} of one point, whatever becomes of it."""
+    """{answer, error, seconds, modules} of a point."""
     start = time.perf_counter()
     try:
         answer, error = _answer(function(**point), point), None
@@ -214,7 +211,7 @@ def _attempt(function, point, recorded):
 
 
 def _answer(given, point):
-    """What a function returned as JSON's types; BadArgument for what could not be kept."""
+    """An answer as JSON's types; BadArgument for what cannot be kept."""
     given = given if isinstance(given, Mapping) else {"value": given}
     taken = {*point, "seconds", "error"} & given.keys()
     if taken:
@@ -228,7 +225,6 @@ def _answer(given, point):
 
 
 def _outcome(future):
-    """What a future has, or what became of it."""
     try:
         return future.result()
     except (BrokenExecutor, CancelledError) as failure:
@@ -246,7 +242,7 @@ def _told(failure):
 
 
 def _shown(point):
-    """A point as JSON's types; objects by their text."""
+    """A point as JSON's types and texts."""
     known = json.dumps(
         point, default=lambda value: value.item() if isinstance(value, np.generic) else repr(value)
     )
@@ -268,7 +264,7 @@ def _rows(points, found):
 
 @contextmanager
 def _opened(path, quiet):
-    """({key: record}, append(record)) of the file of records, locked; without a path nothing is kept."""
+    """({key: record}, append(record)) of the locked file of records; nothing is kept without a path."""
     if path is None:
         yield {}, lambda record: None
         return
@@ -293,9 +289,7 @@ def _opened(path, quiet):
 
 
 def _read(path, file, quiet):
-    """{key: record} of a file of records, of those that would be computed alike now; a last line that is torn
-    is cut off.
-    """
+    """{key: record} of those that would be computed alike now; a torn last line is cut off."""
     from .provenance import made_of
 
     file.seek(0)

@@ -1,7 +1,7 @@
 """What the nodes of a contact boundary do not see of an obstacle between them: heights and gaps.
 
-A height that is missed by d between nodes w apart, and an overlap of depth d on a width w, are worth ``E*
-d/sqrt(w)`` in L2 of the pressure. Where the slope of the obstacle falls a zone has to open.
+A height missed by d between nodes w apart, and an overlap of depth d on a width w, are worth ``E* d/sqrt(w)``
+in L2 of the pressure.
 """
 
 from dataclasses import dataclass, replace
@@ -19,8 +19,9 @@ LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
 @dataclass(frozen=True)
 class Overlap:
-    """An interval of x1 in which a corner (its number) overlaps the obstacle by `depth` (length), and its
-    worth (force per length^(3/2))."""
+    """An interval of x1 in which a corner overlaps the obstacle by `depth` (length), and its worth
+    (force per length^(3/2)).
+    """
 
     corner: int
     left: float
@@ -30,8 +31,7 @@ class Overlap:
 
 
 class Facets:
-    """The facets of a contact boundary from left to right, but for those with n2 up to `steepest`, and
-    functions of x1 on them.
+    """The facets of a contact boundary from left to right, but for those with n2 up to `steepest`.
 
     Attributes
     ----------
@@ -58,8 +58,8 @@ class Facets:
         return np.where((self.left[place] <= x) & (x <= self.right[place]), place, -1)
 
     def interpolate(self, values, x):
-        """Nodal values, arrays (..., nodes), at places, (..., n): on each facet the polynomial through its
-        nodes, 0 beyond them.
+        """Nodal values, arrays (..., nodes), at places, (..., n), by the facets' polynomials; 0 beyond
+        them.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
         counts, abscissae = np.array([len(own) for own in self.members]), self.nodes.points[:, 0]
@@ -81,13 +81,13 @@ class Facets:
         return list(found.values())[corner]
 
     def pressed(self, closed):
-        """Whether two nodes or more of each facet are closed, boolean array (facets,)."""
+        """Whether two nodes or more of each facet are closed."""
         return np.array([closed[own].sum() > 1 for own in self.members])
 
 
 def missed(facets, closed, law, obstacle, sites):
-    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,), from the
-    `closed` corners, array (corners, nodes), at the contact points `sites` of each.
+    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,), for
+    `closed` corners, (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
     at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
@@ -137,8 +137,8 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     ----------
     zones : {corner number: intervals} of the whole line
     x, pressures : arrays (nodes,), (corners, nodes) of the computed part
-    edges : list of float, where pressures are singular
-    reach : float, up to which A and B are read (length)
+    edges : places where pressures are singular
+    reach : length, up to which A and B are read
     """
     found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
@@ -158,8 +158,8 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
 
 
 def of_body(state):
-    """What is missed and overlaps of a MeshSolution, array (facets,); BadArgument for a height, or a psi0, of
-    which no picture can be made.
+    """What a MeshSolution misses, array (facets,); BadArgument for a height of which no picture can be
+    made.
     """
     nodes, law, obstacle = state.nodes, state.law, state.solver.obstacle
     facets, found = Facets(nodes), np.zeros(len(nodes.facets))
@@ -186,7 +186,7 @@ def of_body(state):
 
 
 def _low(facets, state):
-    """((left, right), ...) of x1 of the corners, where their gaps are low."""
+    """Intervals of x1 of the corners in which their gaps are low."""
     law, obstacle, found = state.law, state.solver.obstacle, []
     x = np.unique([np.linspace(left, right, 40) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):

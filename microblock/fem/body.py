@@ -28,7 +28,7 @@ PLACES = {name: number for number, name in enumerate(FIELDS3D)} | {"psi": 5}  # 
 
 
 def require_finite_within(**arguments):
-    """BadArgument for a value, or one in sequences and mappings of them, that is no finite number and no
+    """BadArgument for a value, or one in sequences and mappings, that is neither a finite number nor a
     CoefficientFunction.
     """
     for name, value in arguments.items():
@@ -41,7 +41,7 @@ def require_finite_within(**arguments):
 
 @dataclass(frozen=True)
 class Loads:
-    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction, in three dimensions three.
+    """Dead loads of (8): numbers or CoefficientFunctions, in three dimensions three.
 
     Parameters
     ----------
@@ -85,38 +85,35 @@ class Loads:
 class Body(Shown):
     """A linear Cosserat body: mesh, material, spaces and supports.
 
-    In three dimensions its contact boundary is horizontal (normal e3, at one height or several), of
-    quadrilaterals of any order or of triangles of order 1. Obstacles are those over a surface, `Sphere`
-    and the like, or any ``height(x1, x2)``, counted from x3 = 0.
+    In three dimensions its contact boundary is horizontal (normal e3), of quadrilaterals or of triangles of
+    order 1. Obstacles are those over a surface, or any ``height(x1, x2)``, counted from x3 = 0.
 
     Parameters
     ----------
     mesh : ngsolve.Mesh
         Of triangles and quadrilaterals, a 1D mesh of the depth x2 (`meshes.line`), or one in three dimensions
-        (`microblock.fem.meshes3d.block`). The kernel of geometries has tolerances of 1e-7 in its unit of
-        length: draw a body of 1e-9 m in nanometres.
+        (`microblock.fem.meshes3d.block`). Geometries have tolerances of 1e-7 in their unit of length.
     solid : Cosserat
     order : int or array (elements,) of int
-        Polynomial order of u. With one for each element all fields have it, edges the larger one of their
-        neighbours.
+        Polynomial order of u; one for each element is that of all fields, on edges the larger one.
     order_psi : int, optional
-        Polynomial order of psi; without it that of u.
+        That of psi; without it that of u.
     fixed : str or mapping
-        Boundaries on which all fields are 0, or {field: boundaries}; names as NGSolve's patterns. Fields are
-        u1, u2 and psi, in three dimensions u1, u2, u3, psi1, psi2 and psi3.
+        Boundaries (NGSolve's patterns) on which all fields are 0, or {field: boundaries}. Fields are u1, u2
+        and psi, in three dimensions u1, u2, u3, psi1, psi2 and psi3.
     prescribed : {field: {boundary: value}}, optional
-        Boundaries on which a field has this value (a number or CoefficientFunction).
+        Values of fields, numbers or CoefficientFunctions.
     periodic : bool
-        Whether the fields are identified on boundaries that the mesh identifies.
+        Whether fields are identified where the mesh is.
     contact : str
-        Name or pattern of the boundary that an obstacle may touch.
+        Boundary that an obstacle may touch.
 
     Raises
     ------
     BadArgument
         If an argument is out of range, a boundary is unknown, prescribed values differ at identified points,
-        or the mesh is not sound (`meshes.require_sound`); in three dimensions also if the solid lets short
-        waves of a free surface turn by themselves.
+        or the mesh is not sound; in three dimensions also if the solid lets short waves of a free surface
+        turn by themselves.
 
     Examples
     --------
@@ -187,11 +184,11 @@ class Body(Shown):
         self.derived: dict = {}  # what costs a factorisation, see `once`
 
     def __reduce__(self):
-        """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
+        """A copy is made anew: NGSolve loses orders of single elements."""
         return _body_anew, (self._made_of, self.mesh.GetCurveOrder())
 
     def of(self, solid):
-        """The same body of another solid; the same one is not factorised again."""
+        """The same body of another solid; of the same one itself."""
         require_kind(Cosserat, "a Cosserat", solid=solid)
         return self if solid == self.solid else self.on(self.mesh, solid=solid)
 
@@ -202,7 +199,7 @@ class Body(Shown):
         return self.derived[key]
 
     def summary(self):
-        """Elements, orders, unknowns, supports and moduli, for a notebook."""
+        """What a notebook shows."""
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
@@ -223,9 +220,7 @@ class Body(Shown):
         )
 
     def boundary(self, pattern, argument="boundary"):
-        """The region of the boundaries that a pattern names; BadArgument, of this argument, for a name of
-        none.
-        """
+        """The region of the boundaries that a pattern names; BadArgument, of this argument, for no name."""
         names = sorted(set(self.mesh.GetBoundaries()))
         if not isinstance(pattern, str):
             raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
@@ -246,14 +241,13 @@ class Body(Shown):
         return 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
 
     def integrated(self, density, **options):
-        """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
+        """The integral over the body of a quadratic function of fields."""
         order = 2 * max(self.order, self.order_psi) + self.bonus
         return ng.Integrate(density, self.mesh, order=order, **options)
 
     def on(self, mesh, fixed=None, solid=None):
-        """The same body on another mesh of its geometry, with other supports or of another solid.
-
-        Only a body with one order for all elements goes to another mesh.
+        """The same body on another mesh, with other supports or of another solid; BadArgument for another
+        mesh where orders are those of single elements.
         """
         if self.element_orders is not None and mesh is not self.mesh:
             raise BadArgument(
@@ -264,13 +258,13 @@ class Body(Shown):
 
     @property
     def methods(self):
-        """The methods that solve on it, the usual one first."""
+        """Methods that solve on it, the usual one first."""
         alone = self.mesh.dim == 1 or (self.mesh.dim == 2 and self.periodic)
         return (Newton,) if alone else (Condensed, Newton)
 
     @property
     def solvers(self):
-        """{method: where its solver is}, of those that differ from the plane's."""
+        """{method: where its solver is}, where not the plane's."""
         solvers = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton_solver.NewtonSolver3D"}
         return solvers if self.mesh.dim == 3 else {}
 
@@ -280,7 +274,7 @@ class Body(Shown):
         return slice(own.start, own.stop)
 
     def scalar(self, order, **options):
-        """A scalar H1 space of this body, periodic or of the elements' own orders where the body is."""
+        """A scalar H1 space, periodic or of the elements' own orders as the body is."""
         if self.element_orders is None:
             space = ng.H1(self.mesh, order=order, **options)
             return ng.Periodic(space) if self.periodic else space
@@ -293,7 +287,7 @@ class Body(Shown):
         return space
 
     def _graded(self, orders, order_psi):
-        """Orders of the elements, checked; those of the edges follow from them."""
+        """Orders of the elements, checked; those of the edges follow."""
         orders = np.asarray(orders)
         if orders.shape != (self.mesh.ne,) or orders.dtype.kind != "i" or orders.min() < 1:
             raise BadArgument(
@@ -315,14 +309,14 @@ class Body(Shown):
         return orders
 
     def vectors(self, components):
-        """u and psi of components (trial or grid functions), with three components each."""
+        """u and psi of components, with three components each."""
         parts = [ng.CF(0)] * len(FIELDS3D)
         for name, component in zip(self.names, components):
             parts[PLACES[name]] = component
         return ng.CF(tuple(parts[:3])), ng.CF(tuple(parts[3:]))
 
     def strains(self, components):
-        """Relative deformation (1) and curvature, 3 x 3; derivatives that a dimension does not have are 0."""
+        """Relative deformation (1) and curvature, 3 x 3; derivatives that are missing are 0."""
         dim, zero = self.mesh.dim, ng.CF(0)
         rows = [(zero,) * 3] * len(FIELDS3D)
         for name, component in zip(self.names, components):
@@ -337,9 +331,8 @@ class Body(Shown):
         return contact_term.energy(self.solid, self.strains(components))
 
     def bulk(self, space=None, nodes=None, **options):
-        """The bilinear form of the second variation of (10), assembled, on the space of the body or a
-        product of it and others. With contact nodes its matrix has places for all that these and the last
-        unknown couple.
+        """The assembled bilinear form of the second variation of (10), on the space of the body or a product.
+        With contact nodes its matrix has places for all that these and the last unknown couple.
         """
         trial, test = (self.space if space is None else space).TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
@@ -352,7 +345,6 @@ class Body(Shown):
 
     @property
     def dx(self):
-        """The integral over the body, in forms."""
         return ng.dx(bonus_intorder=self.bonus)
 
     @bounded
@@ -377,9 +369,7 @@ class Body(Shown):
 
 
 def _in_space(name, value, turns, dim):
-    """The three components of a load on a body of this dimension; None of one that is 0. `turns` if it works
-    on psi.
-    """
+    """The three components of a load; None of one that is 0. `turns` if it works on psi."""
     parts = tuple(value) if np.iterable(value) else (value,)
     if all(isinstance(part, (int, float)) and part == 0 for part in parts):
         return None
@@ -395,8 +385,8 @@ def require_heights(obstacle):
 
 
 class Reaction(NamedTuple):
-    """What supports exert on a body per thickness (in 1D per area): force (f1, f2) and moment about the
-    origin, counterclockwise, of force and couple stress together; in three dimensions arrays (3,).
+    """Force (f1, f2) and moment about the origin, counterclockwise, that supports exert on a body per
+    thickness (in 1D per area); in three dimensions arrays (3,).
     """
 
     force: np.ndarray
@@ -407,15 +397,14 @@ class Fields:
     """The fields of a state, as NGSolve functions: u1, u2, psi; in three dimensions u1, u2, u3, psi1,
     psi2, psi3 and the vectors u and psi.
 
-    On a boundary stresses are read from the element beside it (NGSolve's BoundaryFromVolumeCF; derivatives of
-    your own need it), and are as good there as the mesh; `reaction` balances the loads to rounding.
+    On a boundary stresses are those of the element beside it; `reaction` balances the loads to rounding.
 
     Parameters
     ----------
     body : Body
     components : grid functions of the fields
-    forces : array (unknowns of the body,), internal forces less the loads: what supports exert
-    mirrored : whether they are the half x1 > 0 of a symmetric state, with values at points of the whole
+    forces : array (unknowns,), what supports exert
+    mirrored : whether they are the half x1 > 0 of a symmetric state
 
     Examples
     --------
@@ -428,7 +417,7 @@ class Fields:
     >>> import ngsolve as ng
     >>> round(ng.Integrate(fields.stress[1, 1], body.mesh, definedon=body.mesh.Boundaries("middle")), 9)
     -0.5
-    >>> force, moment = fields.reaction("middle")   # of the support; the column is 0.5 wide
+    >>> force, moment = fields.reaction("middle")
     >>> round(float(force[1]), 9)
     0.5
     """
@@ -445,23 +434,16 @@ class Fields:
         return iter(self.components)
 
     def __reduce__(self):
-        """A copy, or what comes out of a file, has its values on a body made anew."""
+        """A copy has its values on a body made anew."""
         numbers = dofs_by_element(self.body)
         return _fields_anew, (self.body, self.values[numbers], self.forces[numbers], self.mirrored)
 
     @property
     def values(self):
-        """Of all unknowns of the body, array."""
         return np.concatenate([part.vec.FV().NumPy() for part in self])
 
     def __call__(self, x1, x2):
-        """The PointFields at points of the body, arrays (n,) or numbers.
-
-        Raises
-        ------
-        BadArgument
-            For a point outside of the body.
-        """
+        """The PointFields at points, arrays (n,) or numbers; BadArgument for a point outside of the body."""
         if self.body.mesh.dim == 3:
             raise BadArgument("body", self.body, "lies in space: take fields.u, fields.stress, ... there")
         x1, x2, shape = at_points(x1, x2)
@@ -486,7 +468,7 @@ class Fields:
 
     @property
     def stress(self):
-        """Force stress (16), 2x2, in three dimensions 3x3; on a boundary that of the element beside it."""
+        """Force stress (16), 2x2, in three dimensions 3x3."""
         sigma = contact_term.stress(self.body.solid, self.body.strains(self)[0])
         if self.body.mesh.dim < 3:
             sigma = ng.CF((sigma[0, 0], sigma[0, 1], sigma[1, 0], sigma[1, 1]), dims=(2, 2))
@@ -494,16 +476,15 @@ class Fields:
 
     @property
     def couple_stress(self):
-        """Couple stress, (m1, m2), in three dimensions 3x3; on a boundary that of the element beside it."""
+        """Couple stress, (m1, m2), in three dimensions 3x3."""
         m = contact_term.couple_stress(self.body.solid, self.body.strains(self)[1])
         return ng.BoundaryFromVolumeCF(m if self.body.mesh.dim == 3 else ng.CF((m[2, 0], m[2, 1])))
 
     def reaction(self, boundary):
-        """The Reaction that the body's supports on a boundary exert on it, from nodal forces.
+        """The Reaction of the supports on a boundary, from nodal forces.
 
-        All supports together balance loads and contact to rounding. What is exerted where two supported
-        boundaries meet is part of both: name them together, "bottom|side", for their sum. In 1D and of a
-        periodic body f2 has no arm.
+        All supports together balance loads and contact. What is exerted where two boundaries meet is part of
+        both: name them together, "bottom|side". In 1D and of a periodic body f2 has no arm.
 
         Raises
         ------
@@ -538,7 +519,7 @@ class Fields:
         return Reaction(force, moment) if body.mesh.dim == 3 else Reaction(force[:2], float(moment[2]))
 
     def _place(self):
-        """The place as an expression, for moments: along a period forces have no arm."""
+        """The place, for moments: along a period forces have no arm."""
         dim, repeated = self.body.mesh.dim, self.body.periodic
         if dim == 1:
             return ng.CF((0, ng.x, 0))
@@ -550,19 +531,19 @@ class Fields:
 
 
 def _body_anew(arguments, curve_order):
-    """A body in a copy: its curves are made anew, as NGSolve mixes up those of a refined mesh."""
+    """A body in a copy: NGSolve mixes up curves of a refined mesh."""
     if curve_order > 1:
         arguments["mesh"].Curve(curve_order)
     return Body(**arguments)
 
 
 def _fields_anew(body, values, forces, mirrored):
-    """The Fields of these values and forces of the unknowns, element by element."""
+    """The Fields of values and forces, element by element."""
     state, exerted, numbers = ng.GridFunction(body.space), np.zeros(body.space.ndof), dofs_by_element(body)
     state.vec.FV().NumPy()[numbers], exerted[numbers] = values, forces
     return Fields(body, state.components, exerted, mirrored)
 
 
 def dofs_by_element(body):
-    """Unknowns of a body, element by element: a copied mesh keeps the order of elements, not of edges."""
+    """Unknowns, element by element: a copied mesh keeps the order of elements, not of edges."""
     return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

@@ -1,4 +1,4 @@
-"""Contact of a body on a mesh: exact on it, or refined by `recovery.estimate` to an rtol."""
+"""Contact of a body on a mesh, as it is or refined to an rtol."""
 
 from functools import cached_property
 from typing import Any
@@ -16,7 +16,7 @@ from .recovery import refine_until
 
 
 class BodySolver(NodalSolver):
-    """States of a two-dimensional body, all of whose rigid motions are supported, on its contact nodes."""
+    """States of a supported two-dimensional body on its contact nodes."""
 
     solution: Any = staticmethod(of_condensed)
     counter_bodies = (Body,)
@@ -35,7 +35,7 @@ class BodySolver(NodalSolver):
 
     @cached_property
     def counter(self):
-        """The second body, a CounterBody; None of a rigid obstacle."""
+        """The CounterBody; None of a rigid obstacle."""
         if body_of(self.obstacle) is None:
             return None
         return CounterBody(self.obstacle, self.nodes, self.law.shifts(self.solid.ell))
@@ -64,12 +64,11 @@ class BodySolver(NodalSolver):
 
     @property
     def crossing(self):
-        """That of the surface of the body's solid."""
+        """That of the surface of the solid."""
         return 2 * coalescence_exponent(self.solid)
 
     @property
     def nodes(self):
-        """The body condensed to its contact nodes."""
         return condensed(self.body, self.body.contact, self.law.clamps_rotation)
 
     @property
@@ -77,5 +76,5 @@ class BodySolver(NodalSolver):
         return self.nodes.compliance
 
     def on(self, mesh):
-        """The solver of the same problem on another mesh of the same geometry."""
+        """The solver of the same problem on another mesh."""
         return self.contact.with_(body=self.body.on(mesh)).solver

@@ -1,4 +1,4 @@
-"""The assembled stiffness matrix of a body, factorised with the unknowns of its contact boundary last."""
+"""The stiffness matrix of a body, factorised with the contact unknowns last."""
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -13,8 +13,7 @@ class Bulk:
 
     Parameters
     ----------
-    form : BilinearForm, assembled; with condense=True interiors of elements are eliminated, and nothing may
-        act on them
+    form : BilinearForm, assembled; with condense=True nothing may act on interiors of elements
     seen : array of int, unknowns that the contact boundary sees
     advice : str, what to do where there is no memory
 
@@ -50,7 +49,6 @@ class Bulk:
 
     @property
     def _held(self):
-        """What to look at where the matrix is singular."""
         words = "are rigid motions fixed, and psi where beta = 0?"
         space = " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
         return words + space * (self._form.space.mesh.dim == 3)

@@ -1,8 +1,8 @@
-"""A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
+"""A body condensed to the nodes of a contact boundary.
 
-With the contact unknowns last the trailing block L of the Cholesky factor is that of their Schur complement,
-``S = L L^T``. With R the values of u.n and psi at the nodes the compliance is ``R S^-1 R^T``; in space R has
-(u, phi1, phi2), and it is applied, not formed.
+The trailing block L of the Cholesky factor is that of the Schur complement, ``S = L L^T``. With R the values
+of u.n and psi at the nodes the compliance is ``R S^-1 R^T``; in space R has (u, phi1, phi2), and it is
+applied, not formed.
 """
 
 import ngsolve as ng
@@ -34,7 +34,6 @@ class Condensed(ContactNodes):
     Attributes
     ----------
     compliance : Compliance, in the plane
-    form : BilinearForm of the bulk, interiors of elements eliminated
     unknowns : int, free unknowns of the bulk
     factor : array (m, m), lower triangular, of the Schur complement
     rows : sparse array (n k, m), R
@@ -42,7 +41,7 @@ class Condensed(ContactNodes):
     Raises
     ------
     NotConverged
-        If a rigid motion is free, the energy is not positive, or there is no memory.
+        As of `Bulk`.
     BadArgument
         As of `ContactNodes` and `require_pressed`.
 
@@ -69,8 +68,7 @@ class Condensed(ContactNodes):
             "contact boundary"
         )
         self._require_room()
-        self.form = body.bulk(symmetric=True, condense=True)
-        self._bulk = Bulk(self.form, self.onto.indices, self._advice)
+        self._bulk = Bulk(body.bulk(symmetric=True, condense=True), self.onto.indices, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
         if self.dim < 3:
             surface, apart = (self.points, self.normals, self.weights), getattr(self, "apart", None)
@@ -81,11 +79,10 @@ class Condensed(ContactNodes):
 
     @property
     def twins(self):
-        """Nodes whose corners move together, as psi is held: boolean array (n,)."""
+        """Nodes whose corners move together, boolean array (n,)."""
         return self.dim < 3 and self.compliance.constrained
 
     def _require_room(self):
-        """NotConverged where factors and compliance need more memory than is there."""
         mesh, space, count = self.body.mesh, self.body.space, len(self.weights)
         rows = space.FreeDofs(True).NumSet()
         if self.dim == 3:
@@ -110,22 +107,21 @@ class Condensed(ContactNodes):
 
     @bounded
     def fields(self, loads):
-        """Fields under nodal loads on the rows of R, array, by one back-substitution."""
+        """Fields under nodal loads on the rows of R, array."""
         state = ng.GridFunction(self.body.space)
         exerted = self._bulk.solve(self.onto.T @ np.ravel(loads), state)
         return Fields(self.body, state.components, exerted)
 
     def flexibility(self, directions):
-        """The Flexibility3D of corners with these (1, lever), array (corners, 3, n)."""
         return Flexibility3D(directions, self.factor, self.rows.tocsr())
 
 
 class Flexibility3D:
-    """Gaps of corners from their forces on contact nodes, for `microblock.corners.projected_gradients`.
+    """Gaps of corners from their forces on contact nodes.
 
     Parameters
     ----------
-    directions : array (corners, 3, n), (1, lever) of each corner at the nodes
+    directions : array (corners, 3, n), (1, lever) of each corner
     factor, rows : as of `Condensed`
     """
 
@@ -144,7 +140,7 @@ class Flexibility3D:
         return np.einsum("cin,cn->in", self.directions, forces)
 
     def gaps(self, surface):
-        """What (u, phi1, phi2), array (3, n), add to the gap of each corner."""
+        """Gaps of the corners, (corners, n), from (u, phi1, phi2), array (3, n)."""
         return np.einsum("cin,in->cn", self.directions, surface)
 
     def surface(self, loads):
@@ -161,13 +157,13 @@ class Flexibility3D:
 
 
 def of_factors(rows, entries):
-    """Bytes to factorise the matrix of a body in space: rows, and entries in a row."""
+    """Bytes to factorise the matrix of a body in space, of so many rows and entries in a row."""
     # 20 for each entry of the factors, of which there are 0.37 to 0.51 times rows^(4/3) times entries
     return 10 * entries * rows ** (4 / 3)
 
 
 def require_pressed(body, boundary):
-    """BadArgument unless an obstacle can press the boundary of a body whose supports hold it, with 0."""
+    """BadArgument unless an obstacle can press a body whose supports hold it with 0."""
     if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random
@@ -184,14 +180,14 @@ def require_pressed(body, boundary):
 
 
 def condensed(body, boundary=None, clamped=False, kind=Condensed):
-    """A body as `Condensed` or another kind, kept with it; if `clamped`, psi is fixed on the contact."""
+    """A body as `Condensed` or another kind, made once; if `clamped`, psi is fixed on the contact."""
     boundary = body.contact if boundary is None else boundary
     key = kind.__name__, boundary, clamped
     return body.once(key, lambda: kind(with_psi_constrained(body, boundary) if clamped else body, boundary))
 
 
 def with_psi_constrained(body, boundary):
-    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, too."""
+    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary."""
     names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
     more = {name: "|".join(filter(None, (body.fixed.get(name), boundary))) for name in names}
     return body.on(body.mesh, fixed={**body.fixed, **more})

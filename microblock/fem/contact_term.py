@@ -1,7 +1,7 @@
-"""The contact functional as the paper states it, in one, two and three dimensions.
+"""The contact functional in one, two and three dimensions.
 
 Vectors have three components and tensors 3 x 3; what a dimension lacks is 0. NGSolve derives the virtual work
-(39) and its tangent. The points of the contact boundary's rule are the contact nodes (section 3.4).
+(39) and its tangent. Points of the rule are the contact nodes (section 3.4).
 """
 
 import numpy as np
@@ -39,8 +39,8 @@ def energy(solid, strains):
 
 
 def gap(g0, normal, arm, u, psi, approach):
-    """(20)-(22): a corner at `arm` from the centre of its block moves by u + psi x arm; `approach` is the
-    displacement of the obstacle, a vector.
+    """(20)-(22): a corner at `arm` from the centre of its block moves by u + psi x arm, the obstacle by
+    `approach`, a vector.
     """
     return g0 + InnerProduct(normal, approach - (u + Cross(psi, arm)))
 
@@ -51,9 +51,8 @@ def lagrangian(g, lam, rho):
 
 
 def contact(nodes, g0, arms, u, psi, multipliers, approach, rho):
-    """The contact term of (37), or of (31) where multipliers are 0: the sum of L over the corners.
-
-    Of each corner g0, array (n,), is inf where no obstacle can reach it, and arms is an array (n, dim).
+    """The contact term of (37), or of (31) where multipliers are 0: the sum of L over the corners, whose g0,
+    arrays (n,), are inf where nothing can touch, and whose arms are arrays (n, dim).
     """
     total, normal = 0, nodes.field(nodes.normals)
     for height, arm, lam in zip(g0, arms, multipliers, strict=True):

@@ -1,4 +1,4 @@
-"""A second body on a mesh: how its straight lower surface gives way under corners, wherever they stand."""
+"""A second body on a mesh: how its straight lower surface gives way under corners."""
 
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from .condensation import condensed
 class CounterBody:
     """The second body of a problem, condensed to the nodes of its contact boundary.
 
-    Nodes need not match. The force of a corner at a node is a pressure, the polynomial of that node, and the
+    Nodes need not match: the force of a corner is a pressure, the polynomial of its node, and the
     displacement of the second body is its mean with this pressure.
 
     Parameters
@@ -24,7 +24,7 @@ class CounterBody:
     Raises
     ------
     BadArgument
-        If the contact boundary of the second body is not straight and level, with the body above it.
+        Unless the second body lies above a straight, level contact boundary.
     """
 
     def __init__(self, obstacle, body, shifts):
@@ -40,15 +40,13 @@ class CounterBody:
 
     @cached_property
     def _matrix(self):
-        """Displacements along x2 at the nodes from forces along x2 there."""
+        """Displacements along x2 at the nodes from forces there."""
         count = len(self.nodes.points)
         return self.nodes.compliance.matrix[:count, :count]
 
     @cached_property
     def _shares(self):
-        """Shares of the nodes in the force of each corner, and in its displacement: array (corners n,
-        nodes).
-        """
+        """Shares of the nodes in the force and displacement of each corner: array (corners n, nodes)."""
         return np.vstack([self._shares_of(shift) for shift in self.shifts])
 
     def _shares_of(self, shift):
@@ -66,21 +64,16 @@ class CounterBody:
         return found / whole[:, None] * body.normals[:, 1:]
 
     def _at(self, x):
-        """Shares of the nodes in what is at x, array (n, nodes); 0 beyond the boundary."""
-        return self.nodes.interpolate(np.eye(len(self.nodes.points)), x).T
+        """Shares of the nodes at x, array (n, nodes); 0 beyond the boundary."""
+        return self.nodes.along.interpolate(np.eye(len(self.nodes.points)), x).T
 
     def reaches(self, x):
         """Whether the contact boundary is above x, boolean array (n,)."""
         return self.nodes.along.below(x) >= 0
 
     def flexibility(self, gaps):
-        """What forces of the corners add to their gaps: array (corners n, corners n); `gaps`, arrays (corners
-        n,), are inf where nothing touches.
-
-        Raises
-        ------
-        BadArgument
-            If a corner with a finite gap is below no part of the contact boundary.
+        """What forces of the corners add to their gaps, array (corners n, corners n); `gaps`, (corners n,),
+        are inf where nothing touches. BadArgument for a corner below no part of the contact boundary.
         """
         points, upwards = self.body.points, self.body.normals[:, 1]
         x = np.concatenate([points[:, 0] - each * upwards for each in self.shifts])[np.isfinite(gaps)]

@@ -1,11 +1,9 @@
-"""The nodes of a contact boundary, and the contact law on them, (25)-(40), in one, two and three dimensions.
+"""The nodes of a contact boundary, and the contact law on them, (25)-(40), in one to three dimensions.
 
-Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's nodal
-quadrature), of quadrilaterals as tensor products, and of triangles of order 1 at the vertices. With Gauss's
-rule (37) is integrated, and gaps are checked, at Gauss points, for comparison: pressures then oscillate.
+Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet, of triangles of order 1 at
+the vertices. With Gauss's rule (37) is integrated at Gauss points, for comparison: pressures then oscillate.
 """
 
-from copy import copy
 from functools import cache, cached_property, lru_cache
 
 import ngsolve as ng
@@ -30,7 +28,7 @@ TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in
 
 @lru_cache(maxsize=64)
 def lobatto(order):
-    """Gauss-Lobatto rule of order + 1 points on [0, 1], exact for degree 2 order - 1: points, weights."""
+    """Gauss-Lobatto rule of order + 1 points on [0, 1]: points, weights."""
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
     points = np.concatenate(([-1.0], inner, [1.0]))
     legendre = np.polynomial.legendre.Legendre.basis(order)(points)
@@ -39,7 +37,7 @@ def lobatto(order):
 
 @lru_cache(maxsize=64)
 def nodal_rule(kind, order):
-    """NGSolve's rule whose points are the nodes of a facet of this kind and order."""
+    """NGSolve's rule whose points are the nodes of a facet."""
     points, weights = lobatto(order)
     if kind == ng.ET.POINT:
         return rule_at([(0.0,)], [1.0])
@@ -51,7 +49,7 @@ def nodal_rule(kind, order):
 
 
 def nodal_shapes(kind, order, places):
-    """The nodal polynomials of such a facet at reference coordinates, (k, 2): array (k, nodes)."""
+    """The nodal polynomials at reference coordinates, (k, 2): array (k, nodes)."""
     if kind == ng.ET.TRIG:
         return np.column_stack((places, 1 - places.sum(axis=1)))
     along = [lagrange(lobatto(order)[0], own) for own in places.T]
@@ -59,7 +57,7 @@ def nodal_shapes(kind, order, places):
 
 
 def rule_at(places, weights=None):
-    """NGSolve's rule of these reference coordinates, [(s, ...)], and weights, 0 without them."""
+    """NGSolve's rule of reference coordinates, [(s, ...)], and weights."""
     weights = np.zeros(len(places)) if weights is None else weights
     return ng.IntegrationRule([tuple(map(float, place)) for place in places], list(map(float, weights)))
 
@@ -78,16 +76,15 @@ class ContactNodes:
     ----------
     points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
     weights : array (n,), lengths or areas (1 in 1D)
-    facets : list of arrays, the nodes of each facet from one of its ends to the other, of a quadrilateral
-    (k, k) apart : boolean array (n - 1,), in the plane: whether no facet lies between a node and the next
+    facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral (k, k)
+    apart : boolean array (n - 1,), in the plane, whether no facet joins a node and the next
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
-    shares : array (n,), in space: areas by the rule, on skew quadrilaterals others than `weights`
+    shares : array (n,), in space, areas by the rule
 
     Raises
     ------
     BadArgument
-        If supports hold what an obstacle presses; in space also for facets that do not face upwards, and for
-        triangles of an order above 1.
+        If supports hold what an obstacle presses; in space for other facets than those of `Body`.
 
     Examples
     --------
@@ -120,11 +117,10 @@ class ContactNodes:
             )
 
     def __reduce__(self):
-        """A copy is made anew: factors and regions of NGSolve do not travel."""
+        """A copy is made anew."""
         return type(self), (self.body, self.boundary)
 
     def _require_upwards(self):
-        """BadArgument unless all facets are horizontal, face upwards, and have a rule."""
         kinds = {facet.type for facet in self.region.Elements()}
         if self.body.order != self.body.order_psi:
             words = "must be the order of u on a body in space that is pressed"
@@ -173,7 +169,6 @@ class ContactNodes:
             self.shares, self.weights = self.weights, self._areas()
 
     def _measured(self, elements, members, count):
-        """Points, normals times weights, and weights by the rule, of the nodes."""
         shape = count, max(self.dim, 2)
         points, normals, weights = np.zeros(shape), np.zeros(shape), np.zeros(count)
         points[:, -self.dim :] = np.inf
@@ -189,17 +184,15 @@ class ContactNodes:
         return points, normals, weights
 
     def _areas(self):
-        """Integrals of the nodal polynomials, array (n,): on skew quadrilaterals the rule fails the patch
-        test.
+        """Integrals of the nodal polynomials, array (n,): the rule fails the patch test on skew
+        quadrilaterals.
         """
         integral = self.multipliers.TestFunction() * ng.ds(definedon=self.region, bonus_intorder=2)
         values = ng.LinearForm(integral).Assemble().vec.FV().NumPy()
         return self._multiplier[1].solve(values, trans="T")
 
     def _snapped(self, points):
-        """Points with the vertices' coordinates where rounding would decide whether a node lies below a
-        punch.
-        """
+        """Points with coordinates of vertices: no rounding decides whether a node lies below a punch."""
         vertices = np.array([vertex.point for vertex in self.body.mesh.vertices])
         size = np.ptp(vertices, axis=0).max()
         for known, own in zip(map(np.unique, vertices.T), points.T):
@@ -225,16 +218,16 @@ class ContactNodes:
         return found
 
     def is_free(self, name, body):
-        """Whether no support of a body on this mesh holds a field at the nodes, boolean array (n,)."""
+        """Whether a body on this mesh holds a field at no node, boolean array (n,)."""
         return abs(self.traces[name]) @ np.array(body.space.FreeDofs())[body.unknowns_of(name)] > 0
 
     @cached_property
     def free(self):
-        """{field: boolean array (n,)}, where no support holds it."""
+        """{field: boolean array (n,)}."""
         return {name: self.is_free(name, self.body) for name in self.body.names}
 
     def motion(self, directions, arms):
-        """Displacement u + psi x arm along directions, arrays (n, dim): sparse (n, unknowns)."""
+        """Displacement u + psi x arm along directions, (n, dim): sparse (n, unknowns)."""
         along, arms = _in_space(directions), _in_space(arms)
         factors = np.hstack((along, np.cross(arms, along))).T
         found = csr_matrix((len(along), self.body.space.ndof))
@@ -245,19 +238,15 @@ class ContactNodes:
         return found
 
     def at(self, name):
-        """Values of a field at the nodes from all unknowns of the body, sparse array (n, unknowns)."""
+        """Values of a field at the nodes from all unknowns, sparse (n, unknowns)."""
         trace, first = self.traces[name], self.body.unknowns_of(name).start
         shape = len(self.points), self.body.space.ndof
         return csr_matrix((trace.data, trace.indices + first, trace.indptr), shape=shape)
 
     @cached_property
     def onto(self):
-        """R of `microblock.fem.condensation`."""
-        return self._onto()
-
-    def _onto(self):
-        """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and
-        phi = (-psi2, psi1) ell/2; sparse.
+        """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and phi =
+        (-psi2, psi1) ell/2; sparse.
         """
         if self.dim < 3:
             return vstack((self.motion(self.normals, 0 * self.normals), self.at("psi")), format="csr")
@@ -265,7 +254,7 @@ class ContactNodes:
         return vstack((-self.at("u3"), -half * self.at("psi2"), half * self.at("psi1")), format="csr")
 
     def moments_of(self, name, exerted):
-        """Nodal moments, array (n,), that do the work of all that is exerted on a component of psi."""
+        """Nodal moments, array (n,), that do the work of what is exerted on a psi."""
         space = self.body.spaces[-1]  # hierarchical: the first unknowns are those of the lower orders
         counts = [own.size for own in self.facets]
         dofs = [space.GetDofNrs(facet)[:count] for facet, count in zip(self.region.Elements(), counts)]
@@ -275,16 +264,11 @@ class ContactNodes:
 
     @cached_property
     def along(self):
-        """The Facets of a boundary along x1."""
         return Facets(self, -np.inf)
-
-    def interpolate(self, values, x):
-        """Nodal values, arrays (..., n), at x1 = x by the facets' polynomials, 0 beyond the boundary."""
-        return self.along.interpolate(values, x)
 
     @cached_property
     def beyond(self):
-        """Numbers of the vertices of facets beside the contact that face upwards, array (k,)."""
+        """Vertices of facets beside the contact that face upwards, array (k,)."""
         beside, middle = ~self.region, rule_at([(1 / 3, 1 / 3)])
         normals = at_rules(self.body.mesh, beside, {ng.ET.TRIG: middle, ng.ET.QUAD: middle})[2]
         upper = [facet for facet, normal in zip(beside.Elements(), normals) if normal[2] > 0.5]
@@ -295,21 +279,19 @@ class ContactNodes:
 
     @cached_property
     def depths(self):
-        """How far the elements reach below their facets, array (facets,)."""
+        """How far elements reach below their facets, array."""
         return thicknesses(self.body.mesh, self.region)[1]
 
     @cached_property
     def between(self):
-        """(Places between the nodes in space, (k, 3), values there from those at the nodes, sparse (k,
-        n)).
-        """
+        """(Places between the nodes in space, (k, 3), values there from the nodes, sparse (k, n))."""
         inner = gauss_rule(self.orders[0] + 3)[0]
         square = rule_at([(s, t) for s in inner for t in inner])
         return self.at_points({ng.ET.QUAD: square, ng.ET.TRIG: rule_at([(1 / 3, 1 / 3)])})[::2]
 
     def at_points(self, rules):
-        """At the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights of the integral,
-        (k,), and values from those at the nodes, sparse (k, n).
+        """At the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights, (k,), and values
+        from the nodes, sparse (k, n).
         """
         places = {kind: np.array([point.point for point in rule])[:, :2] for kind, rule in rules.items()}
         shapes = cache(lambda kind, order: nodal_shapes(kind, order, places[kind]))
@@ -341,13 +323,13 @@ class ContactNodes:
 
     @cached_property
     def _multiplier(self):
-        """Values at the nodes from the unknowns of a multiplier, and the factors of this matrix."""
+        """Values at the nodes from unknowns of a multiplier, and factors of this matrix."""
         elements = list(self.region.Elements())
         trace = self._trace(self.multipliers, elements, [self.multipliers.GetDofNrs(own) for own in elements])
         return trace, splu(trace.tocsc())
 
     def field(self, values):
-        """An expression with values at the nodes, array (n,), or (n, dim) of a vector."""
+        """An expression with nodal values, array (n,), or (n, dim) of a vector."""
         if values.ndim == 1:
             function = ng.GridFunction(self.multipliers)
             function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
@@ -355,7 +337,6 @@ class ContactNodes:
         return ng.CF(tuple(self.field(part) if part.any() else ng.CF(0) for part in _in_space(values).T))
 
     def multiplier(self, unknowns):
-        """Values at the nodes from the unknowns of a multiplier, array."""
         return self._multiplier[0] @ unknowns
 
     @cached_property
@@ -364,7 +345,7 @@ class ContactNodes:
         return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
 
     def integral(self, density, rules=None):
-        """The integral over the contact boundary by these rules; in space with the nodes' areas."""
+        """The integral over the contact boundary by these rules; in space with `weights`."""
         if self.dim == 3:
             density = density * self.field(self.weights / self.shares)
         return density * ng.ds(definedon=self.region, intrules=rules or self.rules)
@@ -379,17 +360,14 @@ class ContactFacets(ContactNodes):
     law : a law of `microblock.model.law`
     obstacle : see `microblock.model.obstacles.gap`
     boundary : str, name or pattern of the contact boundary
-    rule : "nodal", or "gauss": order + 1 Gauss points a facet, for the augmented Lagrangian on a straight
-        boundary in 2D below the obstacle, with one order for all fields
+    rule : "nodal", or "gauss" for the augmented Lagrangian on a straight boundary in 2D, with one order
 
     Attributes
     ----------
     points, normals, weights, ... : as of `ContactNodes`
     arms : array (corners, n, dim), places of the corners from the centres of their blocks (lengths)
-    g0 : array (corners, n), initial gaps; inf where a corner cannot touch: no obstacle is above, supports
-        hold the node, or psi is prescribed and another corner is nearer
+    g0 : array (corners, n), initial gaps; inf where a corner cannot touch
     twins : boolean array (n,); there all corners have the same gap, and share one multiplier
-    multipliers : the H1 space of one corner's multiplier
 
     Examples
     --------
@@ -430,11 +408,10 @@ class ContactFacets(ContactNodes):
             self._take_gauss_points()
 
     def __reduce__(self):
-        """A copy is made anew."""
         return ContactFacets, self._made_of
 
     def _take_gauss_points(self):
-        """Gauss's rule, nodal polynomials at its points, and integrals of |multipliers' functions|."""
+        """Nodal polynomials at Gauss points, and integrals of |multipliers' functions|."""
         body = self.body
         for excluded, why in (
             (body.mesh.dim != 2, "needs a 2D body"),
@@ -452,11 +429,11 @@ class ContactFacets(ContactNodes):
         self.extents = abs(self._at_rule @ self._multiplier[0]).T @ weights
 
     def at_rule(self, values):
-        """Values at the rule's points of the polynomial with these values at the nodes, array (n,)."""
+        """Values at the rule's points from those at the nodes, array (n,)."""
         return values if self.nodal else self._at_rule @ values
 
     def _reachable(self, gaps):
-        """Whether a corner of these initial gaps can touch, boolean array (corners, n)."""
+        """Whether a corner can touch, boolean array (corners, n)."""
         if self.dim == 3:
             self.twins = np.zeros(gaps.shape[1], bool)
             return np.isfinite(gaps) & self.free["u3"]
@@ -477,24 +454,12 @@ class ContactFacets(ContactNodes):
         alone = fixed if self.nodal else fixed & ~self.twins
         return np.isfinite(gaps) & (~alone | nearest)
 
-    @property
-    def first_touch(self):
-        """Approach at which the first corner touches the undeformed body."""
-        return float((self.g0 / self.normals[:, -1])[np.isfinite(self.g0)].min())
-
-    def lowered(self, approach):
-        """These facets under the same obstacle, lowered by `approach`."""
-        other = copy(self)
-        other.g0 = self.g0 - approach * self.normals[:, -1]
-        return other
-
     @cached_property
     def _moved(self):
-        """Displacements of corners along the normal from the unknowns of the body, sparse."""
         return vstack([self.motion(self.normals, arms) for arms in self.arms], format="csr")
 
     def displacements(self, fields):
-        """Displacement of each corner along the normal, array (corners, n), from the unknowns of the body."""
+        """Displacements of corners along the normal, (corners, n), from unknowns of the body."""
         return (self._moved @ fields).reshape(len(self.arms), -1)
 
     def gaps(self, displacements, approach):
@@ -502,7 +467,7 @@ class ContactFacets(ContactNodes):
         return self.g0 - displacements - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
-        """The contact term of (37), or of (31) where multipliers are 0."""
+        """The contact term of (37), or of (31)."""
         vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
         total = contact_term.contact(
             self, self.g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho
@@ -518,7 +483,7 @@ class ContactFacets(ContactNodes):
 
 
 def initial_gaps(law, nodes, obstacle):
-    """Initial gaps of all corners at the nodes, array (corners, n); inf where no obstacle is above."""
+    """Initial gaps of all corners, array (corners, n); inf where no obstacle is above."""
     points, ell = nodes.points, nodes.body.solid.ell
     if nodes.dim == 3:
         return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
@@ -526,8 +491,8 @@ def initial_gaps(law, nodes, obstacle):
 
 
 def at_rules(mesh, region, rules):
-    """At the points of rules on a boundary: places, array (points, dim), weights of the integral,
-    (points,), and outward normals, (points, dim).
+    """At the points of rules on a boundary: places, (points, dim), weights, (points,), and outward
+    normals.
     """
     dim, there = mesh.dim, mesh.MapToAllElements(rules, region)
     x, normals, slopes = (
@@ -544,7 +509,7 @@ def at_rules(mesh, region, rules):
 
 
 def outward(mesh):
-    """The outward normal of a boundary, as an expression: NGSolve's may point inwards in the plane."""
+    """The outward normal of a boundary: NGSolve's may point inwards in the plane."""
     normal, places = ng.specialcf.normal(mesh.dim), ng.CF((ng.x, ng.y, ng.z)[: mesh.dim])
     if mesh.dim == 1:
         return normal
@@ -555,8 +520,8 @@ def outward(mesh):
 
 
 def _numbers(kind, dofs, order):
-    """The unknown of each node of a facet in a scalar H1 space: array (order + 1,), of a quadrilateral
-    (order + 1, order + 1), of a triangle (3,).
+    """The unknown of each node of a facet: array (order + 1,), of a quadrilateral (order + 1, order + 1), of
+    a triangle (3,).
     """
     dofs, inner = np.array(dofs), order - 1
     if kind in (ng.ET.POINT, ng.ET.TRIG):
@@ -577,7 +542,6 @@ def _numbers(kind, dofs, order):
 
 
 def _in_space(vectors):
-    """Vectors of the plane with three components, arrays (..., 3)."""
     missing = 3 - vectors.shape[-1]
     return np.concatenate((vectors, np.zeros((*vectors.shape[:-1], missing))), axis=-1)
 

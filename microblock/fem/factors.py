@@ -1,8 +1,7 @@
 """Cholesky factors of a stiffness matrix, with the unknowns of the contact boundary last.
 
-With ``K = L L^T`` the trailing block of L is the factor of the contact's Schur complement. CHOLMOD (Chen,
-Davis, Hager and Rajamanickam, ACM Trans. Math. Softw. 35 (2008) 22) is 3 to 5 times faster, and taken where
-cvxopt is installed; else SciPy's SuperLU.
+CHOLMOD (Chen, Davis, Hager and Rajamanickam, ACM Trans. Math. Softw. 35 (2008) 22) is 3 to 5 times faster
+than SciPy's SuperLU, and taken where cvxopt is installed.
 """
 
 import importlib.util
@@ -63,17 +62,14 @@ class SuperLU:
         self.contact, self.block = contact, (upper / np.sqrt(np.diag(upper))[:, None]).T
 
     def solve(self, right):
-        """The solution for a right-hand side, array (unknowns,); 0 where an unknown is none of the two."""
+        """The solution, array (unknowns,); 0 of unknowns that are none of the two."""
         found = np.zeros_like(right)
         found[self._order] = self._factors.solve(right[self._order])
         return found
 
 
 class Cholmod:
-    """The same by CHOLMOD, in the order of AMD for the inner unknowns.
-
-    cvxopt gives L away: fields take the block and factors of the inner unknowns alone, made when asked for.
-    """
+    """The same by CHOLMOD. cvxopt gives L away: fields take the block and factors of the inner unknowns."""
 
     def __init__(self, matrix, inner, contact):
         from cvxopt import amd, cholmod
@@ -104,7 +100,7 @@ class Cholmod:
         return found
 
     def _of_inner(self, right):
-        """What the inner unknowns are where the contact ones are 0."""
+        """The inner unknowns where the contact ones are 0."""
         return _solved(self._factors, right, 0) if right.any() else right
 
     @cached_property
@@ -113,12 +109,11 @@ class Cholmod:
 
     @cached_property
     def _across(self):
-        """What links inner and contact unknowns."""
         return self._matrix[self._inner][:, self.contact]
 
 
 def _lower(matrix, chosen):
-    """The lower triangle of the rows and columns of a symmetric matrix that are chosen, as cvxopt's."""
+    """The lower triangle of chosen rows and columns, as cvxopt's."""
     from cvxopt import spmatrix
 
     part = tril(matrix[chosen][:, chosen], format="csc").tocoo()  # sorted: cvxopt is faster then
@@ -126,7 +121,7 @@ def _lower(matrix, chosen):
 
 
 def _factorised(matrix, order):
-    """CHOLMOD's factors of the matrix with this lower triangle, in this order, by blocks."""
+    """CHOLMOD's factors of the matrix with this lower triangle."""
     from cvxopt import cholmod
 
     before = dict(cholmod.options)
@@ -152,7 +147,6 @@ def _solved(factors, right, system):
 
 @cache
 def usual():
-    """The class that is taken: Cholmod where cvxopt is installed."""
     return Cholmod if importlib.util.find_spec("cvxopt") else SuperLU
 
 

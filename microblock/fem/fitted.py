@@ -5,12 +5,11 @@ A pass closes the gaps on trial zones, on a mesh with vertices at their edges. A
 outwards by ``2 K0/K1`` is Newton's method. Mesh and orders are refined until the estimate holds:
 
 discretisation   difference of pressure and micromoment between two refinement levels
-edges            what the next step of the edges would change: p by K1 delta/(2 sqrt r) beside an edge
+edges            p by K1 delta/(2 sqrt r) beside an edge, of its next step
 truncation       2 (outer edge/far)^2 (docs/theory/finite_elements.md)
 obstacle         what nodes miss of the height, and overlaps that change no zones
 
-The first zones are those of a half-plane: of panels where the obstacle is simple, else of cells. Gaps are
-looked at wherever the height was.
+The first zones are those of a half-plane.
 """
 
 import math
@@ -77,12 +76,8 @@ class FittedSolver(MeshFitter):
         return FittedPath(self.contact, last, rtol)
 
     def at(self, load, rtol=usual_rtol, near=None):
-        """The SurfaceSolution at a load to rtol, from a neighbour's zones on, or of the order that is fixed.
-
-        Raises
-        ------
-        NotConverged
-            With `rtol_reached`, the smallest estimate, if it stays above rtol; else no zones are found.
+        """The SurfaceSolution at a load to rtol, from a neighbour's zones on, or of the order that is fixed;
+        NotConverged with `rtol_reached`, the smallest estimate, if one is known.
         """
         alike = isinstance(near, SurfaceSolution) and near.problem.mirror == self.symmetric
         near = near if alike and len(near.zones) == len(self.law.corners) else None
@@ -102,7 +97,6 @@ class FittedSolver(MeshFitter):
         return FittedSolver(self.contact, self.options, found)
 
     def _from_trials(self, load, rtol, near):
-        """The state from a neighbour's zones, else from those of a half-plane."""
         if near is not None and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
                 return self._refined(load, rtol, near.zones)
@@ -117,7 +111,7 @@ class FittedSolver(MeshFitter):
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
-        """Zones of the computed part as a half-plane has them."""
+        """Zones of the computed part of a half-plane."""
         zones = None
         if self.picture.simple:
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
@@ -129,8 +123,8 @@ class FittedSolver(MeshFitter):
         return {corner: tuple(common(own, part)) for corner, own in zones.items()}
 
     def _levels(self, rtol):
-        """Refinement levels from the one before the first that may reach rtol, half a digit an order; or the
-        first of all and that of the fixed order.
+        """Refinement levels from the one before the first that may reach rtol; or the first and that of the
+        fixed order.
         """
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
@@ -142,8 +136,8 @@ class FittedSolver(MeshFitter):
         return levels[min(first, len(levels) - 2) :]
 
     def _refined(self, load, rtol, zones):
-        """The state to rtol from trial zones, or of the order that is fixed. Edges move until they are
-        located, then until they add little to the estimate; other zones begin the level anew.
+        """The state to rtol, or of the fixed order. Edges move until they are located, then until they add
+        little to the estimate; other zones begin the level anew.
         """
         fixed = self.options.order is not None
         tolerance, located = rtol if fixed else CONDITIONS_SHARE * rtol, 5 * rtol
@@ -191,14 +185,13 @@ class FittedSolver(MeshFitter):
         raise out_of_reach(rtol, best, load=load, besides=besides, iterations=passes)
 
     def _pass(self, load, zones, level, tolerance, passes):
-        """(FittedMesh, its state, other zones of this or None) of trial zones on a refinement level."""
+        """(FittedMesh, its state, other zones or None) of trial zones on a level."""
         counted()
         mesh = FittedMesh(self, load, zones, *level)
         state, violations = self._state(load, mesh, passes)
         return mesh, state, self._other_zones(state, mesh, violations, tolerance)
 
     def _unsettled(self, load, zones, passes):
-        """What to raise where zones still change."""
         edges = zone_edges(zones)
         if max(map(abs, edges), default=0.0) > self.furthest:
             if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
@@ -213,7 +206,6 @@ class FittedSolver(MeshFitter):
         )
 
     def _state(self, load, mesh, passes):
-        """The contact state on a mesh, and its violations."""
         flexibility, gaps, share = mesh.system
         start = mesh.closed.ravel()
         found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=start)
@@ -227,8 +219,8 @@ class FittedSolver(MeshFitter):
         return replace(state, estimate=replace(estimate, obstacle=missed / _size(state))), violations
 
     def _other_zones(self, state, mesh, violations, tolerance):
-        """None if the state is closed on the zones of its mesh; else its own, with violations worth more than
-        `tolerance` of the pressure amended.
+        """None if the state is closed on its zones; else its own, with violations worth more than `tolerance`
+        amended.
         """
         closed = state.forces > 0
         wrong = np.any((closed != mesh.closed) & ~mesh.beside_tips(mesh.x))
@@ -243,12 +235,8 @@ class FittedSolver(MeshFitter):
         return zones
 
     def _outside(self, state, mesh):
-        """The zones with overlaps beyond the contact boundary; None without such.
-
-        Raises
-        ------
-        BadArgument
-            If the obstacle could touch beyond its picture.
+        """The zones with overlaps beyond the contact boundary, or None; BadArgument if the obstacle could
+        touch beyond its picture.
         """
         (left, right), away = mesh.ground.reach, np.geomspace(1e-4, 1, 60)
         most = min(mesh.ground.far, 1e3 * max(-left, right)) * (1 - 1e-9)
@@ -271,14 +259,14 @@ class FittedSolver(MeshFitter):
         return {corner: tuple(joined(own)) for corner, own in zones.items()} if wrong else None
 
     def evenly(self, load, order, count):
-        """The body condensed on `count` even elements over the reach that a load needs."""
+        """The body condensed on `count` even elements over the reach of a load."""
         solver = self._pictured(load)
         ground, _ = solver.surface(solver.first_zones(load))
         parts = ((*ground.reach, max(map(abs, ground.reach)) / count),)
         return solver.condense(ground, solver.features(ground), parts, 0, order)
 
     def edge_coefficients(self, zones, loads, order, levels):
-        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh."""
+        """((K0, K1) at the innermost edge at each load, those at the outermost)."""
         mesh, both = FittedMesh(self, loads[0], zones, order, levels), []
         (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
         inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)

@@ -1,6 +1,4 @@
-"""Meshes of a block with vertices at the edges of trial zones, and what the pressures that close the gaps on
-these zones say of the edges.
-"""
+"""Meshes of a block with vertices at the edges of trial zones, and what their pressures say of the edges."""
 
 import math
 from functools import cached_property
@@ -22,17 +20,15 @@ LAYERS = 2.4  # width of a partial zone over the layer length
 
 
 class MeshFitter(GroundSolver):
-    """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load."""
+    """What makes fitted meshes, for the `picture` of the obstacle at a load."""
 
     @property
     def furthest(self):
-        """Distance from x1 = 0 up to which zones are looked for; inf on an unbounded block."""
+        """How far from x1 = 0 zones are looked for."""
         return 0.99 * WITHIN * self.domain
 
     def surface(self, zones):
-        """The Ground whose contact boundary covers zones, and lengths of elements, ((left, right, length),
-        ...).
-        """
+        """The Ground that covers zones, and lengths of elements, ((left, right, length), ...)."""
         intervals = [interval for own in zones.values() for interval in own]
         if self.symmetric:
             intervals += [(-right, -left) for left, right in intervals]
@@ -47,7 +43,7 @@ class MeshFitter(GroundSolver):
         return Ground(far, (left, right), self.symmetric), tuple(parts)
 
     def features(self, ground):
-        """Contact points within the reach at which a corner meets a kink or an end, ascending."""
+        """Contact points within the reach at a kink or an end, ascending."""
         left, right = ground.reach
         kinks = [
             kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.problem.shifts
@@ -56,7 +52,7 @@ class MeshFitter(GroundSolver):
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
     def condense(self, ground, tips, parts, levels, order):
-        """The block condensed to the nodes of a graded mesh; NotConverged for too many contact nodes."""
+        """The block condensed on a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
         count = (elements + len(sizes) / 2) * order
@@ -79,7 +75,7 @@ class MeshFitter(GroundSolver):
         return Condensed(Body(mesh, self.solid, order, fixed=supports))
 
     def _sizes(self, ground, longest):
-        """((x, length), ...) where features of the obstacle ask for elements shorter than `longest`."""
+        """((x, length), ...) where the obstacle asks for shorter elements."""
         (x, right), found = ground.reach, []
         if right - x > MOST_NODES * longest:  # too many already, whatever the obstacle asks for
             return ()
@@ -99,17 +95,16 @@ class FittedMesh:
     solver : MeshFitter
     load : float, force per thickness
     zones : {corner number: intervals} of the computed part
-    order, levels : order of the elements, and levels of them at the edges
+    order, levels : of the elements, and levels at the edges
 
     Attributes
     ----------
     zones : those that a mesh can have
-    tips : list of the places towards which elements shrink, ascending
+    tips : places towards which elements shrink, ascending
     body : Condensed
     system : (flexibility, initial gaps, shares in the load) of the corners
-    closed : boolean array (corners, n)
-    pressures : array (corners, n)
-    near : float, below which an edge is put to an end of the obstacle
+    closed, pressures : arrays (corners, n)
+    near : length, below which an edge is put to an end of the obstacle
 
     Raises
     ------
@@ -141,13 +136,13 @@ class FittedMesh:
         self.pressures = self.pressures_under(solver.share(load))
 
     def _meeting(self, edges):
-        """{0.0} where the zones of two corners are about to meet on the axis, where p is singular then."""
+        """{0.0} where zones are about to meet on the axis: p is singular there."""
         near = any(0 < edge < edges[-1] / 10 for edge in edges)
         meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
         return {0.0} if meet else set()
 
     def pressures_under(self, load):
-        """Pressures that close the gaps on the zones and carry the load of the computed part."""
+        """Pressures that close the gaps and carry the load."""
         (flexibility, gaps, share), closed = self.system, self.closed.ravel()
         n = np.count_nonzero(closed)
         system = np.zeros((n + 1, n + 1))
@@ -164,7 +159,7 @@ class FittedMesh:
 
     @cached_property
     def moved(self):
-        """({corner: intervals with free ends moved by 2 K0/K1}, what that changes in L2 of the pressure)."""
+        """({corner: intervals with free ends moved by 2 K0/K1}, what that changes in L2)."""
         solver, moved, square = self.solver, {}, 0.0
         fixed = [*solver.ends(), *([0.0] if solver.symmetric else [])]
         for corner, own in self.zones.items():
@@ -186,14 +181,13 @@ class FittedMesh:
         return moved, math.sqrt(square / (self.body.weights @ self.pressures.sum(axis=0) ** 2))
 
     def way(self, edge):
-        """Distance from an edge to the next tip, or image of one; None without another."""
+        """Distance from an edge to the next tip or image, or None."""
         images = [-tip for tip in self.tips] if self.solver.symmetric else []
         return min((abs(tip - edge) for tip in (*self.tips, *images) if tip != edge), default=None)
 
     def read(self, p, edge, inward, way, length):
-        """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2.
-
-        They are read beyond the element at the edge; the reach grows until there are more nodes than terms.
+        """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2 beyond
+        the element there; the reach grows until there are more nodes than terms.
         """
         r, terms = (
             (self.x - edge) * inward,
@@ -217,7 +211,7 @@ class FittedMesh:
         return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
 
     def beside_tips(self, x):
-        """Whether a wrong set at x is no other topology, so near to a tip, boolean array."""
+        """Whether x is so near to a tip that a wrong set is no other topology."""
         tips, (left, right) = np.array(self.tips), self.ground.reach
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
         hidden = 0.05 * np.minimum(apart.min(axis=1), right - left)
@@ -226,31 +220,27 @@ class FittedMesh:
         return np.abs(x - tips[nearest]) <= hidden[nearest]
 
     def violations(self, state):
-        """[Overlap] of the state, without depth where a corner in tension has to be open, away from edges."""
+        """[Overlap] of the state away from edges, without depth where tension has to open."""
         problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
         sites = [x[~self.beside_tips(x)] for x in self._sites]
         raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
         known = {"approach": state.approach, "raised": raised, "psi": psi}
-        found = between.overlaps(self._facets, self.closed, law, obstacle, sites, **known)
+        found = between.overlaps(self.body.along, self.closed, law, obstacle, sites, **known)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * problem.solid.layer_length
         zones = state.all_zones
         return found + between.pulled_at_valleys(problem, zones, self.x, self.pressures, tips, reach)
 
     @property
     def missed(self):
-        """What nodes miss of the height on closed facets: squares of pressures in L2, a number."""
+        """What nodes miss of the height: squares of pressures in L2, a number."""
         law, obstacle = self.solver.law, self.solver.obstacle
         if getattr(obstacle, "formulas", False):
             return 0.0
-        return between.missed(self._facets, self.closed, law, obstacle, self._sites).sum()
-
-    @cached_property
-    def _facets(self):
-        return between.Facets(self.body)
+        return between.missed(self.body.along, self.closed, law, obstacle, self._sites).sum()
 
     @cached_property
     def _sites(self):
-        """[array] of contact points of each corner at which the obstacle was looked at, and between nodes."""
+        """[array] of contact points of each corner to look at."""
         left, right = self.ground.reach
         places = (self.x[1:] + self.x[:-1]) / 2
         found = [np.union1d(self.solver.problem.sites(corner), places) for corner in self.zones]
@@ -258,7 +248,7 @@ class FittedMesh:
 
 
 def _cleaned(solver, zones, near):
-    """Zones whose edges a mesh tells apart, or that are at the axis or an end of the obstacle."""
+    """Zones whose edges a mesh tells apart, at the axis or at ends of the obstacle."""
     edges = zone_edges(zones)
     width = edges[-1] - edges[0]
 
@@ -280,7 +270,7 @@ def _cleaned(solver, zones, near):
 
 
 def _clusters(intervals):
-    """[(left, right)] around intervals with gaps no wider than they are, ascending."""
+    """[(left, right)] around intervals with narrow gaps, ascending."""
     found = []
     for left, right in joined(intervals):
         if found and left - found[-1][1] <= max(right - left, found[-1][1] - found[-1][0]):

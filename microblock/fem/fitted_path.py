@@ -1,4 +1,4 @@
-"""The load path of a block: events from two meshes of equal elements, states on fitted meshes."""
+"""The load path of a block: events from two meshes, states on fitted ones."""
 
 from functools import cached_property
 from itertools import groupby
@@ -16,9 +16,8 @@ from ..threads import bounded
 class FittedPath(LoadPath):
     """The load path of a block.
 
-    Events are those of two meshes of equal elements, node by node. Where zones meet on the axis the load,
-    off by h^(2 s) (docs/theory/halfplane.md), is extrapolated; the correction is the error of all.
-    `warnings` name events that one mesh alone sees.
+    Events are those of two meshes of equal elements. Where zones meet on the axis the load, off by h^(2 s)
+    (docs/theory/halfplane.md), is extrapolated; `warnings` name events that one mesh alone sees.
     """
 
     @cached_property
@@ -37,7 +36,6 @@ class FittedPath(LoadPath):
     @cached_property
     @bounded
     def _seen(self):
-        """What each of the two meshes sees."""
         return [self._on_mesh(self.problem.solver, count) for count in (16, 32)]
 
     @property
@@ -51,7 +49,7 @@ class FittedPath(LoadPath):
         ]
 
     def _on_mesh(self, solver, count):
-        """{(kind, zone, how many of that kind before): (load, x)} on one mesh."""
+        """{(kind, zone, how many before): (load, x)} on a mesh."""
         law, body = solver.law, solver.evenly(self.last, 4, count)
         flexibility, gaps, share = body.compliance.corner_system(law, solver.obstacle)
         history = active_set.path(flexibility, gaps, [solver.share(self.last)], c=share).events
@@ -69,9 +67,7 @@ class FittedPath(LoadPath):
 
 
 def _zones(solver, x, closed):
-    """{"A", "B", "full", "contact": intervals} of the whole line; a node stands for half the way to its
-    neighbours.
-    """
+    """{name: intervals} of the whole line; a node stands for half the way to its neighbours."""
     if solver.symmetric:
         closed = closed.copy()
         closed[:, 0] = closed[:, 0].any()  # one multiplier on the axis

@@ -1,4 +1,4 @@
-"""Friction at the corners of a body on a mesh: histories on its condensed contact nodes, to a tolerance."""
+"""Friction at the corners of a body on a mesh: histories on its condensed contact nodes."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,39 +22,35 @@ from .mesh_solution import MeshSolution
 
 
 class SlipNodes(Condensed):
-    """Body of one or two dimensions condensed with u.t as a third field, t = (n2, -n1).
-
-    Parameters
-    ----------
-    body, boundary
-        As of `Condensed`; periods and prescribed values are taken.
+    """Body of one or two dimensions condensed with u.t as a third field, t = (n2, -n1); periods and
+    prescribed values are taken.
 
     Attributes
     ----------
     response : array (3 n, 3 n), symmetric
-        (u.n, psi, u.t) at all nodes from (forces along n, moments, forces along t), per thickness.
+        (u.n, psi, u.t) from (forces along n, moments, forces along t), per thickness.
     """
 
     def _require_pressed(self, body, boundary):
-        """Any body that `Newton` takes is followed."""
+        """Any body is followed."""
 
-    def _onto(self):
+    @cached_property
+    def onto(self):
         """R with rows of u.t."""
         along = np.column_stack((self.normals[:, 1], -self.normals[:, 0]))
-        return sparse.vstack((super()._onto(), self.motion(along, 0 * along)), format="csr")
+        return sparse.vstack((super().onto, self.motion(along, 0 * along)), format="csr")
 
     def _matrix(self):
-        """The compliance's part of the response."""
         self.response, n = super()._matrix(), len(self.weights)
         return self.response[: 2 * n, : 2 * n]
 
     @cached_property
     def unloaded(self):
-        """Fields of what supports prescribe without contact; None where they prescribe nothing."""
+        """Fields without contact; None where supports prescribe nothing."""
         return self.body.solve() if self.body.prescribed else None
 
     def fields(self, loads):
-        """Fields under nodal forces along n, nodal moments and forces along t, array (3 n,)."""
+        """Fields under nodal loads (n, moments, t), array (3 n,)."""
         found = super().fields(loads)
         if self.unloaded is not None:
             for part, own in zip(found, self.unloaded):
@@ -77,8 +73,7 @@ class FrictionFacets:
     ----------
     nodes : SlipNodes
     onto : sparse array (corners n + n, 3 n)
-        Changes of gaps, corner by corner, and displacements of corners along t, from (u.n, psi, u.t): a
-        corner at r from the centre of its block moves by u + psi x r.
+        Changes of gaps, and displacements along t, from (u.n, psi, u.t).
     start : array (3 n,), (u.n, psi, u.t) without contact
     gaps : array (corners, n), inf where a corner cannot touch
 
@@ -122,7 +117,7 @@ class FrictionFacets:
             raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
 
     def contact(self, coupled=True):
-        """The FrictionalContact of the nodes; whether shear tractions act on the gaps: `coupled`."""
+        """The FrictionalContact; `coupled` if shear tractions act on the gaps."""
         m, normals = self.gaps.size, self.nodes.normals
         response = self.onto @ (self.onto @ self.nodes.response).T
         level = np.abs(normals[:, 0]).max() <= FLAT
@@ -137,7 +132,6 @@ class FrictionFacets:
         )
 
     def solution(self, solver, moment, method):
-        """The FrictionSolution of a solver at a Moment."""
         nodes, shape = self.nodes, self.gaps.shape
         loads = self.onto.T @ np.concatenate((moment.normal, moment.tangential))
         raised, psi, _ = np.split(self.start + nodes.response @ loads, 3)
@@ -162,24 +156,21 @@ class FrictionFacets:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrictionSolution(OfMoment, MeshSolution):
-    """A solution at a pair of loads, with its follower.Moment, and `loads`, array (3 n,), on the nodes."""
+    """A solution at a pair of loads, with its Moment, and `loads`, array (3 n,)."""
 
     moment: Moment | None = None
     loads: np.ndarray | None = None
 
     @property
     def nodes(self):
-        """The body condensed to its contact nodes, with displacements along them."""
         return condensed(self.solver.body, self.solver.body.contact, self.law.clamps_rotation, SlipNodes)
 
     @property
     def energy(self):
-        """Elastic energy, of displacements that supports prescribe as well."""
         return super().energy if self.nodes.unloaded is None else float(self.fields.energy())
 
     @property
     def tangential_approach(self):
-        """Displacement of the obstacle along x1."""
         return self.moment.offset
 
     @property
@@ -188,7 +179,7 @@ class FrictionSolution(OfMoment, MeshSolution):
 
     @cached_property
     def zones_by_name(self):
-        """Zones of the corners, and those of nodes in contact that stick and that slip."""
+        """With those that stick and slip."""
         bound = self.law.friction * self.pressures.sum(axis=0)
         stick = self.moment.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
         own, plain = {"stick": stick, "slip": self.closed.any(axis=0) & ~stick}, laws.Unilateral()
@@ -199,7 +190,7 @@ class FrictionSolution(OfMoment, MeshSolution):
 
 
 def history(solver, pairs, coupled, rtol, method):
-    """The History of a solver through pairs, array (n, 2); BadArgument for an rtol or a second body."""
+    """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
     if body_of(solver.obstacle) is not None:
         raise BadArgument(
             "obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
@@ -220,10 +211,8 @@ def history(solver, pairs, coupled, rtol, method):
 
 def history_to(rtol, solvers, pairs, coupled):
     """The History through pairs, array (n, 2), of the first solver with an error estimate of rtol at most,
-    each on squares half as long as those before; NotConverged without one.
-
-    What a mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson); half of
-    a state's change before the last counts as well.
+    each on squares half as long; NotConverged without one. Errors follow from changes between three, of an
+    order from 1/2 to 1 (Richardson), and are at least half of the change before the last.
     """
 
     def changes(coarser, finer):

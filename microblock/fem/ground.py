@@ -1,4 +1,4 @@
-"""Contact of a block with a rigid obstacle: what all its finite elements share, whatever their mesh."""
+"""Contact of a block with a rigid obstacle: what all meshes share."""
 
 import math
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
 
 @dataclass(frozen=True)
 class Within:
-    """An obstacle as far as a bounded body goes, |x| < `far`: what it is beyond matters to nobody."""
+    """An obstacle as far as a bounded body goes, |x| < `far`."""
 
     whole: object
     far: float
@@ -32,7 +32,7 @@ class Within:
         return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
 
     def forgotten(self, found):
-        """A Picture without the ends and steps that are those of the body."""
+        """A Picture without ends and steps of the body."""
 
         def own(place):
             return abs(place) < self.far * (1 - 1e-6)
@@ -47,7 +47,7 @@ class Within:
 
 
 class GroundSolver(Solver):
-    """What solvers of a Block have in common, whatever their mesh."""
+    """What solvers of a Block have in common."""
 
     verifies = True
     picture = None
@@ -59,7 +59,7 @@ class GroundSolver(Solver):
 
     @property
     def domain(self):
-        """Half of the block's width, and its depth (length); inf for a half-plane, cut off far away."""
+        """Half of the block's width, and its depth (length); inf for a half-plane."""
         return self.body.size
 
     @property
@@ -68,19 +68,13 @@ class GroundSolver(Solver):
 
     @cached_property
     def problem(self):
-        """The problem along x1; of a symmetric one half the body is modelled."""
+        """The problem along x1, of a symmetric one of a half."""
         return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
 
     def at_approach(self, approach, at, tolerance):
-        """The solution `at(load, neighbour)` whose approach is the one given, to `tolerance` of the way since
-        first touch. Loads follow by secants of logarithms, from that of the classical modulus.
-
-        Raises
-        ------
-        BadArgument
-            As of `require_approach`.
-        NotConverged
-            If no load is found.
+        """The solution `at(load, neighbour)` at an approach, to `tolerance` of the way since first touch, by
+        secants of logarithms of the load. Raises as `require_approach`, and NotConverged if no load is
+        found.
         """
         lowest = self.require_approach(approach)
         depth = approach - lowest
@@ -101,13 +95,7 @@ class GroundSolver(Solver):
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=state.approach)
 
     def require_approach(self, approach):
-        """The approach at which the first corner touches the undeformed surface.
-
-        Raises
-        ------
-        BadArgument
-            If the approach is no number above that of first touch, or the block is unbounded.
-        """
+        """The approach of first touch; BadArgument unless the given one lies above it, on a bounded block."""
         if not self.has_level:
             raise BadArgument(
                 "approach",
@@ -135,7 +123,7 @@ class GroundSolver(Solver):
         return load / 2 if self.symmetric else load
 
     def runs(self, x, closed, pressures):
-        """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
+        """{corner: intervals} of closed nodes; at their ends p^2, continued linearly, vanishes."""
         closed = closed.copy()
         if self.symmetric:  # there one multiplier stands for all corners
             closed[:, 0] = closed[:, 0].any() & closed[:, 1]
@@ -146,7 +134,6 @@ class GroundSolver(Solver):
         return zones
 
     def _end(self, x, p, i, j, side):
-        """End of a run of closed nodes from i to j."""
         fixed = [end for end in self.ends() if abs(end - x[i]) < 1e-9 * abs(end)]
         if fixed or (self.symmetric and x[i] == 0):
             return float(x[i])
@@ -157,7 +144,7 @@ class GroundSolver(Solver):
         return float(x[i] + side * min(outside, abs(step) * p[i] ** 2 / fall if fall > 0 else outside))
 
     def ends(self):
-        """Abscissae of the contact point at which a corner meets an end of the obstacle."""
+        """Contact points at which a corner meets an end of the obstacle."""
         return [
             end + shift
             for end in getattr(self.obstacle, "ends", ())

@@ -6,12 +6,12 @@ from . import meshes
 
 
 class BelowOnMesh:
-    """Base of states with `fields` of the computed part, `mirrored` if that is the half x1 > 0."""
+    """Base of states with `fields` of the computed part, or of the half x1 > 0 (`mirrored`)."""
 
     mirrored = False
 
     def locking(self, nodes):
-        """A list of a sentence where elements below these contact nodes lock."""
+        """Sentences where elements below contact nodes lock."""
         body, zones = nodes.body, self.zones_by_name["contact"]
         if self.error_estimate is not None or not zones or not self.has_edges:
             return []
@@ -23,7 +23,7 @@ class BelowOnMesh:
         return meshes.locking(body.solid, body.order, depth, max(right - left for left, right in zones) / 2)
 
     def overlap(self):
-        """A list of a sentence where a penalty lets corners far into the obstacle."""
+        """Sentences where a penalty lets corners far into the obstacle."""
         inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
         if not self.solver.penalizes or inside <= 0.01 * moved:
             return []
@@ -32,9 +32,7 @@ class BelowOnMesh:
         ]
 
     def fields_below(self, box, cut=4):
-        """What `draw_below` and `draw_body` ask for, at points of all elements within the box, the sides of
-        each cut in `cut`.
-        """
+        """What `draw_below` and `draw_body` ask for, in elements within the box, sides cut in `cut`."""
         import ngsolve as ng
 
         fields, mesh = self.fields, self.fields.body.mesh
@@ -59,9 +57,7 @@ class BelowOnMesh:
 
 
 def _cut_to(box, x1, x2, triangles, psi, stress, mirrored):
-    """Points and triangles within the box; mirrored ones as well, in which psi and shear stresses change
-    their sign.
-    """
+    """Points and triangles within the box; mirrored ones with psi and shear stresses of the other sign."""
     (left, right), depth = box
     if mirrored:
         odd = np.array([[1, -1], [-1, 1]])

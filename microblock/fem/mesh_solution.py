@@ -1,4 +1,4 @@
-"""Solutions on the contact nodes of a body on a mesh."""
+"""Solutions on the contact nodes of a body."""
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
@@ -18,19 +18,19 @@ from .mesh_fields import BelowOnMesh
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OnMesh(Solution):
-    """Base of solutions on the contact nodes of a body on a mesh.
+    """Base of solutions on contact nodes.
 
     Attributes
     ----------
     solver : Solver
-    load, approach : float, resultant force and approach
+    load, approach : float
     forces : array (corners, n), along -n
     displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
     residual : float
     iterations, unknowns : int
     method : str
     found : Fields, or None where they follow from the forces
-    nodes : ContactNodes, those of the solver
+    nodes : ContactNodes
     """
 
     solver: Any
@@ -64,33 +64,32 @@ class OnMesh(Solution):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner, array (corners, n); of corners that move together the mean."""
+        """Pressure of each corner, (corners, n); of corners that move together the mean."""
         return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
 
     @property
     def loads(self):
-        """Nodal normal forces and moments of the computed part, array (2 n,)."""
+        """Nodal normal forces and moments, array (2 n,)."""
         return self.nodes.compliance.loads(self.law, self.forces)
 
     @cached_property
     def fields(self):
-        """Fields as NGSolve functions, by one back-substitution."""
         return self.found or self.nodes.fields(self.loads)
 
     def reaction_on(self, boundary):
-        """Force and moment about the origin that the supports on a boundary exert, from nodal forces."""
+        """Force and moment that the supports on a boundary exert."""
         return self.fields.reaction(boundary)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
-    """A solution on the contact nodes of a body on a mesh of one or two dimensions.
+    """A solution on a mesh of one or two dimensions.
 
     Attributes
     ----------
     gaps : array (corners, n), initial ones, inf where a corner cannot touch
     closed : boolean array (corners, n)
-    error_estimate : float, as of `recovery.estimate`; None on a mesh that was prescribed
+    error_estimate : float, of `recovery.estimate`, or None
     """
 
     _: KW_ONLY
@@ -104,7 +103,6 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def apart(self):
-        """Whether the boundary is interrupted between a node and the next."""
         return self.nodes.apart if self.has_edges else None
 
     @property
@@ -113,12 +111,11 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def end(self):
-        """Where a period ends; None of a body with edges."""
         return None if self.has_edges else self.x[0] + self.period
 
     @cached_property
     def micromoment(self):
-        """M of (29); where psi is held on the contact boundary, the reaction to it."""
+        """M of (29), or the reaction where psi is held."""
         moments, nodes = self._moments, self.nodes
         if self._psi_held:
             moments = moments + nodes.moments_of("psi", self.fields.forces)
@@ -130,19 +127,18 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def _moments(self):
-        """Nodal moments of the corners, with reactions of those that carry, not of the shares."""
+        """Nodal moments, with reactions of corners that carry, not of the shares."""
         levers = np.array(list(self.law.levers(self.x).values()))
         forces = self.forces if self._psi_held else self.pressures * self.weights
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 
     @cached_property
     def zones_by_name(self):
-        """Zones of the nodes, within a period of a body that repeats."""
         return zones_of(self.x, self.closed, self.law, self.apart, self.end)
 
     @cached_property
     def energy(self):
-        """Elastic energy per thickness, of the fields or half the work of the corner forces."""
+        """Elastic energy per thickness."""
         if self.found is not None:
             return float(self.found.energy())
         pressed = self.forces > 0
@@ -150,16 +146,15 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
 
     def interpolated(self, values, x):
-        """Nodal values at x, array (n,): polynomials of a condensed body, else a polygon."""
+        """Nodal values at x: polynomials of a condensed body, else a polygon."""
         if self.method == "condensed":
-            return self.nodes.interpolate(values, x)
+            return self.nodes.along.interpolate(values, x)
         return np.interp(x, self.x, values, period=self.period)
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)
 
     def counter_displacement(self, x):
-        """As of every solution."""
         counter = getattr(self.solver, "counter", None)
         if counter is None:
             return np.zeros_like(x)
@@ -173,7 +168,6 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        """What nodes and elements miss, and what a penalty or a free translation leaves."""
         found = self.overlap() if self.solver.penalizes else []
         if "u1" not in self.nodes.body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")
@@ -189,7 +183,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return [*self._far_inside(), *found, *coarse]
 
     def beyond(self):
-        """A list of a sentence where surface and obstacle go on beyond an end of the contact."""
+        """Sentences where surface and obstacle go on beyond an end of the contact."""
         mesh, inside = self.nodes.body.mesh, self.nodes.region.Mask()
         facets = [facet.vertices for facet in mesh.Elements(ng.BND) if not inside[facet.index]]
         sides = np.array([[mesh[vertex].point for vertex in own] for own in facets]).reshape(-1, 2, 2)
@@ -205,7 +199,6 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return []
 
     def _far_inside(self):
-        """A sentence where the obstacle has moved by a tenth of the body's depth."""
         moved = self.approach - self.gaps.min()
         depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
         if moved >= 0.1 * depth:
@@ -213,7 +206,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @cached_property
     def _missed(self):
-        """A list of a sentence where nodes miss 3 % of the pressure."""
+        """Sentences where nodes miss 3 % of the pressure."""
         try:
             square = between.of_body(self).sum()
         except BadArgument as failure:
@@ -228,18 +221,19 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         pressed = np.array([closed[members].any() for members in self.nodes.facets])
         orders = body.element_orders
         orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
-        for order in np.unique(orders[numbers[pressed]]):
-            longest = meshes.longest_element(body.solid, int(order))
-            if across[pressed & (orders[numbers] == order)].max() > longest:
-                yield (
-                    f"elements of order {order} that reach deeper than {at_most(longest)} below the "
-                    "contact do not resolve the layer: cut them, take a higher order, or ask for an rtol"
-                )
-                return
+        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
+        late = np.flatnonzero(pressed & (across > longest))
+        if len(late):
+            first = late[np.argmin(longest[late])]
+            yield (
+                f"elements of order {orders[numbers[first]]} that reach deeper than "
+                f"{at_most(longest[first])} below the contact do not resolve the layer: cut them, take a "
+                "higher order, or ask for an rtol"
+            )
 
 
 def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations):
-    """The MeshSolution of corner forces, array (corners, n), on the condensed body of a solver."""
+    """The MeshSolution of corner forces, array (corners, n)."""
     nodes = solver.nodes
     raised, psi = np.split(nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces), 2)
     counts = residual, iterations, nodes.unknowns

@@ -27,9 +27,7 @@ SLIVER = 1e-9  # of the reach, below which two edges are one
 
 
 def longest_element(solid, order):
-    """Length of an element beyond which a layer at the surface is off by a tenth (`cases limits`, maps
-    locking_strip and thin_layer).
-    """
+    """Length of an element beyond which a layer at the surface is off by a tenth."""
     if solid.beta == 0:
         return math.inf
     # an element of order 2, 4, 6 holds 2.7, 8.3, 16 layers
@@ -37,11 +35,8 @@ def longest_element(solid, order):
 
 
 def locking(solid, order, depth, half_width):
-    """Sentences on elements, `depth` deep below a contact, that are too stiff for a nearly incompressible
-    solid.
-
-    They are off by about 0.02 lambda/mu (depth/half_width)^(2 order); from order 3 on pressures were good
-    to 2 %.
+    """Sentences on elements, `depth` deep below a contact, that lock: they are off by about 0.02 lambda/mu
+    (depth/half_width)^(2 order).
     """
     stiffer = solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
     words = (
@@ -52,7 +47,7 @@ def locking(solid, order, depth, half_width):
 
 
 def elements_at(mesh, region):
-    """Numbers of the elements at the facets of a boundary, array (facets,)."""
+    """Numbers of the elements at the facets of a boundary."""
     beside = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
     if not all(beside):
         raise BadArgument("mesh", mesh, "has facets in its boundary that belong to no element")
@@ -61,7 +56,7 @@ def elements_at(mesh, region):
 
 def thicknesses(mesh, region):
     """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
-    (facets,), in space for horizontal facets.
+    (facets,).
     """
     points, numbers, found = (
         np.array([vertex.point for vertex in mesh.vertices]),
@@ -118,7 +113,8 @@ def require_sound(mesh):
 
 def line(depth, elements):
     """A 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at -depth."""
-    _check(depth, elements)
+    require_positive(depth=depth)
+    require_whole(1, elements=elements)
     mesh = Make1DMesh(elements, mapping=lambda x: depth * (x - 1))
     for number, name in enumerate(("middle", "contact")):
         mesh.ngmesh.SetBCName(number, name)
@@ -128,10 +124,11 @@ def line(depth, elements):
 def column(depth, elements, width=None, quads=True):
     """One column of 2D elements over [-depth, 0], periodic sideways.
 
-    Boundaries: "contact" on top, "middle" below, "left" and "right" identified. `width` (length) is that
-    of an element, by default its height. With ``quads=False`` each element is cut into two triangles.
+    Boundaries: "contact" on top, "middle" below, "left" and "right" identified. `width` (length) is by
+    default the height of an element. With ``quads=False`` each is cut into two triangles.
     """
-    _check(depth, elements)
+    require_positive(depth=depth)
+    require_whole(1, elements=elements)
     width = depth / elements if width is None else width
     require_positive(width=width)
     mesh = MakeStructured2DMesh(
@@ -140,11 +137,6 @@ def column(depth, elements, width=None, quads=True):
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))
     return ng.Mesh(mesh.ngmesh)
-
-
-def _check(depth, elements):
-    require_positive(depth=depth)
-    require_whole(1, elements=elements)
 
 
 @dataclass(frozen=True)
@@ -157,7 +149,7 @@ class Ground:
     ----------
     far : size of the domain (length)
     reach : (left, right) ends of the boundary "contact"; left is 0 on a half
-    half : whether x1 = 0 is an axis of symmetry
+    half : whether x1 = 0 is an axis
 
     Examples
     --------
@@ -182,7 +174,7 @@ class Ground:
 
     @property
     def supports(self):
-        """{field: boundaries}: the bottom holds all fields, the axis u1 and psi, the sides are free."""
+        """{field: boundaries}; the sides are free."""
         axis = "|axis" if self.half else ""
         return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
 
@@ -195,16 +187,16 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     ----------
     ground : Ground
     edges : abscissae within the reach; those closer than SLIVER of it are one
-    spacing : length of the elements on the boundary "contact", or on parts of it, ((left, right, length),
-        ...), ascending; away from it they grow by `grading`, (0, 1)
+    spacing : length of the elements on the boundary "contact", or of parts, ((left, right, length), ...),
+        ascending; away from it they grow by `grading`, (0, 1)
     sizes : ((x, length), ...), places on the surface at which elements are no longer, about
 
     Raises
     ------
     BadArgument
-        Also for a spacing that would take more memory than there is.
+        Also for a spacing that memory does not hold.
     NotConverged
-        If netgen fails or leaves a hole, also with slightly different gradings.
+        If netgen fails or leaves a hole.
     """
     parts = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
     surface, reach = ground.reach[1] - ground.reach[0], max(abs(x) for x in ground.reach)
@@ -245,13 +237,13 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
 
 
 def _rounded(length, unit):
-    """A length in a unit, to 12 digits of 1000 or, if longer, of itself: as in any other unit."""
+    """A length in a unit, to 12 digits: as in any other unit."""
     scaled = length / unit
     return round(scaled, 12 - math.ceil(math.log10(max(abs(scaled), 1000))))
 
 
 def _face(ground, tips, parts):
-    """The rectangle of a Ground as a geometry, its tips marked for RefineHP."""
+    """The rectangle of a Ground as a geometry, its tips marked."""
     (left, right), far = ground.reach, ground.far
     start, known = 0.0 if ground.half else -far, {left, right, *tips}
     ends = {x for part in parts for x in part[:2] if min(abs(x - other) for other in known) > SLIVER}
@@ -273,9 +265,9 @@ def _face(ground, tips, parts):
 
 
 def uniform(ground, h, quads=True):
-    """Squares of side h (length) for 0 < |x1| < reach and as deep, growing geometrically to the far field.
+    """Squares of side h (length) for 0 < |x1| < reach and as deep, growing to the far field.
 
-    The whole surface is the boundary "contact". With ``quads=False`` each element is cut into two triangles.
+    The whole surface is "contact". With ``quads=False`` each element is cut into two triangles.
     """
     require_finite(h=h)
     reach = ground.reach[1]
@@ -294,9 +286,8 @@ def uniform(ground, h, quads=True):
 
 
 def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left")):
-    """Rectangles between lines x1 = across[i] and x2 = up[j], both ascending, or triangles.
-
-    `names` are those of the boundaries, counterclockwise from below.
+    """Rectangles between lines x1 = across[i] and x2 = up[j], ascending, or triangles; `names` of the
+    boundaries go counterclockwise from below.
     """
     nx, ny = len(across), len(up)
     mesh, points = netgen.Mesh(dim=2), np.zeros((ny, nx, 3))
@@ -319,8 +310,8 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
 
 
 def _require_room(name, length, elements):
-    """BadArgument where elements of this length need more memory than is there: `elements(length)`, on the
-    surface and in all.
+    """BadArgument where elements of this length, `elements(length)` on the surface and in all, need more
+    memory than is there.
     """
 
     def wrong(length):
@@ -341,8 +332,8 @@ def _require_room(name, length, elements):
 
 
 def uniform_lines(reach, far, h):
-    """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor, in
-    proportion to h over the reach: 1.03 for the paper's 0.02 of 2 a_Hz.
+    """Ascending distances from 0 to far: steps of h within the reach, then growing in proportion to h over
+    it.
     """
     near = np.linspace(0, reach, max(1, round(reach / h)) + 1)
     growth = 1 + 3 * near[1] / reach
@@ -352,8 +343,8 @@ def uniform_lines(reach, far, h):
 
 
 def falling_orders(mesh, ground, tips, top):
-    """Orders of the elements, array (elements,): `top` near the surface, falling with the logarithm of the
-    distance to nearly half of it, at the tips and far away.
+    """Orders of the elements, array (elements,): `top` near the surface, about half of it at the tips and far
+    away.
     """
     points = np.array([vertex.point for vertex in mesh.vertices])
     corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
@@ -375,7 +366,7 @@ def falling_orders(mesh, ground, tips, top):
 
 
 def apart(places, least):
-    """Places, ascending, each farther than `least` from the one before."""
+    """Places, ascending, farther than `least` from the one before."""
     found = []
     for place in sorted(places):
         if not found or place - found[-1] > least:

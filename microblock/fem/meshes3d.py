@@ -1,4 +1,4 @@
-"""Meshes of three-dimensional bodies: rectangular blocks of hexahedra, smaller ones where contact is."""
+"""Rectangular blocks of hexahedra."""
 
 import math
 
@@ -20,7 +20,7 @@ def graded(reach, step, far, growth=1.5):
     reach, step, far : float
         Lengths; the steps are at most `step` long.
     growth : float
-        Ratio of a step to the one before, at most.
+        Largest ratio of a step to the one before.
 
     Returns
     -------
@@ -58,12 +58,12 @@ def block(x1, x2, x3, reach=math.inf):
     """A rectangular block of hexahedra with vertices at given coordinates.
 
     Boundaries are "left" and "right" across x1, "front" and "back" across x2, "bottom", and on top "contact",
-    where facets have their middle in the square of the half-width `reach` about the origin, else "top".
+    where facets have their middle in the square of contact about the origin, else "top".
 
     Parameters
     ----------
     x1, x2, x3 : arrays, ascending
-        Coordinates of the vertices (lengths).
+        Coordinates (lengths).
     reach : float
         Half of the side of the square of contact (length).
 

@@ -1,11 +1,12 @@
-"""Monolithic contact in one, two and three dimensions: semismooth Newton on u, psi and the approach at once.
+"""Monolithic contact: semismooth Newton on u, psi and the approach at once.
 
-The augmented Lagrangian (37), or the penalty functional (31), is stationary. In the plane the corner
-multipliers are unknowns as well; in space, where corner forces are not unique, they are given, and become
-(40) when equilibrium holds better than the gaps do.
+The augmented Lagrangian (37), or the penalty functional (31), is stationary. In the plane corner multipliers
+are unknowns; in space, where they are not unique, they are given, and become (40) when equilibrium holds
+better than the gaps do.
 """
 
 from collections import Counter
+from copy import copy
 from dataclasses import dataclass
 
 import ngsolve as ng
@@ -29,12 +30,12 @@ class NodalState:
     Attributes
     ----------
     approach, load : float
-        Approach of the obstacle (length) and resultant force (per thickness; per area for a 1D body).
+        Of the obstacle (length), and resultant force (per thickness; per area for a 1D body).
     fields : Fields
-    surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2) of `Condensed`
+    surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2)
     gaps, forces : arrays (corners, n)
-        Gaps (22), inf where a corner cannot touch, and forces along -n, those of (40) times the weights. By
-        Gauss's rule forces may be tensile.
+        Gaps (22), inf where a corner cannot touch, and forces (40) along -n; by Gauss's rule they may be
+        tensile.
     closed : boolean array (corners, n)
     iterations, unknowns : int
     kkt : float, largest relative residual
@@ -62,8 +63,7 @@ class MonolithicNewton:
     loads : Loads besides the contact
     method : "al" or "penalty"
     rho : float
-        Regularisation (stress per length); (lambda + 2 mu) over the body's height, for the penalty 10^4 times
-        that; in space 8 times, or 10^3 times, (lambda + 2 mu) over the length of a facet.
+        Regularisation (stress per length); see `default_rho`.
     control : "approach" or "load"
 
     Examples
@@ -90,8 +90,9 @@ class MonolithicNewton:
         self.body, self.method, self.control = body, method, control
         # the unknown approach counts from first touch: a distance before it would take digits from small
         # displacements
-        self._first = facets.first_touch
-        self.facets = facets.lowered(self._first)
+        self._first = float((facets.g0 / facets.normals[:, -1])[np.isfinite(facets.g0)].min())
+        self.facets = copy(facets)
+        self.facets.g0 = facets.gaps(0.0, self._first)
         self.rho = default_rho(facets, method) if rho is None else rho
         require_positive(rho=self.rho)
         self._build(loads)
@@ -135,8 +136,7 @@ class MonolithicNewton:
         ----------
         level : float
             Approach (length), or load (force per thickness), by `control`.
-        start : NodalState or MeshSolution, optional
-            A state of the same body, as first guess.
+        start : NodalState or MeshSolution of the same body, optional
 
         Raises
         ------
@@ -202,12 +202,12 @@ class MonolithicNewton:
         return unknowns
 
     def _multipliers(self, vectors):
-        """Coefficients of the corners' multipliers, arrays: those of a grid function, or given ones."""
+        """Coefficients of the corners' multipliers, arrays."""
         parts = vectors.components[len(self.body.names) : -1] or self._given
         return [part.vec.FV().NumPy() for part in parts]
 
     def _touching(self, unknowns):
-        """The approach at which the nearest corner has just closed."""
+        """The approach at which the nearest corner closes."""
         stresses, moved = self._corners(unknowns)
         ahead = (stresses / self.rho + self.facets.g0 - moved) / self.facets.normals[:, -1]
         ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])
@@ -279,9 +279,9 @@ class MonolithicNewton:
 
 @dataclass(frozen=True, repr=False)
 class _Iterate:
-    """Unknowns and what they leave: gaps (22), stresses (40), flags of closed corners at the points of the
-    rule (`active`), the first variation, the norm of internal forces (`size`), and relative residuals, of the
-    system that a step solves and of gaps whose multipliers are given (`open`).
+    """Unknowns and what they leave: gaps (22), stresses (40), flags of closed corners (`active`), first
+    variation, norm of internal forces (`size`), and residuals, of the system that a step solves and of
+    gaps whose multipliers are given (`open`).
     """
 
     values: np.ndarray
@@ -296,12 +296,13 @@ class _Iterate:
 
     @property
     def kkt(self):
-        """The larger residual."""
         return max(self.residual, self.open)
 
 
 def default_rho(facets, method, length=None):
-    """lambda + 2 mu over a length, that of the body's height, in space of a facet; more for the penalty."""
+    """lambda + 2 mu over the body's height, in space 8 times over the length of a facet; for the penalty 10^4
+    or 10^3 times.
+    """
     body, factor = facets.body, 1 if method == "al" else 1e4
     if body.mesh.dim == 3:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order

@@ -1,4 +1,4 @@
-"""Contact of a body on a mesh by the monolithic Newton method, augmented Lagrangian or penalty."""
+"""Contact of a body on a mesh by the monolithic Newton method."""
 
 from functools import cached_property
 
@@ -14,8 +14,8 @@ from .supports import pressed
 
 
 class NewtonSolver(Solver):
-    """States of a body on a mesh of one or two dimensions, also a periodic one; `rule` and `length` are those
-    of `ContactFacets` and of `default_rho`.
+    """States of a body of one or two dimensions; `rule` and `length` are those of `ContactFacets` and
+    `default_rho`.
     """
 
     verifies = True
@@ -27,7 +27,7 @@ class NewtonSolver(Solver):
 
     @cached_property
     def nodes(self):
-        """The contact nodes of the body, with psi = 0 there where the law prescribes it."""
+        """The contact nodes, with psi = 0 where the law prescribes it."""
         body = self.body
         if self.law.clamps_rotation:
             body = body.once("clamped", lambda: with_psi_constrained(self.body, self.body.contact))
@@ -55,7 +55,6 @@ class NewtonSolver(Solver):
         return newton.solve(load if approach is None else approach, start)
 
     def newton(self, control):
-        """The MonolithicNewton of a control, "load" or "approach", made once."""
         nodes, kind = self.nodes, self.options.kind
         if control not in self._systems:
             rho = self.options.rho or default_rho(nodes, kind, self.length)
@@ -71,7 +70,7 @@ class NewtonSolver(Solver):
 
 
 class NewtonSolver3D(NewtonSolver, Solver3D):
-    """States of a body in space, without factorisation of the whole body."""
+    """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
 
@@ -83,7 +82,6 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
         return super().nodes
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         state = self.reached(load, approach)
         reached = state.forces, state.closed, state.surface, state.kkt, state.iterations

@@ -1,4 +1,4 @@
-"""Linear systems of Newton's method: the bulk, assembled once, and the contact term's tangent."""
+"""Linear systems of Newton's method."""
 
 import ngsolve as ng
 import numpy as np
@@ -16,13 +16,13 @@ class Systems:
     Parameters
     ----------
     body : Body
-    space : product of the body's space and others, the last one of the approach
+    space : product of the body's space and others, the last of the approach
     nodes : ContactNodes
 
     Attributes
     ----------
     rtol : float, relative residual at which Newton's iteration ends
-    advice : str, what helps where it does not get there
+    advice : str
     """
 
     def __init__(self, body, space, nodes):
@@ -39,7 +39,7 @@ class Systems:
         return found
 
     def add(self, tangent, free):
-        """Take K + `tangent`, whose places are the same at each call, on the free unknowns, a BitArray."""
+        """Take K + `tangent`, with the same places at each call, on the free unknowns, a BitArray."""
         if not len(self._places):
             self._places = _places(self.matrix, tangent)
             self._own = self._values[self._places]
@@ -47,7 +47,7 @@ class Systems:
 
 
 class Direct(Systems):
-    """Saddle-point systems with unknown multipliers, or those of a penalty, by factorisation."""
+    """Saddle-point or penalty systems, by factorisation."""
 
     rtol, advice = 1e-11, "another rho, or less stretched elements; is the body supported?"
     _inverse = None
@@ -76,9 +76,7 @@ class Direct(Systems):
 
 
 class ConjugateGradients(Systems):
-    """Positive definite systems of a body in space, preconditioned by Cholesky factors of each field: by
-    Korn's inequality in so many steps on any mesh.
-    """
+    """Positive definite systems in space, preconditioned by Cholesky factors of each field."""
 
     rtol, advice = 1e-9, "another rho, or Condensed()"
 
@@ -91,7 +89,7 @@ class ConjugateGradients(Systems):
         self._vectors = [self.matrix.CreateColVector() for _ in range(2)]
 
     def _of_field(self, name):
-        """Cholesky factors of the block of a field, as an operator on all unknowns."""
+        """Cholesky factors of the block of a field."""
         own, chosen = self.body.unknowns_of(name), ng.BitArray(self.space.FreeDofs())
         chosen[: own.start] = False
         chosen[own.stop :] = False
@@ -124,7 +122,6 @@ class ConjugateGradients(Systems):
         return solution
 
     def _applied(self, operator, values):
-        """What an operator of NGSolve makes of an array."""
         given, found = self._vectors
         given.FV().NumPy()[:] = values
         found.data = operator * given
@@ -132,7 +129,7 @@ class ConjugateGradients(Systems):
 
 
 def _places(matrix, other):
-    """Numbers of the values of a matrix that belong to those of another one."""
+    """Numbers of the values that belong to those of another matrix."""
     (_, columns, starts), (_, wanted, ends) = matrix.CSR(), other.CSR()
     columns, wanted = np.asarray(columns), np.asarray(wanted)
     starts, ends = np.array(starts, int), np.array(ends, int)

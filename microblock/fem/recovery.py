@@ -1,15 +1,13 @@
-"""Refinement of a user's mesh by recovery, for bodies whose zones nobody knows beforehand.
+"""Refinement of a user's mesh by recovery.
 
 Gradients averaged in the nodes (Zienkiewicz and Zhu, Int. J. Numer. Methods Eng. 24 (1987) 337) are nearer to
-the true ones than those of the elements, so that the difference stands for the error:
+the true ones than those of the elements. The larger part is the estimate:
 
 energy    that of the difference of gradients over the energy of the state
-surface   difference of the averaged traction and couple from the nodal p and M/ell, the larger L2 norm on the
-          contact boundary over that of p
+surface   difference of the averaged traction and couple from the nodal p and M/ell, the larger L2 norm over
+          that of p, with an edge off by a spacing over sqrt(12), and the obstacle between nodes (`between`)
 
-Added to `surface` is what neither shows: an edge between nodes, off by a spacing over sqrt(12), and the
-obstacle between the nodes (`between`). The larger one is the estimate. Quadrilaterals become triangles before
-they are cut: NGSolve cuts them one way, again and again.
+Quadrilaterals become triangles before they are cut: NGSolve cuts them one way.
 """
 
 import math
@@ -31,12 +29,12 @@ MOST = 300_000  # unknowns
 
 @dataclass(frozen=True)
 class Recovered:
-    """Relative errors of a state by recovery, and what elements add to them.
+    """Relative errors of a state by recovery.
 
     Attributes
     ----------
     energy, surface : float
-    of_energy, of_surface : arrays (elements,), their sums are energy and surface^2
+    of_energy, of_surface : arrays (elements,), with sums energy and surface^2
     """
 
     energy: float
@@ -62,7 +60,7 @@ def estimate(state):
 
 
 def _averaged(body, fields):
-    """Gradients of u1, u2, psi, averaged between elements: three pairs of continuous functions."""
+    """Averaged gradients of u1, u2, psi: three pairs of functions."""
     displacements, rotation = (
         ng.GridFunction(ng.H1(body.mesh, order=order, dim=dim))  # twice as fast as a VectorH1 for each
         for order, dim in ((body.order, 4), (body.order_psi, 2))
@@ -81,7 +79,7 @@ def _energy_of_difference(body, fields, averaged):
 
 
 def _surface(state, averaged):
-    """Squares of what p and M/ell differ from averaged tractions, array (elements,)."""
+    """Squares of what p and M/ell differ from averaged tractions, (elements,)."""
     mesh, nodes, ell = state.nodes.body.mesh, state.nodes, state.nodes.compliance.ell
     above, order = elements_at(mesh, nodes.region), nodes.body.order
     rule = {ng.SEGM: ng.IntegrationRule(ng.SEGM, 2 * order + 3)}
@@ -103,12 +101,12 @@ def _surface(state, averaged):
 
 
 def _free_edges(state):
-    """Whether a corner is closed at one of a node and the next alone, boolean array (corners, n - 1)."""
+    """Whether a corner is closed at one of a node and the next, array (corners, n - 1)."""
     return (state.closed[:, :-1] != state.closed[:, 1:]) & ~state.nodes.apart
 
 
 def _edges(state):
-    """(last closed node, first open one, square of what a shift changes p in L2) of all free edges."""
+    """(last closed node, first open one, square of what a shift changes p) of all free edges."""
     x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(state.nodes.points, axis=0).T))))
     for closed, p, gaps, is_edge in zip(state.closed, state.pressures, state.gaps, _free_edges(state)):
         for i in np.flatnonzero(is_edge):
@@ -123,7 +121,7 @@ def _edges(state):
 
 
 def _traction(state, averaged):
-    """Pressure -n.(sigma n) and couple m.n/ell by the outward normal, as an expression on the boundary."""
+    """Pressure -n.(sigma n) and couple m.n/ell on the boundary."""
     solid, n = state.nodes.body.solid, outward(state.nodes.body.mesh)
     gradient = ng.CF((*(averaged[0][i] for i in range(2)), *(averaged[1][i] for i in range(2))), dims=(2, 2))
     sigma = ng.CF(tuple(sum(solid.stress(gradient, state.fields.psi), ())), dims=(2, 2))
@@ -134,12 +132,10 @@ def _traction(state, averaged):
 def refine_until(solver, load, approach, rtol, progress=False):
     """The solution on a mesh that is cut until the estimate is at most rtol.
 
-    `progress` shows a bar of passes with the estimate.
-
     Raises
     ------
     NotConverged
-        If that takes more than MOST unknowns or PASSES passes; `rtol_reached` is the smallest estimate.
+        Beyond MOST unknowns or PASSES passes; `rtol_reached` is the smallest estimate.
     """
     best, found, besides, failed = math.inf, None, "raise the order of the body", None
     with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
@@ -178,9 +174,7 @@ def marked(found, left):
 
 
 def _finer(state, parts, left):
-    """The mesh of a state with the `marked` elements cut, those at singular points more often: once a pass
-    would take three times as many passes.
-    """
+    """The mesh with the `marked` elements cut, those at singular points more often."""
     nodes, chosen, named = state.nodes, marked(parts, left), _named(state)
     mesh, region = nodes.body.mesh, nodes.region
     between = (state.x[1:] + state.x[:-1]) / 2
@@ -202,7 +196,7 @@ def _finer(state, parts, left):
 
 
 def _beyond(state, pressures, x):
-    """Squares of p and of M/ell, (2, n), at x beyond the end of the obstacle, of pressures (corners, n)."""
+    """Squares of p and M/ell, (2, n), at x beyond the end of the obstacle."""
     levers, wrong = list(state.law.levers(x).values()), np.zeros((2, len(x)))
     for corner, (left, right) in state.problem.ends.items():
         p = np.where((x < left) | (x > right), pressures[corner], 0.0)
@@ -211,7 +205,7 @@ def _beyond(state, pressures, x):
 
 
 def _named(state):
-    """Places x1 on the contact boundary that are under ends and slope discontinuities of the obstacle."""
+    """Places x1 under ends and slope discontinuities of the obstacle."""
     problem = state.problem
     x = [place for ends in problem.ends.values() for place in ends]
     x += [place for place, jumps in problem.kinks.items() if any(jumps.values())]
@@ -219,9 +213,7 @@ def _named(state):
 
 
 def _at(mesh, region, x):
-    """Whether places x, array (k,), lie at each facet of a boundary, or hardly outside, boolean array (k,
-    facets).
-    """
+    """Whether places x, (k,), lie at each facet, about, array (k, facets)."""
     ends = np.array([[mesh[vertex].point[0] for vertex in facet.vertices] for facet in region.Elements()])
     left, right = ends.min(axis=1), ends.max(axis=1)
     return np.abs(x[:, None] - (left + right) / 2) <= 0.55 * (right - left)
@@ -234,8 +226,8 @@ def cut(mesh, chosen):
 
 
 def of_triangles(mesh):
-    """A mesh with each quadrilateral cut along its shorter diagonal; None without quadrilaterals, or with
-    sides that are curved or would be on a finer mesh.
+    """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
+    sides.
     """
     old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     if not any(element.type == ng.ET.QUAD for element in mesh.Elements()):
@@ -258,7 +250,7 @@ def of_triangles(mesh):
 
 
 def _triangles(points):
-    """Numbers of the corners of the triangles that an element with these corners, array (n, 2), becomes."""
+    """Corners of the triangles that an element with corners (n, 2) becomes."""
     if len(points) == 3:
         return ((0, 1, 2),)
     first, second = (np.hypot(*(points[i] - points[i + 2])) for i in range(2))

@@ -1,6 +1,4 @@
-"""Contact of a body in space with a rigid obstacle, condensed to its contact nodes, by projected
-gradients.
-"""
+"""Contact of a body in space with a rigid obstacle by projected gradients."""
 
 import numpy as np
 
@@ -15,7 +13,7 @@ from .state3d import SurfaceNodes
 
 
 class Solver3D(Solver):
-    """States of a body in space on its contact nodes, exact for the discrete problem."""
+    """States of a body in space on its condensed contact nodes."""
 
     most_corners, verifies, in_space = None, True, "nodes"
 
@@ -26,16 +24,16 @@ class Solver3D(Solver):
 
     @property
     def nodes(self):
-        """The contact nodes of the body, condensed; a law that prescribes psi constrains psi1 and psi2."""
+        """The condensed body; a law that prescribes psi constrains psi1 and psi2."""
         return condensed(self.body, self.body.contact, self.surface_law.clamped)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         H, residual = self.nodes.flexibility(self.directions(self.nodes.points)), 1e-9
-        found = projected_gradients.solve(
-            H, self.reachable_gaps(), load=load, approach=approach, rtol=residual
-        )
+        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)  # inf where nothing can touch
+        if not np.any(np.isfinite(gaps)):
+            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
+        found = projected_gradients.solve(H, gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
@@ -44,8 +42,8 @@ class Solver3D(Solver):
         return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
 
     def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
-        """The SurfaceNodes of corner forces and closed corners, arrays (corners, n), and (u, phi1, phi2) of
-        `Condensed` at the nodes, array (3, n).
+        """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
+        nodes, (3, n).
         """
         forces, unknowns = self.of_least_norm(forces, closed), self.nodes.body.space.FreeDofs().NumSet()
         u, phi1, phi2 = surface
@@ -56,21 +54,12 @@ class Solver3D(Solver):
         return found
 
     def state(self, solution):
-        """The State at the contact nodes."""
         nodes = solution.nodes
         given = {"x1": nodes.points[:, 0], "x2": nodes.points[:, 1], "triangles": nodes.triangles}
         return in_space(solution, nodes.points, nodes.weights, opposite=None, **given)
 
-    def reachable_gaps(self):
-        """Initial gaps, array (corners, n); inf where no obstacle is above, or supports hold the node."""
-        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)
-        if not np.any(np.isfinite(gaps)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
-        return gaps
-
     @staticmethod
     def require_no_rtol(rtol):
-        """BadArgument for an accuracy that nothing here can promise."""
         if rtol is not None:
             raise BadArgument(
                 "rtol",
@@ -79,12 +68,12 @@ class Solver3D(Solver):
             )
 
     def directions(self, points):
-        """(1, lever) of each corner at points, array (corners, 3, n), the levers being those of phi."""
+        """(1, lever) of each corner at points, array (corners, 3, n)."""
         levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
 
     def of_least_norm(self, forces, closed):
-        """The forces of least norm with the same resultants, arrays (corners, n)."""
+        """The forces of least norm with the same resultants."""
         if len(forces) == 1:
             return forces
         for axis, field in ((0, "psi2"), (1, "psi1")):
@@ -94,7 +83,7 @@ class Solver3D(Solver):
         return self.surface_law.of_least_norm(forces, closed)
 
     def require_clear(self, state, surface):
-        """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
+        """BadArgument where the obstacle lies in held nodes."""
         held = ~self.nodes.free["u3"]
         added = np.einsum("cin,in->cn", self.directions(self.nodes.points), surface)
         gaps = (self.initial_gaps + added)[:, held] - state.approach

@@ -1,4 +1,4 @@
-"""A solution on the nodes of the contact boundary of a body in three dimensions."""
+"""A solution on the contact nodes of a body in space."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .meshes import locking, longest_element
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SurfaceNodes(OnMesh):
-    """A solution on the contact nodes of a body in space; on a part of a symmetric body, that of the part.
+    """A solution on the contact nodes of a body in space, or of a part of a symmetric one.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class SurfaceNodes(OnMesh):
 
     @cached_property
     def micromoment(self) -> Array:
-        """M1 and M2 of the corners' forces, or the reaction to psi = 0, array (2, n) (stress x length)."""
+        """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
         if self.solver.surface_law.clamped:  # not of planes of symmetry
             held = [nodes.moments_of(name, self.fields.forces) for name in ("psi1", "psi2")]
@@ -37,15 +37,15 @@ class SurfaceNodes(OnMesh):
 
     @property
     def loads(self) -> Array:
-        """Nodal forces, and moments in the measure of phi = (-psi2, psi1) ell/2, array (3, n) (force)."""
+        """Nodal forces, and moments in the measure of (-psi2, psi1) ell/2, array (3, n) (force)."""
         return np.einsum("cin,cn->in", self.solver.directions(self.points), self.forces)
 
     def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner at places, array (k, 2) or (k, 3)."""
+        """Returns the pressure of a corner at places, (k, 2) or (k, 3)."""
         return self.between(self.pressures[corner], places)
 
     def between(self, values: Array, places: Array) -> Array:
-        """Returns values at the nodes at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
+        """Returns nodal values at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
         x1, x2, _ = self.nodes.points.T
@@ -54,7 +54,7 @@ class SurfaceNodes(OnMesh):
 
     @property
     def energy(self) -> float:
-        """Elastic energy: half the work of the corner forces from the unloaded state on."""
+        """Elastic energy: half the work of the corner forces."""
         gaps = self.solver.initial_gaps
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
         return float(np.sum(self.forces * lowered) / 2)
@@ -69,7 +69,6 @@ class SurfaceNodes(OnMesh):
 
     @property
     def _depth(self) -> float:
-        """How deep the deepest element below the contact reaches."""
         pressed = [bool(np.any(self.closed[own] > 0)) for own in self.nodes.facets]
         return float(self.nodes.depths[pressed].max())
 
@@ -78,7 +77,7 @@ class SurfaceNodes(OnMesh):
         return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < 25)
 
     def _long(self) -> str:
-        """Whether the elements below the contact are too long for the layer at the surface."""
+        """Whether elements below the contact are too long for the layer."""
         body = self.nodes.body
         longest = longest_element(body.solid, body.order)
         return (
@@ -87,7 +86,7 @@ class SurfaceNodes(OnMesh):
         ) * bool(self._depth > longest)
 
     def _beyond(self) -> str:
-        """Whether the obstacle reaches into the surface beside the contact boundary."""
+        """Whether the obstacle reaches into the surface beside the contact."""
         mesh, numbers = self.nodes.body.mesh, self.nodes.beyond
         places = np.array([mesh.vertices[int(number)].point for number in numbers]).reshape(-1, 3)
         if not self._inside(places, np.zeros((3, len(numbers)))) > 0:
@@ -101,15 +100,14 @@ class SurfaceNodes(OnMesh):
         ) * bool(inside > 1e-3 * np.abs(self.displacement).max())
 
     def _between(self) -> str:
-        """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
         inside = self._inside(places, (values @ np.vstack((self.displacement, self.psi)).T).T)
         words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
         return words * bool(inside > 0.05 * np.abs(self.displacement).max())
 
     def _inside(self, places: Array, moved: Array) -> float:
-        """How deep the obstacle reaches into the surface at places, array (k, 3), of which some displacement
-        into the body, psi1 and psi2 are array (3, k).
+        """How deep the obstacle reaches into the surface at places, (k, 3), with displacement, psi1 and psi2
+        `moved`, (3, k).
         """
         solver, (displacement, psi1, psi2) = self.solver, moved
         half = solver.solid.ell / 2

@@ -1,4 +1,4 @@
-"""Supports of a body: the boundaries on which its fields are fixed or prescribed, and the values there."""
+"""Supports of a body: where its fields are fixed or prescribed."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ from ..errors import BadArgument
 
 
 def patterns(body, fixed):
-    """{field: pattern of all boundaries where a body fixes or prescribes it}."""
+    """{field: pattern of all boundaries where a body holds it}."""
     if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
         raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
     given = dict.fromkeys(body.names, fixed) if isinstance(fixed, str) else dict(fixed)
@@ -52,7 +52,7 @@ def require_held(body):
 
 
 def require_periodic(body):
-    """BadArgument where a periodic body prescribes different values at points that the mesh identifies."""
+    """BadArgument where prescribed values differ at points that the mesh identifies."""
     for name, values in body.prescribed.items() if body.periodic else ():
         space, value, found = body.spaces[body.names.index(name)], body.mesh.BoundaryCF(dict(values)), {}
         for facet in body.boundary("|".join(values)).Elements():
@@ -73,16 +73,15 @@ def prescribe(body, components):
 
 
 def values_on(body, region, name, value):
-    """Coefficients of a function in the space of a field on a region of the boundary, 0 elsewhere."""
+    """Coefficients of a function on a region of the boundary, 0 elsewhere."""
     function = ng.GridFunction(body.spaces[body.names.index(name)])
     _set_on(body, region, function, value)
     return function.vec.FV().NumPy().copy()
 
 
 def _set_on(body, region, component, value):
-    """Set a component of a grid function of the body on a region of its boundary.
-
-    Where elements are as wide as the period NGSolve counts an unknown twice: what 1 becomes is its share.
+    """Set a component on a region of the boundary. Where elements are as wide as the period NGSolve counts an
+    unknown twice: what 1 becomes is its share.
     """
     component.Set(value, definedon=region)
     if body.periodic:

@@ -1,4 +1,4 @@
-"""A solution on the surface of a block along x1, of a symmetric problem computed on one half."""
+"""A solution on the surface of a block along x1."""
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
@@ -21,10 +21,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser level; None where the mesh was prescribed
+    discretisation : float, distance to the next coarser level; None of a prescribed mesh
     edges : float, what the next step of the edges would change
     truncation : float, of a half-plane that is cut off
-    obstacle : float, what the nodes miss of the obstacle (`between`)
+    obstacle : float, what the nodes miss of the obstacle
     """
 
     discretisation: float | None
@@ -41,9 +41,9 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     ----------
     solver : FittedSolver or UniformSolver
     body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0, the computed part
-    load : float, resultant force per thickness of the whole body
+    load : float, per thickness of the whole body
     forces : array (corners, nodes), of the computed part
-    displacement, psi : arrays (n,), -u.n and microrotation at `x`, on the whole line
+    displacement, psi : arrays (n,), -u.n and microrotation, on the whole line
     zones : {corner number: ((left, right), ...)} of the computed part
     estimate : Estimate, or None
     """
@@ -73,11 +73,11 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
         )
 
     def computed(self, values):
-        """Of values at `x`, arrays (..., n), those of the computed part."""
+        """Those of the computed part, of values (..., n)."""
         return values[..., -len(self.body.weights) :]
 
     def _unfold(self, values, mirrored):
-        """Values at `x` from those of the computed part and mirrored ones, arrays (..., n)."""
+        """Values on the whole line from computed and mirrored ones, (..., n)."""
         return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if self.mirrored else values
 
     @cached_property
@@ -103,19 +103,18 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     @cached_property
     def weights(self):
-        """Weights at `x`: their sum with the pressure is the load."""
+        """Weights: their sum with the pressure is the load."""
         weights = self._unfold(self.body.weights, self.body.weights)
         return np.where(self.mirrored & (self.x == 0), 2, 1) * weights
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n); on the axis corners share one."""
+        """Pressure of each corner, (corners, n); on the axis corners share one."""
         own = super().pressures
         return self._unfold(own, own[::-1])
 
     @property
     def closed(self):
-        """Whether corners carry a force, boolean array (corners, n)."""
         return self.pressures > 0
 
     def _reaction_at_nodes(self):
@@ -126,19 +125,19 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     @cached_property
     def fields(self):
-        """Fields of the computed part, with values at points of the whole body."""
+        """Fields, with values at points of the whole body."""
         found = super().fields
         return Fields(found.body, found, found.forces, self.mirrored)
 
     def interpolated(self, values, x):
-        """Values at x from those at the nodes: on each facet the polynomial through them."""
-        right = self.body.interpolate(self.computed(values), x)
+        """Nodal values at x, by the facets' polynomials."""
+        right = self.body.along.interpolate(self.computed(values), x)
         if not self.mirrored:
             return right
-        return np.where(x < 0, self.body.interpolate(self.computed(values[::-1]), -x), right)
+        return np.where(x < 0, self.body.along.interpolate(self.computed(values[::-1]), -x), right)
 
     def reaction_on(self, boundary):
-        """As of `OnMesh`; of a symmetric body of the whole, of which the axis is no boundary."""
+        """As of `OnMesh`, of the whole body."""
         found, body = super().reaction_on(boundary), self.fields.body
         if not self.mirrored:
             return found
@@ -151,14 +150,14 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
 
 def unfolded(solver, body, load, approach, forces, surface, *counts, **how):
-    """The SurfaceSolution of forces, displacement and psi at the nodes of the computed part."""
+    """The SurfaceSolution of forces and surface of the computed part."""
     if solver.problem.mirror:
         surface = (np.append(sign * one[:0:-1], one) for one, sign in zip(surface, (1, -1)))
     return SurfaceSolution(solver, load, approach, forces, *surface, *counts, body=body, **how)
 
 
 def surface_solution(solver, body, load, found, zones, iterations, estimate):
-    """The SurfaceSolution of a ContactState `found` on a Condensed body that follows the edges."""
+    """The SurfaceSolution of a ContactState on a Condensed body that follows the edges."""
     forces = found.forces.reshape(len(solver.law.corners), -1)
     raised, psi = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
     counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": "fitted"}
@@ -166,7 +165,7 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate):
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, weighted by the distance to ends of the obstacle."""
+    """max(|dp|, |dM|/ell)/|p| in L2, weighted by the distance to ends of the obstacle."""
     x, ell, law = fine.x, fine.problem.ell, fine.problem.law
     ends = getattr(fine.problem.obstacle, "ends", ())
     weights = fine.weights * distance_to_ends(x, ends, law.shifts(ell))

@@ -1,6 +1,5 @@
-"""Contact of a block on one mesh of equal squares near the contact, graded outwards (section 4.2).
-
-The discrete problem is solved condensed to the contact nodes, or by Newton's method, load by load.
+"""Contact of a block on one mesh of equal squares near the contact (section 4.2), condensed to the contact
+nodes or by Newton's method.
 """
 
 import math
@@ -20,7 +19,7 @@ from .surface_solution import unfolded
 
 
 class UniformSolver(GroundSolver):
-    """States of a Block on one mesh of equal squares; its `options` are `Uniform`."""
+    """States of a Block on one mesh; its `options` are `Uniform`."""
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
@@ -36,9 +35,7 @@ class UniformSolver(GroundSolver):
         return solver._unfolded(found.load / self.share(1.0), found)
 
     def at(self, load):
-        """The SurfaceSolution at a load (force per thickness); NotConverged also where the contact leaves the
-        region of equal squares.
-        """
+        """The SurfaceSolution at a load (force per thickness); NotConverged also beyond the equal squares."""
         solver = self._reaching(load)
         return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
 
@@ -64,9 +61,7 @@ class UniformSolver(GroundSolver):
         return self.options.reach
 
     def _reaching(self, load):
-        """The solver with a region of equal squares that the contact of a load fits in, made once for all
-        loads that ask for it.
-        """
+        """The solver with equal squares that the contact of a load fits in, made once."""
         if self.reach is not None:
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
@@ -79,22 +74,22 @@ class UniformSolver(GroundSolver):
 
     @cached_property
     def _solvers(self):
-        """{squares from the axis to the end of their region: UniformSolver}."""
+        """{squares up to their end: UniformSolver}."""
         return {}
 
     def prepare(self):
-        """Mesh and matrices, made once: the `NodalSolver.system`, or Newton's, not factorised."""
+        """The `NodalSolver.system`, or Newton's, made once."""
         return self.on_mesh.newton("load") if self.options.newton else self.on_mesh.system
 
     @cached_property
     def on_mesh(self):
-        """The solver of the body on its mesh, of a symmetric problem of its half."""
+        """The solver of the body, or of its half, on the mesh."""
         newton = self.options.newton
         contact = self.contact.with_(body=self._body(self.symmetric), method=newton or methods.Condensed())
         return NewtonSolver(contact, newton, self.options.rule, self.reach) if newton else contact.solver
 
     def _body(self, half):
-        """The body, or its half x1 > 0: shear has another symmetry."""
+        """The body, or its half x1 > 0."""
         if self.reach is None:
             raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")
         far = FAR * self.reach if self.domain == math.inf else self.domain
@@ -103,7 +98,6 @@ class UniformSolver(GroundSolver):
         return Body(mesh, self.solid, self.options.order, fixed=dict(ground.supports))
 
     def _unfolded(self, load, found):
-        """The SurfaceSolution of a MeshSolution on the mesh."""
         self._require_within(np.abs(found.x[found.closed.any(axis=0)]).max(initial=0), load)
         zones = self.runs(found.x, found.closed, found.forces / found.nodes.weights)
         surface, counts = (found.displacement, found.psi), (found.residual, found.iterations, found.unknowns)
@@ -111,7 +105,7 @@ class UniformSolver(GroundSolver):
         return unfolded(self, found.nodes, load, found.approach, found.forces, surface, *counts, **how)
 
     def _require_within(self, outer, load):
-        """NotConverged where the contact reaches from the region of equal squares."""
+        """NotConverged where the contact leaves the equal squares."""
         if outer > self.reach - self.options.h / 2:
             raise NotConverged(
                 f"at load {load:g} the contact leaves the region of equal squares, |x1| < "

@@ -35,7 +35,7 @@ def flexibility(
     clamped: bool,
     counter: Counter | None = None,
 ) -> Flexibility:
-    """Returns the Flexibility of corners on cells of this width (length), as many as there are tilts."""
+    """Returns the Flexibility of corners on as many cells as there are tilts."""
     count = tilt.shape[-1]
     length, near = (count if periodic else next_fast_len(parts * count, real=True) for parts in (2, 1))
     size, back = (length, length), (near, near)
@@ -70,14 +70,13 @@ def flexibility(
 
 
 def _symmetric(six: Six) -> list[list[Array]]:
-    """Returns the rows of R."""
     u, v1, v2, w11, w12, w22 = six
     return [[u, v1, v2], [v1, w11, w12], [v2, w12, w22]]
 
 
 def wavenumbers(length: int, width: float) -> tuple[Array, Array, Array]:
-    """Returns k1, array (length, 1), k2, array (1, length//2 + 1), and k of a period of so many cells; at k =
-    0 half of the smallest, which stands for the mean.
+    """Returns k1, array (length, 1), k2, array (1, length//2 + 1), and k of a period; at k = 0 half of the
+    smallest stands for the mean.
     """
     step = 2 * np.pi / (length * width)
     k1 = (np.fft.fftfreq(length) * length * step)[:, None]
@@ -88,7 +87,7 @@ def wavenumbers(length: int, width: float) -> tuple[Array, Array, Array]:
 
 
 def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -> list[Array]:
-    """Returns R of the symbol, or its inverse, at the wavenumbers of a period, positive definite at each."""
+    """Returns R of the symbol, or its inverse, on a period, positive definite."""
     k1, k2, k = wavenumbers(length, width)
     U, V, W, other = np.array(symbol(solid, k)) / width**2
     V[0, 0], W[0, 0] = 0, (W[0, 0] + other[0, 0]) / 2
@@ -105,9 +104,7 @@ def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -
 
 
 def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: bool) -> list[Array]:
-    """Returns R of the cells' responses without images in a period of the length; the three of `_held` where
-    psi = 0.
-    """
+    """Returns R of cells without images in a period; where psi = 0, those of `_held`."""
     found = []
     for number, quarter in enumerate(kernels(solid).cells(count, width / solid.ell, clamped)):
         moment = clamped and number > 0
@@ -117,7 +114,7 @@ def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: b
 
 
 def _held(six: Six) -> list[Array]:
-    """Returns u, m1 and m2 from p where psi = 0, m taking the rotation away."""
+    """Returns u, m1 and m2 from p where psi = 0."""
     u, v1, v2, w11, w12, w22 = six
     determinant = w11 * w22 - w12**2
     m1, m2 = (w12 * v2 - w22 * v1) / determinant, (w12 * v1 - w11 * v2) / determinant

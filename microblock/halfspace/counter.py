@@ -1,17 +1,16 @@
-"""A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
+"""A second half-space, pressed and displaced where corners of blocks stand.
 
 Corner (a, b) of the block at x presses the second body at x + (ell/2)(a, b), where its displacement u2 adds
-to the gap. Its force is shared among cells of the second surface by the weights of the polynomial through
-five of them along each axis, and the displacement is taken with the same weights. With S for these shares
+to the gap. Cells of the second surface share its force by the weights S of the polynomial through five of
+them along each axis, which keep force and moment, and
 
     gaps = S^T U2 S forces
 
-is symmetric and positive, and keeps force and moment. U2 is on a period the symbol, else the displacement at
-the centre of a cell under the pressure on another, of a classical solid in closed form (Love 1929).
+is positive. U2 is on a period the symbol, else the displacement at the centre of a cell under pressure on
+another, of a classical solid in closed form (Love 1929).
 
-Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and hardly so if the block is
-small. These gaps get 0.003 of what short waves displace times such forces besides, which falls with the width
-of the cells as other errors do.
+Forces 1, -1, -1, 1 on a small block hardly displace the second body. These gaps get 0.003 of what short waves
+displace besides.
 """
 
 from __future__ import annotations
@@ -45,19 +44,18 @@ class Counter:
     Attributes
     ----------
     solid : Cosserat
-        Of the second body, also a classical one.
+        Second body, also classical.
     ell : float
         Side of the first body's blocks (length).
     offsets : array (corners, 2)
-        (a, b), places of the corners from the contact point over ell/2.
+        (a, b) of the corners.
     shares : dict of sparse arrays (m, n)
-        By a or b: of forces on n cells along an axis, those on the m of the second surface, ``beyond`` more
-        on either side.
+        By a or b: shares on m cells of forces on n cells along an axis, ``beyond`` fewer on either side.
     response : Waves
-        Of u2 to forces on the m x m cells.
+        Of u2 to forces on m x m cells.
     beyond : int
     held, twisted : float
-        The least and the most twist of a block (length per force).
+        Least and most twist of a block (length per force).
     """
 
     solid: Cosserat
@@ -73,12 +71,8 @@ class Counter:
     def on(
         cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
     ) -> Counter:
-        """Returns the Counter of a solid on count x count cells of the contact points.
-
-        Raises
-        ------
-        BadArgument
-            If the corners stand farther outside than WIDEST windows.
+        """The Counter of count x count cells; raises BadArgument if corners stand farther outside than
+        WIDEST windows.
         """
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:
@@ -109,12 +103,11 @@ class Counter:
         return gaps
 
     def pressed(self, forces: Array) -> Array:
-        """Returns the forces on cells of the second surface, array (m, m), from those of the corners."""
+        """Returns the forces on cells of the second surface, array (m, m)."""
         pairs = zip(self.offsets.tolist(), forces)
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        """Returns u2 on the cells of the second surface from the forces of the corners."""
         found: Array = self.response(self.pressed(forces)[None])[0]
         return found
 
@@ -125,9 +118,7 @@ class Counter:
         return u2[inside, inside]
 
     def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
-        """Returns what the second body adds to the gaps at places anywhere, array (corners, k), under the
-        forces on cells with these centres, taken as points.
-        """
+        """Returns the gaps at places, array (corners, k), from forces at these centres of cells."""
         whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
         centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
         y1, y2, pressed = as_points(*centres, whole)
@@ -137,16 +128,15 @@ class Counter:
         return np.array([kernel(self.solid, np.maximum(r, nearest)) @ pressed for r in away])
 
     def smooth(self, length: int, width: float) -> Array:
-        """Returns U2 at the wavenumbers of a period of so many cells, positive at each."""
+        """Returns U2 at the wavenumbers of a period, all positive."""
         return _smooth(self.solid, length, width)
 
     def with_inverse(
         self, rows: list[list[Array]], length: int, width: float, displaced: float
     ) -> list[list[Array]]:
-        """Returns the inverse of R of both bodies from that of the first, between what four corners do.
+        """Returns the inverse of R of both bodies from that of the first.
 
-        Second in the rows is the twist w in gap = u + a b w - a phi1 - b phi2. The second body adds U2 v v^T,
-        v from the shares of waves.
+        Rows are u, w, phi1, phi2 in gap = u + a b w - a phi1 - b phi2; the second body adds U2 v v^T.
         """
         v, twist = _seen(self.ell, length, width)
         U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)
@@ -160,7 +150,7 @@ class Counter:
         return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
 
     def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
-        """Returns what short waves displace, twist and turn, over the displacement of the first body."""
+        """Returns what short waves displace, twist and turn, over the first body's displacement."""
         v, twist = _seen(self.ell, length, width)
         seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
         seen *= short_waves(self.solid)[0] / displaced
@@ -168,9 +158,7 @@ class Counter:
 
 
 def as_points(x1: Array, x2: Array, forces: Array, *others: Array) -> list[Array]:
-    """Returns loads on cells, arrays (n, n), at fewer points: x1 and x2 of these and sums of loads, arrays
-    (k,); where there are no forces there is no point.
-    """
+    """Returns x1, x2 and sums of loads on cells, arrays (n, n), at fewer points, arrays (k,)."""
     i, j = np.nonzero(forces)
     part = -(-len(x1) // FEW)
     which = np.unique(i // part * len(x1) + j // part, return_inverse=True)[1]
@@ -181,7 +169,7 @@ def as_points(x1: Array, x2: Array, forces: Array, *others: Array) -> list[Array
 
 
 def kernel(solid: Cosserat, r: Array) -> Array:
-    """Returns the displacement under a unit force at distances r, array like r (length per force)."""
+    """Returns the displacement at distances r from a unit force (length per force)."""
     c = (1 - solid.nu) / solid.mu
     if is_classical(solid):
         return c / (2 * np.pi * r)
@@ -195,7 +183,7 @@ def _smooth(solid: Cosserat, length: int, width: float) -> Array:
 
 
 def _weights(shift: float) -> tuple[Array, Array]:
-    """Returns the cells that share a force so many cells beside their own, and the weights of each."""
+    """Returns the cells that share a force aside, and their weights."""
     first = int(np.rint(shift))
     others = [np.delete(NODES, number) for number in range(len(NODES))]
     weights = [np.prod((shift - first - rest) / (own - rest)) for own, rest in zip(NODES, others)]
@@ -203,7 +191,7 @@ def _weights(shift: float) -> tuple[Array, Array]:
 
 
 def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Array], Array]:
-    """Returns what waves of u2 are to the gaps of four corners, as (u, phi1, phi2), and their twist."""
+    """Returns (u, phi1, phi2) and twist of four corners under waves of u2."""
     ways, weights = _weights(ell / 2 / width)
     turns = (np.exp(1j * width * k[..., None] * ways) @ weights for k in wavenumbers(length, width)[:2])
     (c1, s1), (c2, s2) = ((turn.real, turn.imag) for turn in turns)
@@ -211,7 +199,7 @@ def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Ar
 
 
 def _shares(shift: float, count: int, beyond: int) -> Any:
-    """Returns the shares of forces that press so many cells beside their own, sparse (m, n)."""
+    """Returns shares of forces so many cells aside, sparse (m, n)."""
     ways, weights = _weights(shift)
     m, cells = count + 2 * beyond, np.arange(count)
     rows = (cells[:, None] + beyond + ways) % m  # on a period they go on where they began
@@ -222,7 +210,7 @@ def _shares(shift: float, count: int, beyond: int) -> Any:
 
 
 def _without_images(solid: Cosserat, count: int, width: float) -> Array:
-    """Returns the responses of cells without images in a doubled period."""
+    """Returns the cells' responses without images in a doubled period."""
     if is_classical(solid):
         edges = (np.arange(count + 1) - 0.5) * width
         whole = _love(edges[:, None], edges[None, :])
@@ -234,5 +222,5 @@ def _without_images(solid: Cosserat, count: int, width: float) -> Array:
 
 
 def _love(x: Array, y: Array) -> Array:
-    """Returns the integral of 1/r over the rectangle from 0 to (x, y), neither of them 0."""
+    """Returns the integral of 1/r over the rectangle from 0 to (x, y), both nonzero."""
     return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))

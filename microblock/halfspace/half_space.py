@@ -14,25 +14,23 @@ from .symbol import require_stable
 
 
 class HalfSpace(Unbounded):
-    """The half-space x3 < 0 of one solid, with or without loads that repeat along x1 and x2.
+    """The half-space x3 < 0 of one solid.
 
     Obstacles are those of `microblock.halfspace.obstacles`, or any ``height(x1, x2)`` of two arrays.
-    Approaches count from the surface far away, on a period from its mean. A state is a
-    `microblock.State`.
+    Approaches count from the surface far away, on a period from its mean.
 
     Parameters
     ----------
     solid : Cosserat
-        Its ``alpha'`` and ``beta'`` act where blocks turn about the direction in which fields change. A
-        classical one, ``beta=0``, serves as the second of two bodies (`Deformable`).
+        Its ``alpha'`` and ``beta'`` act where blocks turn about the direction in which fields change. One
+        with ``beta=0`` serves as the second of two bodies (`Deformable`).
     period : float, optional
-        Length after which obstacle and loads repeat along x1 and along x2.
+        Length after which obstacle and loads repeat along x1 and x2.
 
     Raises
     ------
     BadArgument
-        If the solid is no Cosserat, or lets the surface of a half-space turn by itself, or the period is not
-        positive.
+        If the solid is no Cosserat, or lets the surface turn by itself, or the period is not positive.
 
     Examples
     --------

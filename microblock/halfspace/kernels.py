@@ -1,14 +1,13 @@
-"""The response of the half-space to a unit force and a unit moment on its surface, without images.
+"""The response of the half-space to a unit force and a unit moment on its surface.
 
-With r the distance, e its direction from the load, and vectors phi and m as in
-`microblock.halfspace.symbol`,
+With r the distance, e its direction from the load, and phi and m as in `microblock.halfspace.symbol`,
 
     u = u(r) p - v(r) e.m,     phi = v(r) e p + [w0(r) + w2(r) (2 e e - 1)] m,
 
-are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. Where psi = 0 on
-the whole surface, u from p is that of U - V^2/W, and m = -V/W e p with J1 holds the rotation. On k = i t the
-Bessel functions become K0, K1 and K2, and integrals over t > 0 of the imaginary parts are left (of V and V/W:
-the real part). They are tabulated in log r, over c/ell with c = (1 - nu)/mu (that of V/W over 1/ell^2).
+are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. Where psi = 0
+everywhere, u from p is that of U - V^2/W, and m = -V/W e p with J1. On k = i t integrals over t > 0 of the
+imaginary parts (of V and V/W: the real part) with K0, K1 and K2 are left, tabulated in log r, over c/ell with
+c = (1 - nu)/mu (that of V/W over 1/ell^2).
 """
 
 from __future__ import annotations
@@ -32,12 +31,8 @@ PIECE = 0.4  # its width in log t
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, of a solid with ell = 1.
-
-    Raises
-    ------
-    BadArgument
-        If beta is too small or the layer too thin for the quadrature, or the surface is unstable.
+    """u, v, w0 and w2, and u and m where psi = 0, with ell = 1; BadArgument if beta is too small, or
+    the layer too thin for the quadrature, or the surface is unstable.
     """
 
     def __init__(self, solid: Cosserat) -> None:
@@ -54,22 +49,10 @@ class Kernels:
         return values
 
     def cells(self, count: int, width: float, clamped: bool = False) -> Array:
-        """Returns responses averaged over square cells at the distances (i, j) = 0, 1, ... cells.
+        """Returns responses averaged over square cells (i, j) = 0, 1, ... cells away.
 
-        Parameters
-        ----------
-        count : int
-            Number of distances along each axis.
-        width : float
-            Side of a cell over ell.
-        clamped : bool
-            Whether psi = 0 on the whole surface.
-
-        Returns
-        -------
-        array (6, count, count), or (3, count, count) where psi = 0
-            u, v1, v2 and the components 11, 12, 22 of the tensor, over c/ell; or u over that, m1 and m2 over
-            1/ell^2.
+        Cells are `width` times ell wide. The array (6, count, count) has `components` over c/ell; where
+        psi = 0, (3, count, count), m1 and m2 over 1/ell^2.
         """
         found = np.empty((3 if clamped else 6, count, count))
         for near, far, order in ((0, 3, 24), (3, 12, 8), (12, 48, 4), (48, count, 2)):
@@ -89,7 +72,7 @@ class Kernels:
 
     def components(self, x: Array, y: Array, clamped: bool = False) -> Array:
         """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell, array (6, ...); where
-        psi = 0 on the whole surface u, m1 and m2 from p, array (3, ...).
+        psi = 0 everywhere u, m1 and m2 from p, array (3, ...).
         """
         r = np.hypot(x, y)
         u, v, w0, w2, held, m = self(r)
@@ -101,9 +84,7 @@ class Kernels:
         )
 
     def _own(self, width: float) -> Array:
-        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre; the others
-        vanish by symmetry.
-        """
+        """Returns averages of u, w0 and u where psi = 0 over the loaded cell."""
         rays, turns = gauss_rule(32)
         angle = rays * np.pi / 4
         reach = width / 2 / np.cos(angle)
@@ -146,8 +127,8 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
 
 
 def _pole(solid: Cosserat) -> float | None:
-    """Returns the t beyond both branch points where the denominator of W_par vanishes, as where gamma' +
-    beta' is large: the integrals are principal values then. None without any.
+    """Returns the t beyond both branch points where the denominator of W_par vanishes, or None; integrals are
+    principal values there.
     """
     g, tau, eta = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2, solid.eta
     rates = 1 / solid.layer_length**2, spread_rate(solid)
@@ -164,7 +145,7 @@ def _pole(solid: Cosserat) -> float | None:
 
 
 def _points(solid: Cosserat) -> tuple[Array, Array]:
-    """Returns Gauss points and weights in t > 0, graded towards the branch points and the root of D."""
+    """Returns Gauss points and weights in t > 0, graded towards branch points and root."""
     rates = np.sqrt([1 / solid.layer_length**2, spread_rate(solid)])
     low, high = 1e-3 / FARTHEST, 40 / NEAREST
     logs = [np.linspace(np.log(low), np.log(high), int(np.log(high / low) / PIECE) + 1)]

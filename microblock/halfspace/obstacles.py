@@ -1,6 +1,6 @@
-"""Rigid obstacles over the surface x1, x2: heights of their lower side over x3 = 0.
+"""Rigid obstacles: heights of their lower side over x3 = 0.
 
-Any callable ``height(x1, x2)`` of two arrays serves as well; it returns inf where there is no obstacle.
+Any callable ``height(x1, x2)`` of two arrays serves as well, with inf where there is no obstacle.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Sphere(Checked):
     R: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns the height at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         return (x1**2 + x2**2) / (2 * self.R)
 
 
@@ -68,7 +68,7 @@ class Ellipsoid(Checked):
     R2: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns the height at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         return x1**2 / (2 * self.R1) + x2**2 / (2 * self.R2)
 
 
@@ -79,7 +79,7 @@ class Cone(Checked):
     Parameters
     ----------
     slope : float
-        Slope of its side, tan of the angle to the surface (dimensionless).
+        Slope of its side (dimensionless).
 
     Raises
     ------
@@ -95,7 +95,7 @@ class Cone(Checked):
     slope: float = field(metadata=checked(require_positive))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns the height at (x1, x2), arrays of one shape (lengths)."""
+        """Returns heights at (x1, x2) (lengths)."""
         heights: Array = self.slope * np.hypot(x1, x2)
         return heights
 
@@ -107,13 +107,13 @@ class FlatPunch(Checked):
     Parameters
     ----------
     half_width : float
-        Radius of a round face, half of the side of a square one (length).
+        Radius of a round face, half the side of a square one (length).
     face : "round" or "square"
 
     Raises
     ------
     BadArgument
-        If the half-width is not positive, or the face neither word.
+        If the half-width is not positive, or the face neither.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class FlatPunch(Checked):
     face: str = field(default="round", metadata=checked(require_choice, ("round", "square")))
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns the height at (x1, x2), arrays of one shape (lengths); inf beside the face."""
+        """Returns heights at (x1, x2) (lengths); inf beside the face."""
         away = np.hypot(x1, x2) if self.face == "round" else np.maximum(np.abs(x1), np.abs(x2))
         return np.where(away <= self.half_width, 0.0, np.inf)
 
@@ -135,21 +135,19 @@ class RoughSurface(SelfAffine):
     """Self-affine surface of a period in x1 and x2: cosines of random phases in all directions, amplitudes
     like (wavenumber)^-(hurst + 1).
 
-    It is a function of the place, the same on whatever grid. A seed draws the same phases for all waves that
-    two surfaces have in common.
+    A seed draws the same phases for all waves that two surfaces have in common.
 
     Parameters
     ----------
     period : float
-        Length after which the surface repeats along either axis.
+        Length after which the surface repeats.
     slope : float
-        Root mean square of the length of the slope, ``|grad h|`` (dimensionless).
+        Root mean square of ``|grad h|`` (dimensionless).
     hurst : float
         Hurst exponent, from 0 to 1: the power spectral density falls like (wavenumber)^-(2 hurst + 2).
     waves : (int, int)
-        Wavenumbers of the longest and of the shortest waves, in waves to the period, both included.
+        The first and the last wavenumber, in waves to the period.
     seed : int
-        Seed of the random phases.
 
     Raises
     ------
@@ -170,8 +168,8 @@ class RoughSurface(SelfAffine):
 
     @cached_property
     def amplitudes(self) -> Array:
-        """Complex amplitudes of exp(2 pi i (m1 x1 + m2 x2)/period): m1 = 0 ... n and m2 = -n ... n, n the
-        shortest wave, array (n + 1, 2 n + 1).
+        """Amplitudes of exp(2 pi i (m1 x1 + m2 x2)/period), m1 = 0 ... n, m2 = -n ... n, array
+        (n + 1, 2 n + 1).
         """
         longest, shortest = self.waves
         m1, m2 = (each.ravel() for each in np.mgrid[: shortest + 1, -shortest : shortest + 1])
@@ -187,7 +185,7 @@ class RoughSurface(SelfAffine):
         return whole.reshape(shortest + 1, -1)
 
     def height(self, x1: Array, x2: Array) -> Array:
-        """Returns the height at (x1, x2), arrays of one shape (lengths); soon on the places of a grid."""
+        """Returns heights at (x1, x2) (lengths)."""
         x1, x2 = np.asarray(x1, float), np.asarray(x2, float)
         n = self.waves[1]
         if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):
@@ -200,12 +198,12 @@ class RoughSurface(SelfAffine):
         return found.reshape(x1.shape)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
-        """Returns exp(2 pi i m x/period) for m from the first to the last, array (places, waves)."""
+        """Returns exp(2 pi i m x/period), m from first to last, array (places, waves)."""
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))
 
 
 def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]:
-    """Returns the height of an obstacle and its images, a period apart along both axes."""
+    """Returns the height of an obstacle and its images along both axes."""
 
     def height(x1: Array, x2: Array) -> Array:
         return heights(obstacle, *((x + period / 2) % period - period / 2 for x in (x1, x2)))
@@ -214,12 +212,8 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
 
 
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:
-    """Returns the heights of an obstacle or a callable at (x1, x2), arrays of one shape.
-
-    Raises
-    ------
-    BadArgument
-        If it fails, or does not return as many numbers, finite or inf.
+    """The heights of an obstacle or a callable at (x1, x2), arrays of one shape; raises BadArgument if
+    it fails, or does not return as many numbers or inf.
     """
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):

@@ -1,16 +1,14 @@
-"""The obstacle as far as a contact can be: samples of the initial gaps, and a bound on the approach.
+"""Samples of the initial gaps as far as a contact can be, and a bound on the approach.
 
-f is the least of the initial gaps of a block's corners. By reciprocity with a flat punch on a disc A of
-radius a, under the load P,
+f is the least initial gap of a block's corners. By reciprocity with a flat punch on a disc A of radius a,
 
     approach <= P/(2 E* a) + <h>_A,
 
-<h>_A the mean of the height under the punch's pressure, that over a hemisphere projected on A. No place with
-f above the least over all discs can touch. One corner of a block may carry all, which yields more, and the
-bound is doubled, as the energy of the least forces is convex in P.
+<h>_A the mean height under the punch's pressure. No place with f above the least over all discs can touch.
+One corner of a block may carry all, which yields more, and the bound is doubled, as the energy of the least
+forces is convex in P.
 
-Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances.
-Samples that no neighbour undercuts are followed down to their valley.
+Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
 from __future__ import annotations
@@ -42,15 +40,15 @@ FALLS = "have a lowest place: without one it falls without end"
 
 
 class Picture:
-    """Samples of f and what they say of a contact under a load or at an approach.
+    """Samples of f, for a contact under a load or at an approach.
 
     Parameters
     ----------
     gaps : function
-        Initial gaps of corners at places (x1, x2), array (corners, ...) (lengths).
+        Of (x1, x2), array (corners, ...) (lengths).
     ell : float
     needed : (float, float) or float
-        P/(2 E*) for all corners of a block alike and for one (length^2); or the approach (length).
+        P/(2 E*) for all corners alike and for one (length^2); or the approach (length).
     obstacle : object
     window : Grid, optional
     repeats : bool
@@ -61,12 +59,12 @@ class Picture:
     samples, valleys : arrays (n, 3), (k, 3)
         x1, x2 and f.
     bound, radius : float
-        Approach that is not exceeded, and radius of the disc that says so (lengths).
+        Bound on the approach, and radius of its disc (lengths).
 
     Raises
     ------
     BadArgument
-        If the obstacle is nowhere, falls without end, or could touch without end.
+        If the obstacle is nowhere, or falls or could touch without end.
     """
 
     def __init__(
@@ -102,16 +100,16 @@ class Picture:
 
     @property
     def deepest(self) -> Array:
-        """Places as low as the lowest one, array (k, 2): all of them touch, symmetric if the obstacle is."""
+        """Places as low as the lowest one, array (k, 2)."""
         least = self.lowest[2]
         return np.vstack((self.lowest, self.low(least + EQUAL * (self.bound - least))))[:, :2]
 
     def low(self, approach: float) -> Array:
-        """Returns the samples at which f is below an approach, array (m, 3)."""
+        """Returns the samples below an approach, array (m, 3)."""
         return np.asarray(self.samples[self.samples[:, 2] < approach])
 
     def separate(self, approach: float) -> Array:
-        """Returns the places of valleys below an approach that stand apart, array (k, 2)."""
+        """Returns separate valleys below an approach, array (k, 2)."""
         low, found = self.valleys[np.argsort(self.valleys[:, 2])], []
         low = low[low[:, 2] < approach, :2]
         while len(low):
@@ -120,7 +118,7 @@ class Picture:
         return np.array(found).reshape(-1, 2)
 
     def look(self, middle: Sequence[float] | Array, side: float, count: int) -> None:
-        """Adds samples of a square in so many rows and columns."""
+        """Adds samples of a square."""
         rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
         f = self._least(x1, x2)
@@ -134,13 +132,13 @@ class Picture:
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
     def look_about(self, window: Any) -> None:
-        """Looks at a window, and as far again on all sides of it, for what may be narrow, and follows it."""
+        """Looks at a window, and as far again on all sides, and follows what is low."""
         times = 1 if self.repeats else 3
         self.look(window.middle, times * window.side, times * FINE)
         self.follow()
 
     def follow(self) -> None:
-        """Follows lower samples of squares down to their valleys and adds these."""
+        """Adds the valleys below samples that no neighbour undercuts."""
         places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
         ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
         ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
@@ -161,7 +159,7 @@ class Picture:
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
-        """Looks at squares about the middle, then about the lowest place, as far as the bound asks for."""
+        """Looks at squares about the middle, then about the lowest place, up to the bound."""
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):
             self.look(np.zeros(2), side, count)
@@ -196,7 +194,7 @@ class Picture:
         raise BadArgument("obstacle", self.obstacle, f"must {what}" + f"; {BOUNDED}" * (what != UNSEEN))
 
     def _beside_valleys(self) -> None:
-        """Looks about other valleys that could touch: each may have another beside it."""
+        """Looks about other valleys that could touch."""
         seen = self.lowest[None, :2]
         while len(seen) <= VALLEYS:
             low = self.separate(self.bound)
@@ -211,7 +209,7 @@ class Picture:
             self.follow()
 
     def _bound(self, widest: float) -> None:
-        """Sets bound and radius by discs about the lowest place up to a width."""
+        """Sets bound and radius by discs up to a width."""
         lowest = self.lowest
         radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)
         (z, weights), turns = gauss_rule(8), 2 * np.pi * (np.arange(16) + 0.5) / 16

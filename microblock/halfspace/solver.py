@@ -2,10 +2,8 @@
 
 1. A window about the lowest places of the picture (`microblock.halfspace.picture`) grows while cells press
    near its rim, or a gap outside is negative, and shrinks to the contact.
-2. Grids of 32, 64, ... cells a side are solved until the estimate is below rtol and no place between the
-   cells would touch.
-
-Two grids whose contacts have few cells agree by themselves, so the load on such spots counts as error.
+2. Grids of 32, 64, ... cells a side are solved until the estimate, with the load on spots of few cells, is
+   below rtol and no place between the cells would touch.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike
+from ..model.types import ContactLike, LawLike
 from .cells import flexibility
 from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
@@ -37,7 +35,7 @@ from .kernels import kernels
 from .obstacles import heights, repeated
 from .picture import EQUAL, FINE, Picture
 from .state import Grid, SurfaceCells
-from .surface_law import closed_corners, on_surface
+from .surface_law import SurfaceLaw, closed_corners, on_surface
 from .symbol import symbol
 
 MOST = 1024  # cells a side of the finest grid that rtol may ask for
@@ -48,7 +46,7 @@ NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window
 
 
 class SurfaceSolver(Solver):
-    """States of a HalfSpace; its `options` are `Cells`, whose nodes count along each axis."""
+    """States of a HalfSpace; its `options` are `Cells`, with nodes along each axis."""
 
     usual_rtol = 1e-2
     most_corners = None
@@ -68,22 +66,7 @@ class SurfaceSolver(Solver):
             raise BadArgument("window", options.window, "belongs to a half-space without images")
         if options.nodes is not None and options.nodes > 2 * MOST:
             raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
-        self._require_repeating()
-
-    def _require_repeating(self) -> None:
-        """Raises BadArgument unless obstacle and psi0 fit the period."""
-        own, period = getattr(self.obstacle, "period", None), self.period
-        if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
-        if period is None:
-            return
-        psi0, height = getattr(self.law, "psi0", None), partial(heights, self.obstacle)
-        for name, given, values in (
-            ("obstacle", self.obstacle, height),
-            ("psi0", psi0, self.surface_law.tilt),
-        ):
-            if not _repeats(values, period):
-                raise BadArgument(name, given, f"must repeat with the period, {period:g}")
+        _require_repeating(self.period, self.obstacle, self.law, self.surface_law)
 
     def solve(
         self,
@@ -93,7 +76,7 @@ class SurfaceSolver(Solver):
         initial: Any = None,
         progress: bool = False,
     ) -> Any:
-        """Returns the SurfaceCells; parameters and errors are those of `Solver.solve`."""
+        """Returns the SurfaceCells, as `Solver.solve`."""
         nodes = self.options.nodes
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
@@ -132,8 +115,8 @@ class SurfaceSolver(Solver):
         near: SurfaceCells | None,
         progress: bool,
     ) -> tuple[SurfaceCells, Array]:
-        """Returns the state of a window on the first grid with an estimate below the goal, or on that of the
-        fixed nodes; and, array (k, 2), places that a wider window must hold.
+        """Returns the state of a window on the first grid with an estimate below the goal, and places that a
+        wider window must hold, array (k, 2).
         """
         most, last = self.options.nodes or MOST, self.options.residual
         reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
@@ -197,7 +180,6 @@ class SurfaceSolver(Solver):
         residual: float,
         start: SurfaceCells | None,
     ) -> SurfaceCells:
-        """Returns the state on a grid, begun from another one."""
         g0 = self.gaps(*grid.places)
         H, area = self._flexibility(grid), grid.width**2
         first = None
@@ -235,13 +217,12 @@ class SurfaceSolver(Solver):
     # the window
 
     def _given_window(self) -> Grid | None:
-        """Returns the period, or the window of the options; None without one."""
+        """Returns the period, the window of the options, or None."""
         left, right = self.options.window or (0.0, 0.0)
         side = self.period or right - left
         return Grid(1, side, ((left + right) / 2,) * 2) if side else None
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
-        """Returns the Picture of the obstacle for a load or an approach."""
         second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
@@ -249,12 +230,12 @@ class SurfaceSolver(Solver):
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
     def gaps(self, x1: Array, x2: Array) -> Array:
-        """Returns the initial gaps of all corners of blocks at places, array (corners, ...)."""
+        """Returns the initial gaps at places, array (corners, ...)."""
         obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the square that holds the contact and a box, array (2, 2) of least and largest x1, x2."""
+        """Returns the square about the contact and a box, array (2, 2) of least and largest x1, x2."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
         width = side / FEW
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
@@ -274,9 +255,7 @@ class SurfaceSolver(Solver):
         raise NotConverged(NO_WINDOW)
 
     def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places of the picture at which a gap is negative, outside of the window, and between cells:
-        arrays (k, 2).
-        """
+        """Returns places with a negative gap, outside of the window, and between cells: arrays (k, 2)."""
         low, grid = picture.low(state.approach), state.grid
         if self.period:
             low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
@@ -299,18 +278,14 @@ class SurfaceSolver(Solver):
         return outside[:, :2], inside[:, :2]
 
     def _overlap(self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array) -> Array:
-        """Returns whether a gap is negative at places displaced by u and turned by phi, boolean (k,), of an
-        obstacle of a least height.
-        """
+        """Returns whether gaps are negative at places displaced by u and turned by phi, boolean (k,)."""
         law, (x1, x2) = self.surface_law, places[:, :2].T
         gaps = self.gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
         return np.asarray(gaps.min(axis=0) < -EQUAL * (state.approach - least))
 
     def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
-        """Returns u of both bodies, array (n,) or (corners, n), and phi, array (2, n), at places outside,
-        under the forces of the cells as points.
-        """
+        """Returns u of both bodies, array (n,) or (corners, n), and phi, array (2, n), at places outside."""
         solid, law, (grid, area) = self.solid, self.surface_law, (state.grid, state.grid.width**2)
         scale, (M1, M2) = area * (1 - solid.nu) / solid.mu / solid.ell, 2 / solid.ell * state.micromoment
         y1, y2, *loads = as_points(*grid.axes, scale * state.total, -scale * M2, scale * M1)
@@ -326,8 +301,21 @@ class SurfaceSolver(Solver):
         return u, phi
 
 
+def _require_repeating(period: float | None, obstacle: Any, law: LawLike, over_surface: SurfaceLaw) -> None:
+    """Raises BadArgument unless obstacle and psi0 fit the period."""
+    own = getattr(obstacle, "period", None)
+    if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
+        raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
+    if period is None:
+        return
+    if not _repeats(partial(heights, obstacle), period):
+        raise BadArgument("obstacle", obstacle, f"must repeat with the period, {period:g}")
+    if not _repeats(over_surface.tilt, period):
+        raise BadArgument("psi0", getattr(law, "psi0", None), f"must repeat with the period, {period:g}")
+
+
 def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
-    """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
+    """Returns whether values, arrays (..., places), agree on opposite edges of a period."""
     along = period * np.linspace(-0.5, 0.5, 65)
     edge = np.full_like(along, period / 2)
     inside = values(*(x.ravel() for x in np.meshgrid(along, along)))
@@ -338,7 +326,7 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
 
 
 def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
-    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, interpolated at the cells of the finer one."""
+    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""
     places = fine.grid.places
     pressure, first, second = (
         np.linalg.norm(coarse.interpolated(one, *places) - other)
@@ -348,7 +336,7 @@ def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
-    """Returns the share of the load on spots, connected cells that press, of fewer cells."""
+    """Returns the share of the load on spots of fewer connected cells."""
     # on a period spots go on beyond its rim
     n, repeats = state.grid.count, 1 if state.solver.period is None else 2
     labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
@@ -359,8 +347,8 @@ def _share_of_spots(state: SurfaceCells, least: float) -> float:
 def _estimate(changes: list[float]) -> float:
     """Returns the error of the last grid from successive changes.
 
-    Errors that fall by a ratio r and are alike leave r - 1 times the finer one as change, those of the edge's
-    steps, which have nothing to do with each other, sqrt(1 + r^2) times.
+    Alike errors that fall by a ratio r leave r - 1 times the finer one as change, independent ones of the
+    edge's steps sqrt(1 + r^2) times.
     """
     *_, before, last = 1.4 * changes[-1], *changes  # as errors fall as a rule
     ratio = before / last if last > 0 else 1.4
@@ -368,7 +356,7 @@ def _estimate(changes: list[float]) -> float:
 
 
 def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
-    """Returns what a fixed window, or fixed nodes, leave out."""
+    """Returns what a fixed window or fixed nodes leave out."""
     parts = (outside, "outside of the window"), (hidden, "between cells")
     at = [(*places[0], where) for places, where in parts if len(places)]
     words = (f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})" for x1, x2, where in at)
@@ -376,7 +364,7 @@ def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
 
 
 def _pressing(state: SurfaceCells) -> Array:
-    """Returns the corners of the rectangle of cells that press, array (2, 2)."""
+    """Returns the rectangle of cells that press, array (2, 2)."""
     centres = np.column_stack([x[state.closed > 0] for x in state.grid.places])
     return _around(centres) + state.grid.width / 2 * np.array([[-1], [1]])
 
@@ -387,5 +375,4 @@ def _around(places: Array) -> Array:
 
 
 def _reaches(state: SurfaceCells, rim: int) -> bool:
-    """Returns whether cells press among so many at the rim."""
     return bool(np.count_nonzero(state.closed[rim:-rim, rim:-rim]) < np.count_nonzero(state.closed))

@@ -15,7 +15,7 @@ from ..model.types import AnyArray as Array
 
 @dataclass(frozen=True)
 class Grid:
-    """Equal square cells: their number a side, width, and the middle of all."""
+    """Equal square cells: number a side, width and middle."""
 
     count: int
     width: float
@@ -38,24 +38,24 @@ class Grid:
         return self.count * self.width
 
     def steps(self, x1: Array, x2: Array) -> Array:
-        """Returns places in cells from the first one on along both axes, array (2, ...)."""
+        """Returns places in cells from the first one on, array (2, ...)."""
         apart = np.array(np.broadcast_arrays(x1 - self.axes[0][0], x2 - self.axes[1][0]))
         return np.asarray(apart / self.width)
 
     def nearest(self, x1: Array, x2: Array) -> Array:
-        """Returns the numbers along both axes of the cells nearest to places, array (2, ...) of int."""
+        """Returns the numbers of the nearest cells, array (2, ...) of int."""
         return np.clip(np.rint(self.steps(x1, x2)).astype(int), 0, self.count - 1)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SurfaceCells(Solution):
-    """A solution on square cells, and what lies between their centres.
+    """A solution on square cells.
 
     Attributes
     ----------
     solver : SurfaceSolver
     load, approach : float
-        Force, on a period that of one period; approach as of `microblock.State` (length).
+        Force, that of one period; approach (length).
     grid : Grid
     pressures : array (corners, n, n)
         Those of least norm.
@@ -66,9 +66,9 @@ class SurfaceCells(Solution):
     closed : array (n, n) of int
         Number of closed corners.
     residual, iterations : float, int
-        Of the contact conditions, relative, and products with the flexibility.
+        Relative residual, and products with the flexibility.
     error_estimate : float or None
-        None where there is no coarser grid.
+        None without a coarser grid.
     notes : tuple of str
     seen_width : float or None
         As of `microblock.State`.
@@ -94,23 +94,23 @@ class SurfaceCells(Solution):
 
     @cached_property
     def total(self) -> Array:
-        """Total pressure, array (n, n) (stress)."""
+        """Total pressure (stress)."""
         return np.sum(self.pressures, axis=0)
 
     def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner, by its number, at places, array (k, 2) or (k, 3)."""
+        """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
         return self.between(self.pressures[corner], places)
 
     def between(self, values: Array, places: Array) -> Array:
-        """Returns values on the cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        """Returns values on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
         return self.interpolated(values, *places.T[:2])
 
     def counter_displacement(self, places: Array) -> Array:
-        """Returns the displacement along x3 of the surface of a second body at places, array (k,)."""
+        """Returns the displacement along x3 of a second body at places, array (k,)."""
         return self.between(self.opposite, places)
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
-        """Returns values on the cells, array (n, n), between their centres; 0 beyond the cells."""
+        """Returns values on cells, array (n, n), between their centres; 0 beyond."""
         places, n = self.grid.steps(x1, x2), self.grid.count
         periodic = self.solver.period is not None
         mode = "grid-wrap" if periodic else "nearest"
@@ -124,7 +124,7 @@ class SurfaceCells(Solution):
 
     @property
     def energy(self) -> float:
-        """Elastic energy of both bodies: half the work of the corner forces from the unloaded state on."""
+        """Elastic energy of both bodies: half the work of the corner forces."""
         gaps = self.solver.gaps(*self.grid.places)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
         return float(np.sum(self.pressures * self.grid.width**2 * lowered) / 2)

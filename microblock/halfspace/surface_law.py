@@ -1,13 +1,13 @@
-"""A contact law on a surface: which corners a block has there, where they are and how it is tilted.
+"""A contact law on a surface: corners of a block and their tilt.
 
-A block is a cube with sides along x1 and x2, but for its initial rotation psi0 = (psi0_1, psi0_2) about them.
-With t = (-psi0_2, psi0_1) its corner (a, b), a, b = -1, 1, lies ``(ell/2) (a, b)`` from the contact point
+Blocks are cubes with sides along x1 and x2, but for initial rotations psi0 = (psi0_1, psi0_2) about them.
+With t = (-psi0_2, psi0_1) corner (a, b), a, b = -1, 1, lies ``(ell/2) (a, b)`` from the contact point
 along the surface and ``(ell/2) (a, b).t`` above it. With phi1 = -(ell/2) psi2, phi2 = (ell/2) psi1 its gap is
 
     g = h - (ell/2) (a, b).t + u + lever.phi,     lever = t - (a, b),
 
-u the normal displacement into the body. On a cylinder along x2 this is the law (20)-(29), with a = -1 for A,
-and psi0 of the plane is -psi0_2.
+u the displacement into the body. On a cylinder along x2 this is the law (20)-(29), with a = -1 for A and
+psi0 = -psi0_2.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ class SurfaceLaw:
     names : tuple of str
         "--", "-+", "+-" and "++" (signs of a and b), or "C".
     offsets : array (corners, 2)
-        (a, b), places from the contact point over ell/2; 0 of one corner.
+        (a, b), places over ell/2; 0 of one corner.
     psi0 : (number or function, number or function), or ()
-        Initial rotations about x1 and x2 (radians); none of one corner.
+        Initial rotations about x1 and x2 (radians).
     in_gaps : bool
-        Whether psi0 acts in the gaps, and not in the levers alone.
+        Whether psi0 acts in gaps, not in levers alone.
     clamped : bool
-        Whether psi = 0 on the whole surface.
+        Whether psi = 0 everywhere.
     """
 
     names: tuple[str, ...]
@@ -52,31 +52,22 @@ class SurfaceLaw:
     clamped: bool = False
 
     def tilt(self, x1: Array, x2: Array) -> Array:
-        """Returns t of blocks at (x1, x2), array (2, ...); (0, ...) of one corner.
-
-        Raises
-        ------
-        BadArgument
-            If a function psi0 fails, or is not below 1 in absolute value.
+        """Returns t at (x1, x2), array (2, ...), or (0, ...); raises BadArgument if a function psi0 fails, or
+        is not below 1 in absolute value.
         """
         if not self.psi0:
             return np.zeros((0, *np.shape(x1)))
         return surface_tilt(self.psi0, x1, x2)
 
     def initial_gaps(self, obstacle: object, ell: float, x1: Array, x2: Array) -> Array:
-        """Returns the initial gaps of all corners of blocks at (x1, x2), array (corners, ...) (lengths)."""
+        """Returns the initial gaps of blocks at (x1, x2), array (corners, ...) (lengths)."""
         above = [heights(obstacle, x1 + ell / 2 * a, x2 + ell / 2 * b) for a, b in self.offsets]
         raised = np.tensordot(self.offsets[:, : len(self.psi0)], self.tilt(x1, x2), 1)
         return np.array(above) - ell / 2 * self.in_gaps * raised
 
     def of_least_norm(self, forces: Array, closed: Array) -> Array:
-        """Returns the forces of least norm with the same resultants, array (corners, ...), none negative.
-
-        Parameters
-        ----------
-        forces : array (corners, ...)
-        closed : boolean array (corners, ...)
-            Whether the gap is closed: only blocks with all four corners closed have a choice.
+        """Returns the forces of least norm with the same resultants, none negative; arrays (corners, ...).
+        Only blocks with four closed corners have a choice.
         """
         if len(forces) != len(NONE):
             return forces
@@ -84,21 +75,13 @@ class SurfaceLaw:
 
 
 def closed_corners(forces: Array, closed: Array) -> Array:
-    """Returns how many corners of each block touch, array (...): those with a force, and all four where no
-    gap is open.
-    """
+    """Returns how many corners of each block touch: those with a force, or all where no gap is open."""
     touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
     return np.asarray(touching.sum(axis=0))
 
 
 def on_surface(law: LawLike) -> SurfaceLaw:
-    """Returns the SurfaceLaw of a law of the plane.
-
-    Raises
-    ------
-    BadArgument
-        If psi0 is a function of x1.
-    """
+    """Returns the SurfaceLaw of a law of the plane; raises BadArgument if psi0 is a function of x1."""
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
     law = cast(Microblock, law)

@@ -1,8 +1,8 @@
 """The surface response of the half-space x3 < 0 in Fourier space.
 
-In the plane of the wave vector and the normal the fields are those of the half-plane
-(`microblock.halfplane.kernels`), with U, V, W. The moment along the wave vector turns the blocks about it,
-with the displacement u2 = w(x1, x3) across it, k along x1. Three modes solve the field equations,
+In the plane of wave vector and normal the fields are those of the half-plane, with U, V, W of
+`microblock.halfplane.kernels`. A moment along the wave vector, k along x1, displaces by u2 = w(x1, x3). Three
+modes solve the field equations,
 
     w = exp(k x3),      psi = curl(w e2)/2
     psi = grad exp(s1 x3),                      s1^2 = k^2 + 4 eta/(ell^2 (alpha' + beta' + gamma'))
@@ -27,12 +27,8 @@ from ..model.types import AnyArray as Array
 
 
 def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
-    """Returns U, V, W and W_par at wavenumbers k > 0, arrays like k (lengths per stress).
-
-    Raises
-    ------
-    BadArgument
-        If a wavenumber is not positive.
+    """Returns U, V, W and W_par at wavenumbers k, arrays like k (lengths per stress); raises BadArgument
+    unless k > 0.
     """
     k = np.asarray(k, float)
     U, V, W = kernels.symbol(solid, k.ravel()).reshape(3, *k.shape)
@@ -40,15 +36,8 @@ def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def along(solid: Cosserat, k: Array, shear: Array | None = None, spread: Array | None = None) -> Array:
-    """Returns W_par at wavenumbers, array like k; nothing cancels for long or short waves.
-
-    Parameters
-    ----------
-    solid : Cosserat
-    k : array
-        Wavenumbers (1/length), also complex.
-    shear, spread : arrays like k, optional
-        The roots s and s1, where a branch is to be chosen.
+    """Returns W_par at wavenumbers k (1/length), also complex, without cancellation; `shear` and `spread`,
+    arrays like k, are s and s1.
     """
     eta, ell = solid.eta, solid.ell
     g, tau = solid.curvature + solid.beta_prime, 2 * solid.beta / ell**2
@@ -72,7 +61,7 @@ def at_rest(solid: Cosserat) -> float:
 
 
 def require_stable(solid: Cosserat) -> None:
-    """Raises BadArgument for moduli that are elliptic, (13), but let the surface turn without a moment."""
+    """Raises BadArgument for elliptic moduli, (13), that let the surface turn without a moment."""
     k = np.geomspace(1e-6, 1e6, 1201) / solid.ell
     if not np.all(along(solid, k) > 0):
         raise BadArgument(

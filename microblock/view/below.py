@@ -19,9 +19,8 @@ FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress 
 
 @plots.styled
 def draw_below(state, quantity="psi", axis=None):
-    """A Figure with contours of one of QUANTITIES below the contact, of a state whose solution has
-    fields_below(box) -> (x1, x2, triangles (m, 3), psi, stress (2, 2, n)) at points (n,), box ((left, right),
-    depth).
+    """A Figure with contours of one of QUANTITIES of a state whose solution has fields_below(box): x1, x2,
+    triangles (m, 3), psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]
@@ -52,9 +51,7 @@ def draw_below(state, quantity="psi", axis=None):
 
 
 def half_plane_grid(box):
-    """(x1, x2, triangles) of points below the contact that are denser towards the surface, arrays (n,),
-    (n,), (m, 3).
-    """
+    """x1, x2, triangles of points denser towards the surface, arrays (n,), (n,), (m, 3)."""
     (left, right), depth = box
     down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
     x1, x2 = (part.ravel() for part in np.meshgrid(np.linspace(left, right, 61), down))

@@ -1,6 +1,6 @@
-"""The rotated blocks along a surface: squares of side ell with their outer side at the surface, rotated by
-psi0 + psi. Displacements, heights of the obstacle and angles are magnified alike, so that a corner touches in
-the picture where its gap (21), (22) is closed.
+"""Rotated blocks along a surface: squares of side ell with their outer side at the surface, rotated by
+psi0 + psi. Displacements, heights and angles are magnified alike: a corner touches where its gap (21), (22)
+is closed.
 """
 
 import math
@@ -19,7 +19,7 @@ FILLS = {"none closed": "white", "A (left)": "#CFE4F3", "B (right)": "#FBDCC4", 
 
 
 def without_rounding(surface):
-    """A `Surface` without what rounding leaves of gaps, rotations and differences of displacements."""
+    """A `Surface` without rounding in gaps, rotations and differences of displacements."""
     level = surface.displacement
     size = 1e-10 * np.abs(level).max(initial=0.0)
     return replace(
@@ -31,19 +31,19 @@ def without_rounding(surface):
 
 
 def interrupted(surface, x, values):
-    """x and values (..., n) there, with a nan wherever the surface is interrupted: a line breaks there."""
+    """x and values (..., n), with a nan wherever the surface is interrupted."""
     ends = np.flatnonzero([] if surface.apart is None else surface.apart)
     places = np.searchsorted(x, (surface.x[ends] + surface.x[ends + 1]) / 2)
     return np.insert(x, places, np.nan), np.insert(values, places, np.nan, axis=-1)
 
 
 def blocks(surface, contact, frame=None):
-    """What a picture of the blocks of a `Surface` with contact zones [(left, right), ...] shows, in a frame
-    (left, right), or in that of `window`, as far as the surface leaves room for a few blocks.
+    """The blocks of a `Surface` with contact zones [(left, right), ...], in a frame (left, right), or in that
+    of `window` within the surface.
 
-    squares : array (m, 4, 2), corner A, corner B, and the two below B and A
-    closed : boolean array (m, 2), of A and B; False of laws without corners
-    surface, obstacle : arrays (n, 2), lines; nan where there is none
+    squares : array (m, 4, 2), corners A, B, and those below B and A
+    closed : boolean array (m, 2), of A and B; False without corners
+    surface, obstacle : arrays (n, 2); nan where there is none
     window : (left, right)
     magnification : float
     """
@@ -75,7 +75,7 @@ def blocks(surface, contact, frame=None):
 
 
 def window(ell, contact):
-    """(left, right) of the contact [(left, right), ...] and its surroundings, or of its right edge alone."""
+    """(left, right) about the contact [(left, right), ...], or about its right edge."""
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
     margin = max(0.15 * (right - left) + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
     wide = right - left + 2 * margin > MOST * ell
@@ -83,22 +83,19 @@ def window(ell, contact):
 
 
 def magnification(turn, depth):
-    """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1; 1 of
-    nothing.
-    """
+    """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1."""
     most = min((limit / size for limit, size in ((0.35, turn), (1.0, depth)) if size), default=1.0)
     decade = 10.0 ** math.floor(math.log10(max(most, 1.0)))
     return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
 
 
 def turn(corners):
-    """The name of the rotation of blocks of a law."""
     return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
 
 
 @plots.styled
 def draw(axis, state, frame=None):
-    """The figure of an axis, or of none a new one, into which the rotated blocks are drawn."""
+    """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=7.0, height=3.1)
     contact, corners = state.zones["contact"], tuple(state.pressures)
     shown = blocks(state.surface(frame or window(state.solid.ell, contact)), contact, frame)
@@ -120,7 +117,7 @@ def draw(axis, state, frame=None):
     )
     axis.tick_params(axis="y", left=False, labelleft=False)
     axis.spines["left"].set_visible(False)
-    if len(corners) == 2:
+    if len(corners) == 2 and not axis.get_legend():
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3, handlelength=1.4)
     touches = "" if len(corners) == 2 else "; their middle touches"
@@ -130,7 +127,6 @@ def draw(axis, state, frame=None):
 
 
 def _along(surface, x):
-    """Points and normals of the undeformed surface at x."""
     points, normals = (
         np.column_stack([np.interp(x, surface.x, part) for part in values.T])
         for values in (surface.points, surface.normals)

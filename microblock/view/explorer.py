@@ -1,4 +1,4 @@
-"""Problem and state for parameters that change one by one: what sliders need, and scripts as well."""
+"""Problem and state for parameters that change one by one, for sliders and scripts."""
 
 from dataclasses import replace
 
@@ -17,8 +17,10 @@ from ..model.history import pairs_of
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.obstacles import Cylinder
 from ..model.state import State
+from ..model.summary import saved
 from ..threads import bounded
 from .history_figure import draw_history
+from .state_figure import draw
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
@@ -28,26 +30,26 @@ class Explorer:
 
     Parameters are the load (force per thickness), psi0 (radians), R of a cylinder and ell (lengths),
     and the law, by name. Under a law with friction they are the load, at most the first one, and the shear
-    force over friction times load; each step goes straight on from the last one, on cells that stay as they
-    are: 1e-2 as a rule, without an estimate; `Contact.history` has one.
+    force over friction times load; each step goes on from the last one, without the estimate of
+    `Contact.history`: 1e-2 as a rule.
 
     Attributes
     ----------
-    choice : dict, the parameters of the state by name
-    problem : Contact of these parameters; of a body on a mesh, on the mesh of the first state
+    choice : dict, parameters by name
+    problem : Contact of these; of a body on a mesh, on the mesh of the first state
     state : State
-    states : list of State, all since the beginning under a law with friction, else the last one
+    states : list of State, all with friction, else the last one
 
     Parameters
     ----------
     problem : Contact
     load : float, the first force per thickness
-    rtol : float, as of `Contact.solve`; not with friction
+    rtol : float, of `Contact.solve`; not with friction
 
     Raises
     ------
     BadArgument
-        If the problem is not one of the plane, or has a law of its own; with friction, if the body is not a
+        If the problem is not of the plane, or has a law of its own; with friction, unless the body is a
         half-plane without a period.
 
     Examples
@@ -87,7 +89,7 @@ class Explorer:
             self._solver = FrictionSolver(problem.solver, pairs, True)
         elif type(problem.law) is not LAWS.get(_name(problem.law)):
             raise BadArgument("law", problem.law, f"must be one of {', '.join(LAWS)}")
-        self._load = float(load)
+        self._load, self._drawings = float(load), {}
         self.restart()
 
     @bounded
@@ -108,13 +110,8 @@ class Explorer:
 
     @bounded
     def update(self, **changes):
-        """Changes parameters, by name, and returns the new state; where there is none, all stays as it was.
-
-        Raises
-        ------
-        BadArgument
-            For a name or a value that the problem does not have.
-        NotConverged
+        """Returns the state of changed parameters; where it raises BadArgument or NotConverged, all stays as
+        it was.
         """
         for name, value in changes.items():
             if name not in self.choice:
@@ -142,7 +139,7 @@ class Explorer:
         return self._go(problem, choice, self.state.solution)
 
     def _go(self, problem, choice, near):
-        """Solves, from a solution that is near, and keeps the state."""
+        """Solves, from a near solution, and keeps the state."""
         if self._friction:
             load = min(choice["load"], self._load)
             self.states.append(State(self._walk.to(load, choice["shear"] * self._friction * load)))
@@ -154,8 +151,18 @@ class Explorer:
 
     @bounded
     def png(self):
-        """The figure of the state, with friction that of all states, as a PNG, bytes."""
-        drawing = draw_history(self.states) if self._friction else self.state.plot()
+        """The figure of the state, with friction of all states, as a PNG, bytes."""
+        if self._friction:
+            return draw_history(self.states)._repr_png_()
+        law = type(self.state.law)  # which says what a figure holds
+        drawing, room = self._drawings.get(law, (None, ()))
+        drawing = saved(draw(self.state, drawing=drawing), None, self.state.warnings, self.state.caption)
+        # panels are placed anew, which takes longer than all else, where letters need more room
+        labels = [[len(label.get_text()) for label in axis.get_yticklabels()] for axis in drawing.axes]
+        asked = drawing.get_suptitle().count("\n"), *(max(lengths, default=0) for lengths in labels)
+        fits = room and all(now <= then for now, then in zip(asked, room, strict=True))
+        drawing.set_layout_engine(None if fits else "constrained")
+        self._drawings[law] = drawing, room if fits else asked
         return drawing._repr_png_()
 
 

@@ -1,4 +1,4 @@
-"""Figures of what is followed: a history of shear within the bounds of friction, and the events of a path."""
+"""Figures of a history of shear within the bounds of friction, and of the events of a path."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
 
 @plots.styled
 def draw_history(states):
-    """The figure of the last of the states of a history: shear traction (a), and the way there (b)."""
+    """The figure of a history: shear traction of the last state (a), and the way there (b)."""
     drawing, (tractions, loop) = plots.figure(2, 1, height=2.2)
     state = states[-1]
     bound, x = state.law.friction * state.pressure, state.x
@@ -31,7 +31,7 @@ def draw_history(states):
 
 @plots.styled
 def draw_loop(axis, states):
-    """The figure of an axis, into which Q/(f P) of states is drawn over their mean slip."""
+    """The figure of an axis with Q/(f P) of states over their mean slip."""
     drawing, axis = plots.in_place(axis)
     slips = [state.weights @ (state.pressure * state.slip) / state.load for state in states]
     shares = [state.shear / (state.law.friction * state.load) for state in states]
@@ -42,7 +42,7 @@ def draw_loop(axis, states):
 
 @plots.styled
 def draw_path(path, axis=None):
-    """The figure of the events of a LoadPath: a mark for each kind of event."""
+    """The figure of the events of a LoadPath."""
     drawing, axis = plots.in_place(axis)
     for kind, zone in dict.fromkeys((event.kind, event.zone) for event in path.events):
         rows = [(e.x, e.load, e.load_error) for e in path.events if (e.kind, e.zone) == (kind, zone)]

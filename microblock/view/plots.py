@@ -1,4 +1,4 @@
-"""One figure style: sizes for print, colours that the colour-blind can tell apart."""
+"""Figure style: sizes for print, colours for the colour-blind."""
 
 import io
 from textwrap import fill
@@ -39,9 +39,7 @@ class Drawing(Figure):
     """A figure with a caption that shows itself in a notebook."""
 
     def captioned(self, text):
-        """This figure with small letters above it, any text, broken where it is longer than the figure is
-        wide.
-        """
+        """This figure with a text above it, broken to its width."""
         across = int(16 * self.get_figwidth())  # 17.5 letters of 8 points in an inch were measured
         lines = [fill(line, across) for line in text.splitlines()]
         self.suptitle("\n".join(lines), fontsize=8, parse_math=False)
@@ -49,20 +47,20 @@ class Drawing(Figure):
 
     def _repr_png_(self):
         written = io.BytesIO()
-        self.savefig(written, format="png", dpi=110)
+        self.savefig(written, format="png", dpi=110, pil_kwargs={"compress_level": 1})
         return written.getvalue()
 
 
 def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
-    """An empty figure: (Figure, Axes or array of Axes); inches of all its width and of the height of a panel,
-    `grid` as for subplots.
+    """An empty (Figure, Axes or array of Axes); inches of its width and of a panel's height, `grid` as for
+    subplots.
     """
     drawing = Drawing(figsize=(width, height * rows), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **grid)
 
 
 def in_place(axis, **size):
-    """(Figure, Axes) of an axis that is given, or of a figure of its own; BadArgument where it is no Axes."""
+    """(Figure, Axes) of an axis, or of a new figure; BadArgument where it is no Axes."""
     if axis is None:
         return figure(**size)
     require_kind(Axes, "an Axes of matplotlib", ax=axis)
@@ -70,5 +68,5 @@ def in_place(axis, **size):
 
 
 def legend_below(axis):
-    """A legend under the panel and its label, where it cannot cover data."""
+    """A legend under the panel and its label."""
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=5.5, ncols=2)

@@ -1,6 +1,7 @@
 """The figure of a state of the plane: curves over x1, zones and rotated blocks."""
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from ..model.sharp import unbounded
 from . import blocks, plots
@@ -14,21 +15,28 @@ LABELS = {
 
 
 @plots.styled
-def draw(state, window=None):
-    """The figure of pressures, micromoment, corner gaps, rotation, zones and blocks; `window` (left, right)
-    of x1, or the contact and its surroundings.
+def draw(state, window=None, drawing=None):
+    """The figure of a state in a window (left, right) of x1, or about the contact; a `drawing` of a state
+    under the same kind of law takes its curves, and keeps panels, ticks and labels.
     """
     ell, contact, corners = state.solid.ell, state.zones["contact"], tuple(state.pressures)
     surface = blocks.without_rounding(state.surface(window or _around(contact, ell)))
-    drawing = plots.Drawing((7.0, 7.4), layout="constrained")
-    places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
-    axes = drawing.subplot_mosaic(places, height_ratios=(1.8, 1.8, 0.2 + 0.2 * len(state.zones), 3.1))
+    if drawing is None:  # its canvas is kept with it, and knows the formulas once they are set
+        drawing = FigureCanvasAgg(plots.Drawing((7.0, 7.4), layout="constrained")).figure
+        places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
+        drawing.subplot_mosaic(places, height_ratios=(1.8, 1.8, 0.2 + 0.2 * len(state.zones), 3.1))
+    for axis in drawing.axes:
+        for artist in (*axis.lines, *axis.collections, *axis.texts):
+            artist.remove()
+        axis.relim()
+        axis.autoscale()
+    axes = {axis.get_label(): axis for axis in drawing.axes}
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.6, zorder=0)
         for label, row, look in lines:
             axes[name].plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
-        if len(lines) > 1:
+        if len(lines) > 1 and not axes[name].get_legend():
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, handlelength=1.1)
     for name in ("pressure", "micromoment"):
         _cut(axes[name], surface, contact, unbounded(state))
@@ -43,7 +51,7 @@ def draw(state, window=None):
 
 @plots.styled
 def draw_curves(axis, state, window=None):
-    """The figure of an axis, into which pressures and the micromoment of a state are drawn."""
+    """The figure of an axis with pressures and micromoment of a state."""
     drawing, axis = plots.in_place(axis)
     surface = state.surface(window or _around(state.zones["contact"], state.solid.ell))
     shown = curves(surface)
@@ -72,7 +80,6 @@ def curves(surface):
 
 
 def _bars(axis, zones, corners):
-    """The zones of each corner, and those in which all are closed, as bars."""
     names = [*corners, "full"] if len(corners) > 1 else ["contact"]
     for number, name in enumerate(names):
         colour = plots.COLOURS[number] if name in corners else "k"
@@ -83,9 +90,7 @@ def _bars(axis, zones, corners):
 
 
 def _cut(axis, surface, contact, places):
-    """Ends an axis next to places of unbounded pressure, or at 4 times the mean pressure, of which
-    a cylinder has 1.3, and says so.
-    """
+    """Ends an axis at 4 times the mean pressure, of which a cylinder has 1.3, and says so."""
     wide = sum(right - left for left, right in contact)
     total = surface.pressures.sum(axis=0)
     most = 4 * np.trapezoid(total, surface.x) / wide if wide else np.inf
@@ -99,7 +104,6 @@ def _cut(axis, surface, contact, places):
 
 
 def _around(contact, ell):
-    """(left, right) of the contact and its surroundings."""
     left, right = (contact[0][0], contact[-1][1]) if contact else (0.0, 0.0)
     margin = (right - left) / 4 + 1.5 * ell
     return left - margin, right + margin

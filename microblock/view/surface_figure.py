@@ -1,6 +1,4 @@
-"""Figures of a state in three dimensions: from above, and the blocks as cubes of side ell below
-their contact points.
-"""
+"""Figures of a state in three dimensions."""
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -20,7 +18,7 @@ FACES = {(1, 3, 7, 5): 1.0, (0, 1, 5, 4): 0.75, (4, 5, 7, 6): 0.75}  # top, fron
 
 @plots.styled
 def draw(state, axis=None):
-    """The figure of a state on cells or at nodes; into an axis that is given the pressure alone."""
+    """The figure of a state on cells or at nodes; of an axis with the pressure alone."""
     if axis is not None:
         figure, axis = plots.in_place(axis)
         _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
@@ -39,13 +37,9 @@ def draw(state, axis=None):
 
 @plots.styled
 def draw_blocks(axis, state):
-    """The figure of the blocks of a state on cells, or of a given axis of three dimensions: displacements
-    ``u + psi x r``, (21), magnified, with the initial rotation psi0.
-
-    Raises
-    ------
-    BadArgument
-        If the law has no blocks, or the state is one at nodes.
+    """The figure of an axis of three dimensions, or a new one, with blocks of a state on cells: displacements
+    ``u + psi x r``, (21), magnified, with psi0.
+    Raises BadArgument if the law has no blocks, or the state is at nodes.
     """
     law, ell = on_surface(state.law), state.solid.ell
     if not law.psi0:
@@ -85,7 +79,7 @@ def draw_blocks(axis, state):
 
 
 def _from_above(axis, state, values, label, **look):
-    """Values at cells or nodes, (n,), from above; the bar of their colours, which it returns."""
+    """The colour bar of values at cells or nodes, (n,), drawn from above."""
     if state.shape is not None:
         half = state.width / 2
         box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
@@ -101,14 +95,14 @@ def _from_above(axis, state, values, label, **look):
 
 
 def _look(state, none):
-    """Colours and their borders of numbers of closed corners, of as many as the law has."""
+    """Colours for numbers of closed corners."""
     corners = len(state.pressures)
     colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
     return {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)}
 
 
 def _contact_points(state, ell):
-    """Contact points of the blocks about the contact, at most 19 a side: arrays (n,)."""
+    """Contact points of at most 19 blocks a side, arrays (n,)."""
     box, closed = [], state.closed.reshape(state.shape)
     for x, there in ((state.x1, closed.any(axis=1)), (state.x2, closed.any(axis=0))):
         first, last = x[there][[0, -1]]
@@ -120,6 +114,6 @@ def _contact_points(state, ell):
 
 
 def _between(state, values, x1, x2, method="linear"):
-    """Values of cells at places between their centres, array (n,)."""
+    """Values between centres of cells, array (n,)."""
     cells = values.reshape(state.shape).astype(float)
     return RegularGridInterpolator((state.x1, state.x2), cells, method)((x1, x2))

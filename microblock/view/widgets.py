@@ -1,4 +1,4 @@
-"""Sliders for an Explorer in Jupyter; what needs no browser is in `microblock.view.explorer`."""
+"""Sliders for an Explorer in Jupyter."""
 
 from __future__ import annotations
 
@@ -21,17 +21,16 @@ LABELS = {"load": "load P", "shear": "Q/(fP)", "psi0": "ψ₀", "R": "radius R",
 def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
 
-    Under a law with friction, on a half-plane, there are sliders for the normal and the shear force instead:
-    each step goes on from the last one, and the loop of shear and slip is drawn as it is walked. A list has
-    the fields below the surface of half-planes on panels and of bodies on meshes.
+    Under a law with friction, on a half-plane, sliders have the normal and the shear force, and draw the loop
+    of shear and slip. A list has the fields below half-planes on panels and bodies on meshes.
 
     Parameters
     ----------
     problem : Contact
     load : float
-        Force per thickness at which the sliders begin.
+        First force per thickness.
     rtol : float, optional
-        As of `Contact.solve`; of a body on a mesh it refines the mesh for the first state.
+        As of `Contact.solve`; it refines a mesh for the first state.
 
     Returns
     -------
@@ -40,8 +39,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     Raises
     ------
     MissingExtra
-        If ipywidgets is not installed (extra `notebook`). `microblock.view.explorer.Explorer` does the same
-        from a script.
+        If ipywidgets is not installed (extra `notebook`); scripts have `microblock.view.explorer.Explorer`.
 
     Examples
     --------
@@ -58,7 +56,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
 
 
 class Panel:
-    """The widgets of an Explorer; `box` holds them all. Sliders follow the hand, or wait until it lets go."""
+    """The widgets of an Explorer, all in `box`; sliders follow the hand, or wait until it lets go."""
 
     def __init__(self, explorer, widgets, follows=False):
         self.explorer, self._widgets = explorer, widgets
@@ -80,7 +78,6 @@ class Panel:
         self._show()
 
     def _control(self, name, value, words):
-        """The slider or the list of a parameter."""
         words |= {"value": value, "description": LABELS[name]}
         if name == "law":
             return self._widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
@@ -104,7 +101,7 @@ class Panel:
             self.controls[name].value = value
 
     def _try(self, work):
-        """Works, and shows the state; where that cannot be, the pictures stay and a line says why."""
+        """Works, and shows the state, or says why not."""
         self.told.value = ""
         try:
             work()

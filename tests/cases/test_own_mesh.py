@@ -14,7 +14,7 @@ LAYER = ThinLayer(normal=3.0, rotational=0.4, ell=0.6)
 def test_the_winkler_foundation_under_a_cylinder():
     """Half-width (3 P R h/(2 K))^(1/3), Johnson, Contact Mechanics, 5.8; no moment where psi is free."""
     x = np.linspace(-2, 2, 40001)
-    gaps, weights = np.array([x**2 / 2]), np.full(len(x), x[1] - x[0])
+    gaps, weights = np.array([x**2 / 2] * 2), np.full(len(x), x[1] - x[0])
     exact = (3 * 1.7 / (2 * LAYER.normal)) ** (2 / 3) / 2
     assert LAYER.approach(1.7, gaps, weights) == pytest.approx(exact, rel=1e-6)  # trapezoidal rule
     free = dataclasses.replace(LAYER, rotational=0.0).pressures(np.array((0.3 - gaps[0], 0.25 - gaps[0])))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cases import wave
-from cases.closed_forms import Wavy
 from microblock.halfplane.kernels import symbol
+from tests.closed_forms import Wavy
 
 
 def test_classical_contact_is_westergaards():

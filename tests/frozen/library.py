@@ -18,13 +18,14 @@ import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
-from cases import closed_forms
 from cases.__main__ import main
+from cases.closed_forms import Strip, ThinLayer
 from cases.commands.size_effect import axis_closes
 from microblock.fem import meshes
 from microblock.fem.body import Loads
 from microblock.fem.mesh_solution import of_newton
 from microblock.halfplane import kernels
+from tests import closed_forms
 
 from . import problems as given
 
@@ -355,11 +356,11 @@ def of_kernels():
 def of_closed_forms():
     x, parts = np.array([0.1, 0.25]), ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
     strips = {
-        name: closed_forms.Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
+        name: Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
         for name, delta in (("partial", 0.01), ("full", 0.04))
     }
     wavy = closed_forms.Wavy(closure=3.0, wavelength=1.0, mean=1.0)
-    layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
+    layer = ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
     profiles = {
         "hertz": closed_forms.hertz(x, 1.0, 0.34),
         "punch": closed_forms.punch(x, 1.0, 0.34),

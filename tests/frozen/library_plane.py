@@ -3,7 +3,7 @@
 import numpy as np
 
 import microblock as mb
-from cases import closed_forms
+from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
 from microblock.halfplane import (
@@ -21,6 +21,7 @@ from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_memory import Memory
 from microblock.model import picture, proxy, quadrature, zones
 from microblock.model.problem import Problem
+from tests import closed_forms
 
 from . import library
 from . import problems as given
@@ -287,7 +288,7 @@ def of_others():
     x, law = np.linspace(-0.3, 0.3, 7), mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
     punches = {load: closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0) for load in (0.1, 5.0)}
     blocks = {couples: mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples) for couples in (False, True)}
-    layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
+    layer = ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02), picture=picture.picture(problem, 1.0))
     return {

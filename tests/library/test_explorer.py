@@ -1,5 +1,6 @@
 """A session of sliders as its user sees it: states, pictures, what is offered, and what is refused."""
 
+import numpy as np
 import pytest
 
 import microblock as mb
@@ -75,6 +76,27 @@ def test_refused_parameters_leave_the_session_as_it_was():
     assert (session.choice, session.state) == before
     with pytest.raises(mb.BadArgument, match="R .*it has ell, law, load, psi0"):
         Explorer(problem(obstacle=mb.Wedge(0.02)), LOAD).update(R=2.0)
+
+
+def test_pictures_of_a_session_show_what_a_state_shows_afresh():
+    """Their figure is kept: nothing of earlier states may be left in it, and numbers stay inside."""
+    session = Explorer(problem(), LOAD)
+    for changes in ({}, {"load": 0.05}, {"psi0": 0.05}, {"law": "unilateral"}, {"law": "microblock"}):
+        state = session.update(**changes)
+        session.png()
+        (drawing, _), fresh = session._drawings[type(state.law)], state.plot()
+        fresh._repr_png_()
+        assert drawing.get_suptitle() == fresh.get_suptitle()
+        for now, then in zip(drawing.axes, fresh.axes, strict=True):
+            for ends in ("get_xlim", "get_ylim"):  # to rounding of the margins
+                assert getattr(now, ends)() == pytest.approx(getattr(then, ends)(), rel=1e-12)
+            for kind in ("lines", "collections", "texts"):
+                assert len(getattr(now, kind)) == len(getattr(then, kind))
+            for one, other in zip(now.lines, then.lines, strict=True):
+                np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
+            assert bool(now.get_legend()) == bool(then.get_legend())
+        inches = drawing.get_tightbbox()
+        assert inches.x0 >= 0 and inches.x1 <= drawing.get_figwidth() + 0.05  # a letter is as wide
 
 
 def panel_of(start, load=LOAD):
