@@ -142,7 +142,6 @@ def table(result):
 
 
 def row(load, state):
-    """The numbers of a state that a table has."""
     return {
         "load": load,
         "contact_length": state.contact_area,

@@ -3,8 +3,8 @@ statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
 
 A command is a module with ``solve(**options)``; default values or annotations give the types of its options,
 the section "Parameters" of its docstring a line each. The module may have ``figure(result)``, a figure or
-{name: figure}; ``to_dict(result)`` for its JSON object; ``table(result)`` for what is printed; `OUT`, the
-usual folder. A `solve` that writes files takes it as `out`. Lists named "warnings" go to standard error.
+{name: figure}; ``to_dict(result)`` for JSON; ``table(result)`` for what is printed; `OUT`, the usual folder,
+which a `solve` that writes files takes as `out`. Lists named "warnings" go to standard error.
 """
 
 import argparse
@@ -54,8 +54,8 @@ def flag(name):
 
 
 class Option:
-    """A parameter of a function as an option: `name`, `default`, `text` of the docstring, the `kind` of each
-    value, `many` (False of one value, else how many, "+" for any number), `choices` of words.
+    """A parameter of a function as an option: `name`, `default`, `text` of the docstring, `kind` of each
+    value, `many` (False, a number, or "+" for any), `choices` of words.
     """
 
     def __init__(self, parameter, hint, text):
@@ -151,8 +151,8 @@ def _wrapped(text):
 
 
 def run(program, module, words, setup=0.0):
-    """Runs a command, called `program`, of a module; returns the exit status. `setup` are the seconds that
-    the import of the module took.
+    """Runs a command of a module, called `program`; returns the exit status. `setup` are the seconds of its
+    import.
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())
@@ -201,7 +201,6 @@ def run(program, module, words, setup=0.0):
 
 
 def _warnings(data):
-    """The sentences of all lists named "warnings" within plain data."""
     found = []
     for name, value in data.items() if isinstance(data, dict) else enumerate(data):
         if name == "warnings":
@@ -232,7 +231,6 @@ def summary(entries, within=""):
 
 
 def _short(value):
-    """Whether a value is a number, a word, or a short list."""
     few = isinstance(value, list) and len(value) <= 7
     return few and all(map(_short, value)) or not isinstance(value, (list, dict))
 
@@ -271,7 +269,6 @@ def _folder(out):
 
 
 def _complaint(failure, known, given):
-    """A BadArgument in the words of the command line."""
     names = f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
     near = [name for name in names if name in given] or given  # of one alone: the defaults are right
     near = near if len(near) == 1 else [name for name in names if name in known]

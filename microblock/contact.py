@@ -48,11 +48,10 @@ class Contact(Shown):
     ----------
     body : HalfPlane, HalfSpace, Block or Body
     obstacle : obstacle or callable
-        One of `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; one of these as shape of a
-        second body, `Deformable`; or a function height(x1) of an array (lengths). An object with a method
+        `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; one of these as shape of a second
+        body, `Deformable`; or a function height(x1) of an array (lengths). An object with a method
         ``height(x)`` may also have `kinks` (ascending abscissae at which its slope or a higher derivative is
-        discontinuous), `jumps` (of the slope there), `ends` (left and right edge) and `even` (whether it is
-        symmetric about x1 = 0).
+        discontinuous), `jumps` (of the slope there), `ends` (left and right edge) and `even` (symmetric).
     law : Microblock, Unilateral, Microclamped, or a `Law` of your own
         With friction `history` follows the loads, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
@@ -143,8 +142,8 @@ class Contact(Shown):
         load : float
             Force per thickness; on a period, that of one period.
         approach : float
-            Approach of the obstacle (length), in place of the load. A half-plane without a period and an
-            unbounded block do not take it: their rigid-body constant is arbitrary.
+            Approach of the obstacle (length), in place of the load; not of an unbounded body without a
+            period, whose rigid-body constant is arbitrary.
         rtol : float, optional
             Relative error, that of `State.error_estimate`. Without it the usual one of the method is taken
             (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes; those refuse it.
@@ -162,7 +161,7 @@ class Contact(Shown):
         BadArgument
             If an argument is out of range, or the method does not take it.
         NotConverged
-            If the accuracy is out of reach or no zones are found; the message says what to try.
+            If the accuracy is out of reach or no zones are found.
 
         Examples
         --------
@@ -193,10 +192,6 @@ class Contact(Shown):
             Forces per thickness, in any order.
         rtol, progress : optional
             As of `solve`, whose errors it raises.
-
-        Returns
-        -------
-        list of State
 
         Examples
         --------
@@ -291,16 +286,16 @@ class Contact(Shown):
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
         Without a method `Panels()` follow it where they can: between two equal half-planes under
-        `Unilateral`, while shear grows no faster than friction times a growing normal force. `Cells()` follow
-        all others on a half-plane.
+        `Unilateral`, while shear grows no faster than friction times a growing normal force; else `Cells()`
+        on a half-plane.
 
         Parameters
         ----------
         pairs : sequence of (P, Q)
-            Normal and shear force per thickness, followed in order and on straight ways from (0, 0); Q > 0
-            drags the surface along x1.
+            Normal and shear force per thickness, followed on straight ways from (0, 0); Q > 0 drags the
+            surface along x1.
         coupled : bool
-            Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
+            Whether shear tractions act on the gaps; pressures act on the tangential problem in any case.
         rtol : float, optional
             As of `solve`. Without it half-planes take their usual one, and blocks stay on the mesh of their
             method; bodies on meshes of your own take none.
@@ -317,7 +312,7 @@ class Contact(Shown):
             If the law has no friction, a pair is out of range (P > 0, absolute value of Q up to f P), or the
             method cannot follow friction.
         NotConverged
-            If the accuracy is out of reach, or the friction is so large that the answer is not unique.
+            If the accuracy is out of reach, or the friction so large that the answer is not unique.
 
         Examples
         --------
@@ -349,7 +344,7 @@ class Contact(Shown):
         law: LawLike | None = None,
         method: MethodLike | None = None,
     ) -> Contact:
-        """Returns the problem with some of its parts replaced; what does not depend on them is kept.
+        """Returns the problem with some of its parts replaced.
 
         Parameters
         ----------
@@ -357,10 +352,6 @@ class Contact(Shown):
             As of `Contact`.
         solid : Cosserat, optional
             Solid of the same body, not together with `body`.
-
-        Returns
-        -------
-        Contact
 
         Examples
         --------

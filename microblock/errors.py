@@ -159,8 +159,8 @@ def out_of_reach(
     load: float | None = None,
     approach: float | None = None,
 ) -> NotConverged:
-    """Returns the NotConverged of an rtol where the smallest estimate is `best`: it advises an rtol below 1
-    that is met, and what `besides` names.
+    """Returns the NotConverged of an rtol where the smallest estimate is `best`: it advises an rtol that is
+    met, and what `besides` names.
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
@@ -186,7 +186,6 @@ def shown(value: Any) -> str:
 
 
 def shortened(words: str) -> str:
-    """Returns words on one line of at most LONGEST characters."""
     line = " ".join(words.split())
     return line if len(line) <= LONGEST else line[: LONGEST - 4] + " ..."
 
@@ -206,7 +205,7 @@ def plain(value: Any) -> Any:
 
 class Checked:
     """Base of dataclasses whose numbers become Python's; "check" in a field's metadata is called with its
-    value by its name, but for None where that is the default.
+    value, but for None where that is the default.
     """
 
     def __post_init__(self) -> None:
@@ -223,7 +222,7 @@ def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable
 
 
 def require_finite(**arguments: object) -> None:
-    """Raises BadArgument for an argument that is no finite real number, or too large for products."""
+    """Raises BadArgument for what is no finite real number, or too large for products."""
     _require(
         lambda value: (
             isinstance(value, (int, float, np.integer, np.floating))
@@ -237,7 +236,7 @@ def require_finite(**arguments: object) -> None:
 
 
 def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
-    """Raises BadArgument for a number whose products double precision cannot carry."""
+    """Raises BadArgument for numbers whose products double precision cannot carry."""
     _require(
         # float32 knows no LARGEST
         lambda value: least <= abs(value if isinstance(value, int) else float(value)) <= LARGEST,
@@ -248,20 +247,20 @@ def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
 
 
 def require_positive(**arguments: object) -> None:
-    """Raises BadArgument for an argument that is no positive number of such a size."""
+    """Raises BadArgument for what is no positive number of such a size."""
     require_finite(**arguments)
     _require(lambda value: value > 0, "must be positive", arguments)
     require_size(**cast("dict[str, Number]", arguments))
 
 
 def require_tolerance(rtol: object, name: str = "rtol") -> None:
-    """Raises BadArgument unless rtol is a relative tolerance."""
+    """Raises BadArgument unless rtol is a tolerance."""
     require_finite(**{name: rtol})
     _require(lambda value: 0 < value < 1, f"must satisfy 0 < {name} < 1", {name: rtol})
 
 
 def require_whole(least: int, most: int | None = None, **arguments: object) -> None:
-    """Raises BadArgument for an argument that is no whole number from `least` to `most`."""
+    """Raises BadArgument for what is no whole number from `least` to `most`."""
     words = f", at least {least}" if most is None else f" between {least} and {most}"
     _require(
         lambda value: (
@@ -312,8 +311,8 @@ def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path]:
-    """Context in which a file is written, whole or not at all: it gives another path beside it, which takes
-    the place at the end; of a device or pipe its own. Raises BadArgument as `writing`.
+    """Context that gives a path beside the file, which takes its place at the end; of a device or pipe its
+    own. Raises BadArgument as `writing`.
     """
     whole = Path(path)
     direct = whole.exists() and not whole.is_file()  # a device or pipe
@@ -330,18 +329,18 @@ def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
-    """Raises BadArgument for an argument that is none of the known words."""
+    """Raises BadArgument for what is none of the known words."""
     words = f"must be one of {', '.join(known)}"
     _require(lambda value: isinstance(value, str) and value in known, words, arguments)
 
 
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
-    """Raises BadArgument for an argument of none of these classes, which `words` name."""
+    """Raises BadArgument for what is of none of these classes, which `words` name."""
     _require(lambda value: isinstance(value, kinds), f"must be {words}", arguments)
 
 
 def require_values(**arguments: Iterable[Any]) -> list[Any]:
-    """Returns the list of values of the argument; raises BadArgument if it is no sequence."""
+    """Returns the list of values of a sequence; raises BadArgument of others."""
     ((name, values),) = arguments.items()
     try:
         return list(values)
@@ -350,12 +349,12 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
 
 
 def require_flag(**arguments: object) -> None:
-    """Raises BadArgument for an argument that is neither True nor False."""
+    """Raises BadArgument for what is neither True nor False."""
     require_kind((bool, np.bool_), "True or False", **arguments)
 
 
 def require_numbers(**arguments: Any) -> Any:
-    """Returns the argument as an array (n,) of floats; raises BadArgument unless it is finite numbers."""
+    """Returns an array (n,) of floats; raises BadArgument unless these are finite."""
     ((name, values),) = arguments.items()
     try:
         found = np.atleast_1d(np.asarray(values, float))
@@ -372,7 +371,7 @@ def require_numbers(**arguments: Any) -> Any:
 
 
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
-    """Returns the argument (left, right) as floats; raises BadArgument unless finite, left < right."""
+    """Returns (left, right) as floats; raises BadArgument unless finite, left < right."""
     ((name, value),) = arguments.items()
     try:
         left, right = value

@@ -1,9 +1,9 @@
 """A load path on fitted states, and its events.
 
 Zones are compared on a geometric scan of loads. Of the topologies beside an event the one with fewer edges is
-continued past it: there the least gap where a zone is born, or the least pressure where two merge, changes
-its sign. Where edges of the two corners pass each other the gap between them does, to the power 2 s, with the
-exponent s of coalescence.
+continued past it: there the least gap of a birth, or the least pressure of a merger, changes its sign. Where
+edges of the two corners pass each other the gap between them does, to the power 2 s, with the exponent s of
+coalescence.
 """
 
 from __future__ import annotations
@@ -46,7 +46,6 @@ class ZonePath(LoadPath):
 
     @bounded
     def at(self, load: float) -> State:
-        """Returns the State at a load on the path; see `LoadPath.at`."""
         require_on_path(load, self.last)
         near = min(self._scan, key=lambda one: abs(np.log(one.load / load)))
         return State(self._solver.at(load, self.rtol, near=near))
@@ -54,7 +53,7 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
-        """States at geometric loads, ascending. Where none is found at two loads and the third the path
+        """States at geometric loads, ascending. Where none is found at three in turn the path
         begins, if that is below a hundredth of its last load.
         """
         states, skipped, still = [self._coarse(self.last)], 0, False
@@ -82,7 +81,6 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded
     def events(self) -> list[Event]:
-        """All events, ascending in load."""
         with counting("load path", self._progress):
             found = _births(self._scan[0])
             for low, high in zip(self._scan, self._scan[1:]):
@@ -171,7 +169,7 @@ class ZonePath(LoadPath):
         low, high : states between whose loads it lies
         states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
-        ends : {load: (number, place)} at events, next to which a zone may be too small
+        ends : {load: (number, place)} at events
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
@@ -261,7 +259,6 @@ def _births(first: PanelSolution) -> list[Event]:
 
 
 def _zones(state: PanelSolution) -> Zones:
-    """Returns the zones by name, open at valleys of the obstacle."""
     return contact_zones(_opened(state), state.problem.law.corners)
 
 
@@ -293,8 +290,8 @@ def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) 
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether zones may be born and merge between states with zones alike: a gap has a minimum that
-    is closed afterwards, or is concave.
+    """Returns whether zones may be born and merge between alike states: a gap is concave, or its minimum
+    closes.
     """
     step = (high.load - low.load) / high.load
     for corner, parts in high.all_zones.items():

@@ -1,9 +1,9 @@
 """BLAS threads: one while the library works on small problems, those that were there for large matrices.
 
-More threads wait for each other on small matrices. So from the outermost `bounded` entry on, BLAS (also
-NGSolve's own) and OpenMP have one thread; what was there before is given back afterwards, and inside to what
-is `released`. BLAS has one number of threads for the whole process, so that entries of all Python threads are
-counted together; OpenMP, and a BLAS built on it, has one for each.
+From the outermost `bounded` entry on, BLAS (also NGSolve's own) and OpenMP have one thread; what was there
+before is given back afterwards, and inside to what is `released`. BLAS has one number of threads for the
+whole process, so that entries of all Python threads are counted together; OpenMP, and a BLAS built on it, has
+one for each.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _seen = 0
 
 
 class _Hold:
-    """One kind of libraries, limited to one thread while a call is inside and none is on a large matrix."""
+    """Libraries that have one thread while a call is inside and none is on a large matrix."""
 
     def __init__(self, libraries):
         self.libraries, self.inside, self.large, self.before = libraries, 0, 0, []
@@ -95,9 +95,7 @@ def bounded(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def released(rows: int) -> AbstractContextManager[None]:
-    """The threads that were there outside, for dense matrices of so many rows, if they gain: 1.4 to 2 at 2400
-    rows, while they lose up to 1600.
-    """
+    """The threads from outside, for dense matrices of so many rows, if they gain: 1.4 to 2 at 2400 rows."""
     return _entered(large=int(rows >= 2000))
 
 

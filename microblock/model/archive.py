@@ -121,7 +121,6 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
 
 
 def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
-    """Returns what was packed."""
     if not isinstance(tree, dict):
         return tree
     if "array" in tree:

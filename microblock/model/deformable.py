@@ -67,12 +67,10 @@ class Deformable:
 
 
 def shape_of(obstacle: ObstacleLike) -> ObstacleLike:
-    """Returns the shape of a counter-body, or the obstacle itself."""
     return obstacle.shape if isinstance(obstacle, Deformable) else obstacle
 
 
 def body_of(obstacle: ObstacleLike) -> Any:
-    """Returns the body of an obstacle that deforms, or None."""
     return obstacle.body if isinstance(obstacle, Deformable) else None
 
 

@@ -82,7 +82,7 @@ class LoadPath(Shown, PlainData):
     """The states of a problem from first touch to a load, and the events on the way.
 
     Where the slope of the obstacle falls, zones on either side never merge: the gap gets narrower without
-    end, and a state shows it as long as it matters at rtol.
+    end.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class LoadPath(Shown, PlainData):
     events : list of Event
         Zones that are born, merge, split or vanish, ascending in load.
     warnings : list of str
-        Sentences on what `events` may leave out.
+        What `events` may leave out.
 
     Examples
     --------
@@ -145,7 +145,6 @@ class LoadPath(Shown, PlainData):
         return saved(drawing, file) if ax is not None else saved(drawing, file, self.warnings)
 
     def summary(self) -> Summary:
-        """Returns the events as far as they have been computed."""
         events: Sequence[Event] | None = self.__dict__.get("events")
         listed = [
             Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
@@ -165,7 +164,6 @@ class LoadPath(Shown, PlainData):
 
 
 def require_on_path(load: float, last: float) -> None:
-    """Raises BadArgument unless a load lies on the path up to `last`."""
     require_positive(load=load)
     if load > last:
         raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last}")

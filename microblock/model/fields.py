@@ -38,7 +38,6 @@ class PointFields:
     couple_stress: Array
 
     def shaped(self, shape: tuple[int, ...]) -> PointFields:
-        """Returns the fields with the points in another shape."""
         return replace(
             self, **{name: own.reshape((*own.shape[:-1], *shape)) for name, own in vars(self).items()}
         )

@@ -24,25 +24,22 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class OfMoment(Solution):
-    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path:
-    energy and work up to a constant where the rigid motion is arbitrary.
+    """Base of solutions at a pair of loads, with shear and energies of a `moment` of a path: energy and work
+    up to a constant where the rigid motion is arbitrary.
     """
 
     moment: Any
 
     @property
     def holders(self) -> tuple[Any, ...]:
-        """This, and what is known of the moment."""
         return self, self.moment
 
     @property
     def energy(self) -> float:
-        """Elastic energy, also of the shear."""
         return float(self.moment.energy)
 
     @property
     def shear_traction(self) -> Array:
-        """q, array (n,)."""
         return cast(Array, self.moment.tangential / self.weights)
 
 

@@ -15,7 +15,6 @@ from .state import State
 
 
 def data_set(result: State | LoadPath | History) -> Any:
-    """Returns the xarray.Dataset of a State, LoadPath or History."""
     try:
         import xarray
     except ModuleNotFoundError as failure:
@@ -38,13 +37,11 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    """The attributes with a quantity's unit."""
     _, unit, in_space = QUANTITIES.get(name, Quantity())
     return {"units": unit if flat else in_space or unit} if unit else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
-    """Variables, coordinates and attributes of the data set of a state."""
     found = dict[str, Any]()
     along: tuple[str, ...] = ("x",) if state.flat else ("point",)
     places: dict[str, Any] = {"x": state.x} if state.flat else dict(zip(("x1", "x2", "x3"), state.points.T))
@@ -70,7 +67,6 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
 
 
 def _numbered(data: Any) -> Any:
-    """The data set of a state over the numbers of its points."""
     if "x" in data.indexes:
         data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
     return data.assign_coords(

@@ -29,7 +29,7 @@ ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
 
 class Law:
-    """Base of laws. A law that a user adds names its corners, their levers and initial gaps.
+    """Base of laws, also of a user's: it names corners, their levers and initial gaps.
 
     Attributes
     ----------
@@ -52,9 +52,8 @@ class Law:
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the initial gaps along the outward normal, {corner: array (n,)} (lengths), inf where there
-        is no obstacle, of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block
-        (length).
+        """Returns the initial gaps along the normal, {corner: array (n,)} (lengths), inf without an obstacle,
+        of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
         """
         raise NotImplementedError
 
@@ -68,9 +67,8 @@ class Law:
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
-        2), in space (corners, n, 3), at points (lengths) with unit normals.
-
-        Here they follow from the levers; corners that have one lie half a side above the centre.
+        2), in space (corners, n, 3), at points (lengths) with unit normals. Here they follow from the levers;
+        corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():
@@ -79,8 +77,6 @@ class Law:
 
 
 class _Coulomb(Law, Checked):
-    """Base of the laws that take Coulomb friction."""
-
     friction: float = 0.0
 
     def __repr__(self) -> str:
@@ -151,7 +147,6 @@ class Microblock(_Coulomb):
 
     @property
     def even(self) -> bool:
-        """Whether psi0 is 0."""
         return not callable(self.psi0) and self.psi0 == 0
 
     def shifts(self, ell: float) -> tuple[float, ...]:
@@ -223,13 +218,11 @@ class Unilateral(_Coulomb):
     even = True
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns 0: the contact point has no lever."""
         return {"C": np.zeros(np.shape(x))}
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over the contact point."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
@@ -294,7 +287,6 @@ def tangents(normals: Array) -> Array:
 
 
 def has_constant_levers(law: object) -> bool:
-    """Returns whether levers are known to be the same at all x."""
     return type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
 
 

@@ -105,7 +105,7 @@ class Fitted(Checked):
     spacing : float, optional
         Length of the elements on the surface, with `order`.
     lines : tuple of float
-        Points x1 of the surface below which elements shrink as well, for fields there.
+        Points x1 of the surface below which elements shrink as well.
     even : bool
         Whether all elements have one order: the approach of a block feels the far field.
 
@@ -175,12 +175,12 @@ class Uniform(Checked):
     order : int
         Order of all fields.
     reach : float, optional
-        Half-width and depth of the equal squares (length); without it twice the half-width of a classical
-        contact and a block.
+        Half-width and depth of the squares (length); without it twice the half-width of a classical contact
+        and a block.
     newton : Newton, optional
         Solves the monolithic system; without it the body is condensed to its contact nodes.
     shape : "quadrilaterals" or "triangles"
-        Triangles are the same squares, each cut into two.
+        Triangles halve the squares.
     rule : "nodal" or "gauss"
         Quadrature of the contact term of the augmented Lagrangian.
 

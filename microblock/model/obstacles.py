@@ -330,8 +330,6 @@ class Wave(Checked):
 
 @dataclass(frozen=True)
 class SelfAffine(Checked):
-    """Base of self-affine heights of a period, of at most `most` waves."""
-
     period: float = field(metadata=checked(require_positive))
     slope: float = field(metadata=checked(require_positive))
     hurst: float = field(default=0.8, metadata=checked(require_finite))
@@ -402,8 +400,8 @@ class Rough(SelfAffine):
 
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
-    """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none; raises
-    BadArgument if it does not return a number, or inf, for each x.
+    """Returns the heights of an obstacle at x, arrays (n,) (lengths); raises BadArgument if it does not
+    return a number, or inf, for each x.
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
@@ -444,7 +442,6 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
 
 
 def returned(obstacle: ObstacleLike, x: Array) -> Array:
-    """Returns the values of the height as an array of any shape."""
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
     height = getattr(obstacle, "height", obstacle)
@@ -467,9 +464,7 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
 
 
 def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
-    """Returns what a user's function returns at places, arrays of one shape; raises BadArgument where it
-    fails.
-    """
+    """Returns what a user's function returns at places of one shape; raises BadArgument where it fails."""
     if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
         return np.zeros(np.shape(x[0]))
     try:

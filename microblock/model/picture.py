@@ -2,8 +2,7 @@
 
 Under the load P a corner touches at the distance D from the lowest point only where the height is no more
 than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest (a: half-width of a classical contact).
-Heights within twice that are sampled, in the low stretches so densely that features as wide as 5e-4 a show
-(`Proxy`).
+Heights within twice that are sampled so densely that features as wide as 5e-4 a show (`Proxy`).
 """
 
 from __future__ import annotations
@@ -72,7 +71,6 @@ class Picture:
 
     @property
     def minima(self) -> Array:
-        """Places of the least heights of all low stretches, array (k,)."""
         h = self.heights
         padded = np.concatenate(([np.inf], h, [np.inf]))
         return self.sites[(h < padded[:-2]) & (h <= padded[2:])]
@@ -150,7 +148,6 @@ def within(
 
 
 def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
-    """Returns the obstacle with what its Picture has detected."""
     if not found.found:
         return obstacle
     height = cast("Callable[[Array], ArrayLike]", getattr(obstacle, "height", obstacle))
@@ -159,8 +156,6 @@ def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
 
 @dataclass(frozen=True)
 class Seen(Obstacle):
-    """A height with what was detected of it."""
-
     ends: tuple[float, ...] = ()
 
 
@@ -183,7 +178,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
 
 
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
-    """Returns places on all scales, denser around the least heights, and the heights there."""
+    """Returns places on all scales, denser around the least heights, and the heights."""
     nearest = 1e-3 * ell
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
@@ -210,7 +205,6 @@ def _named(obstacle: ObstacleLike) -> tuple[dict[float, float], tuple[float, ...
 
 
 def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, Any]:
-    """Returns what a Picture has of an obstacle with `formulas`."""
     kinks, ends = _named(obstacle)
     own = [place for place in (*kinks, *ends) if any(left <= place <= right for left, right in stretches)]
     sites = np.unique(np.concatenate([np.linspace(*each, 65) for each in stretches] + [own]))
@@ -228,7 +222,6 @@ def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, A
 def _sampled(
     obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float
 ) -> dict[str, Any]:
-    """Returns what a Picture has of any other obstacle."""
     own, ends = _named(obstacle)
     first = _first(stretches, half, (*own, *ends), obstacle)
     pieces = _proxies(lambda x: heights(obstacle, x), first, floor, obstacle, known=own)
@@ -259,7 +252,6 @@ def _sampled(
 
 
 def _first(stretches: Sequence[Interval], half: float, breaks: Iterable[float], given: object) -> list[Array]:
-    """Returns the first intervals of each stretch: [edges, ...]."""
     samples = 27  # of an interval, about: see `proxy`
     wide, spacing = sum(right - left for left, right in stretches), 5e-4 * half
     spacing = max(spacing, wide / (4000 * samples))
@@ -305,7 +297,6 @@ def _proxies(
 def _angle(
     law: LawLike, stretches: Sequence[Interval], ell: float, half: float, floor: float
 ) -> Proxy | None:
-    """Returns the Proxy of psi0 over all stretches, None of a number."""
     if not callable(getattr(law, "psi0", None)):
         return None
     law = cast(AngledLaw, law)

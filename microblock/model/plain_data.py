@@ -115,10 +115,9 @@ class PlainData:
         return cast("xarray.Dataset", data_set(cast(Any, self)))
 
     def save(self, file: str | PathLike[str]) -> None:
-        """Writes the result to a file, from which `load` brings it back digit by digit.
-
-        What lies between the points is not in the file: `pressure_at`, `micromoment_at`, `gap_at` and
-        `fields` of what is loaded raise BadArgument. Functions and meshes come back as their names.
+        """Writes the result to a file, from which `load` brings it back digit by digit, functions and meshes
+        as their names. `pressure_at`, `micromoment_at`, `gap_at` and `fields` of what is loaded raise
+        BadArgument.
 
         Parameters
         ----------

@@ -28,8 +28,8 @@ class Problem:
     """The problem on the line: solid, law and obstacle.
 
     With `mirror` all is symmetric about x = 0, and the first corner alone is computed, on x >= 0 if it is the
-    only one. Without a `picture` the obstacle is smooth between the places that it names. `counter` is the
-    solid of a second body, whose shape the obstacle is.
+    only one. Without a `picture` the obstacle is smooth between its named places. `counter` is the solid of a
+    second body.
     """
 
     solid: Cosserat
@@ -41,12 +41,10 @@ class Problem:
 
     @property
     def ell(self) -> float:
-        """Side of a block (length)."""
         return self.solid.ell
 
     @property
     def E_star(self) -> float:
-        """Plane-strain contact modulus of both bodies (stress)."""
         return joint_modulus(self.solid, self.counter)
 
     @property
@@ -92,7 +90,6 @@ class Problem:
 
     @cached_property
     def tips(self) -> set[float]:
-        """Contact points with a corner under a tip, see `Picture`."""
         places = () if self.picture is None else self.picture.tips
         return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
@@ -106,7 +103,6 @@ class Problem:
 
     @cached_property
     def stretches(self) -> list[Interval]:
-        """Intervals in which a corner could touch, ascending."""
         assert self.picture is not None
         low = self.picture.stretches
         return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
@@ -136,7 +132,6 @@ class Problem:
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
-        """Returns (left, right) of one corner, computed or known by symmetry."""
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
         return tuple(self._one_place(place + self.shifts[corner]) for place in places)
 
@@ -159,7 +154,6 @@ class Problem:
         return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
-        """Returns levers of corner numbers at abscissae of the same shape."""
         values = self.levers(x)
         return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
 
@@ -180,7 +174,6 @@ def level_surface(x: Array) -> tuple[Array, Array]:
 
 
 def half_line(problem: Problem) -> bool:
-    """Returns whether a symmetric problem has one corner, computed on x >= 0."""
     return problem.mirror and len(problem.law.corners) == 1
 
 

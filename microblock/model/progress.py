@@ -12,7 +12,6 @@ _bar: ContextVar[Any] = ContextVar("bar", default=None)
 
 @contextmanager
 def counting(words: str, progress: bool) -> Iterator[None]:
-    """Context whose steps a bar counts, if asked for."""
     with tqdm(desc=words, unit=" steps", disable=not progress) as bar:
         token = _bar.set(bar)
         try:
@@ -22,6 +21,5 @@ def counting(words: str, progress: bool) -> Iterator[None]:
 
 
 def counted() -> None:
-    """Counts a step on the bar, where there is one."""
     if (bar := _bar.get()) is not None:
         bar.update()

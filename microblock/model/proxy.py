@@ -43,9 +43,9 @@ class Proxy:
         Edges of the pieces, ascending.
     singular, jumps, powers : arrays (k,)
         Places, ascending, at which a derivative jumps or has no bound, or the function jumps or ends; jump of
-        the slope there; and power p of ``abs(x - place)**p``. Both are nan where the function jumps or ends.
+        the slope; and power p of ``abs(x - place)**p``. Both are nan where the function jumps or ends.
     samples, values : arrays (m,)
-        Places, ascending, at which the function was evaluated, and its values, inf where there is none.
+        Places, ascending, of evaluations, and values, inf where there is none.
     """
 
     edges: Array
@@ -57,9 +57,7 @@ class Proxy:
 
     @property
     def lengths(self) -> Array:
-        """Lengths of the pieces, array (n,); inf where one is short only because of a singular point within
-        two and a half lengths.
-        """
+        """Lengths of the pieces, array (n,); inf within two and a half lengths of a singular point."""
         lengths = np.diff(self.edges)
         middle, least = (self.edges[1:] + self.edges[:-1]) / 2, LOST * (self.edges[-1] - self.edges[0])
         near = np.abs(middle[:, None] - self.singular).min(axis=1, initial=np.inf)
@@ -67,9 +65,9 @@ class Proxy:
 
 
 def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[float] = ()) -> Proxy:
-    """Returns the Proxy of a function of arrays on the intervals between `edges`, which are short enough for
-    what shall be seen; `floor` is an error per length that does not matter, `known` are singular places
-    inside. Raises TooRough if there are too many pieces or singular points.
+    """Returns the Proxy of a function of arrays on intervals between `edges` that are short enough for what
+    shall be seen; `floor` is an error per length that does not matter, `known` are singular places inside.
+    Raises TooRough if there are too many pieces or singular points.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
@@ -108,18 +106,15 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
 
 
 def _spread(left: Array, right: Array) -> Array:
-    """Returns the samples of intervals: array (n, samples)."""
     return (left[:, None] * (1 - _places) + right[:, None] * (1 + _places)) / 2
 
 
 def _values(function: Function, x: Array) -> Array:
-    """Returns values at x, array (n,), inf where there is none."""
     values = np.asarray(function(x), float)
     return np.where(np.isfinite(values), values, np.inf)
 
 
 def _ends(function: Function, x: Array, there: Flags) -> list[float]:
-    """Returns the last places, between samples x, at which the function exists."""
     ends = []
     for i in np.flatnonzero(there[1:] != there[:-1]):
         inside, outside = (x[i], x[i + 1]) if there[i] else (x[i + 1], x[i])

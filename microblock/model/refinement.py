@@ -17,18 +17,9 @@ def levels(
     change: Callable[[Result, Result], float],
     progress: bool = False,
 ) -> Iterator[tuple[Level, Result, Any, list[float]]]:
-    """Yields (level, result, result before, changes so far) of finer and finer levels.
-
-    Parameters
-    ----------
-    solve : callable
-        Returns the result on a level, from that on the level before or None.
-    sizes : sequence
-        Levels, coarse to fine.
-    change : callable
-        Returns the relative change from one result to the next.
-    progress : bool
-        Whether a bar counts the levels.
+    """Yields (level, result, result before, changes so far) of levels `sizes`, coarse to fine, which a bar
+    counts if `progress`: `solve` returns the result on one, from the result before or None, and `change` the
+    relative change from one result to the next.
     """
     before, changes = None, list[float]()
     for level in tqdm(sizes, unit=" levels", disable=not progress):

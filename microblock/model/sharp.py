@@ -63,7 +63,6 @@ def of_samples(state: State) -> list[str]:
 
 
 def _spacing(state: State, place: float) -> float:
-    """Returns the distance of the points next to a place."""
     x: Array = state.x
     after = int(np.clip(np.searchsorted(x, place), 1, len(x) - 1))
     return float(x[after] - x[after - 1])

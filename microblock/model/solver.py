@@ -88,7 +88,6 @@ class Solver:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns what the solver was made of."""
         return {
             key: one
             for key, one in vars(self).items()
@@ -97,7 +96,6 @@ class Solver:
 
     @property
     def symmetric(self) -> bool:
-        """Whether obstacle and law are known to be symmetric about x1 = 0."""
         return bool(self.law.even and getattr(self.obstacle, "even", False))
 
     def require_lowest(self) -> None:
@@ -112,15 +110,13 @@ class Solver:
         initial: Solution | None = None,
         progress: bool = False,
     ) -> Solution:
-        """Returns the Solution at a load (force per thickness) or an approach (length), the other being None.
-
-        `rtol` is that of `Contact.solve`; `initial` a solution of a similar problem. Raises BadArgument if
-        the method does not take an argument, NotConverged if the accuracy is out of reach.
+        """Returns the Solution at a load (force per thickness) or an approach (length), the other being None;
+        `initial` is a solution of a similar problem. Raises BadArgument if the method does not take an
+        argument, NotConverged if the accuracy is out of reach.
         """
         raise NotImplementedError
 
     def state(self, solution: Any) -> State:
-        """Returns the State that a user has of a solution."""
         return State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:

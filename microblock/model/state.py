@@ -146,7 +146,7 @@ class Solution:
     A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
     `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
     `x`; with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
-    `tangential_approach` and `zone_errors`; and what follows, where it is not as here.
+    `tangential_approach` and `zone_errors`.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ class Solution:
     notes : tuple of str
         Sentences on the computation, such as a fallback that was taken.
     has_edges : bool
-        Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
+        Whether the contact ends somewhere.
     apart : boolean array (n - 1,) or None
         As of `State`.
     """
@@ -227,7 +227,7 @@ class Solution:
         )
 
     def few_nodes(self, advice: str) -> list[str]:
-        """Returns a sentence in a list where a zone has few nodes and there is no error estimate."""
+        """Returns a sentence in a list where a zone has few nodes and no error is estimated."""
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(numbers, default=0)
@@ -242,7 +242,6 @@ class LineSolution(Solution):
 
     @cached_property
     def zones_by_name(self) -> Zones:
-        """{"A", "B", "full", "contact": intervals} of x1."""
         return contact_zones(self.all_zones, self.problem.law.corners)
 
     @cached_property
@@ -254,7 +253,6 @@ class LineSolution(Solution):
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
 
     def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,), from the pressures there, or the reaction."""
         if self.problem.law.clamps_rotation:
             return cast(Array, self.reaction(x))
         pressures = [self.pressure(corner, x) for corner in range(len(self.pressures))]
@@ -416,7 +414,6 @@ class State(Shown, PlainData):
     slip: Array | None
 
     def __init__(self, solution: Any, **given: Any) -> None:
-        """The state of a solution, which has what is not given."""
         vars(self).update(given, solution=solution)
 
     if not TYPE_CHECKING:
@@ -437,7 +434,6 @@ class State(Shown, PlainData):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Returns the names of all data of a state."""
         computed = (name for name, own in vars(cls).items() if isinstance(own, cached_property))
         return (*(entry.name for entry in fields(cls)), *computed)
 
@@ -748,15 +744,15 @@ class State(Shown, PlainData):
         return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the state as plain data for JSON, on the whole surface and in full precision.
+        """Returns the state as plain data for JSON, in full precision.
 
         Returns
         -------
         dict
             Attributes by their names: arrays and intervals are lists, NaN and infinity None. "profile" has
-            columns "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws without corners),
+            columns "x", "weight", "pressure", "pressure_A", "pressure_B" (None without corners),
             "micromoment", "psi", with friction "shear" and "slip"; of cells in three dimensions the state
-            `along` the "axis" x1 and along the "diagonal".
+            `along` the "axis" x1 and the "diagonal".
 
         Examples
         --------
@@ -778,7 +774,6 @@ class State(Shown, PlainData):
         return {**data, "profile": columns}
 
     def summary(self) -> Summary:
-        """Returns what a notebook shows of the state."""
         return _table(self)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:

@@ -44,8 +44,6 @@ ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
 
 
 class MethodLike(Protocol):
-    """A method as the user names it."""
-
     @property
     def solver(self) -> str | type[Solver]:
         """A Solver class, or its dotted path below microblock."""

@@ -49,7 +49,6 @@ def contains(intervals: ArrayLike, x: Array) -> Flags:
 
 
 def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:
-    """Returns the intersection of two lists of intervals."""
     pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in first for b in second]
     return sorted(pair for pair in pairs if pair[0] < pair[1])
 
@@ -64,8 +63,8 @@ def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[In
 
 
 def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
-    """Returns which places x lie between two nodes (ascending) at which the surface ends and begins again:
-    `apart`, (n - 1,), says so of a node and the next.
+    """Returns which places x lie between two nodes (ascending) that `apart`, (n - 1,), says to have a gap of
+    the surface between them.
     """
     if apart is None:
         return np.zeros(np.shape(x), bool)
@@ -138,8 +137,8 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
-    """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: 1, but near the edges
-    of the obstacle, shifted by `shifts`, the distance over half of its width.
+    """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: near the edges of the
+    obstacle, shifted by `shifts`, the distance over half of its width, else 1.
     """
     distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
     return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
@@ -165,5 +164,4 @@ def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZone
 
 
 def zone_edges(zones: Mapping[int, Iterable[Interval]]) -> list[float]:
-    """Returns all edges of {corner: ((left, right), ...)}, ascending."""
     return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})
