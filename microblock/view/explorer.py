@@ -15,6 +15,7 @@ from ..halfplane.friction_solver import FrictionSolver
 from ..halfplane.kernels import HalfPlane
 from ..model.history import pairs_of
 from ..model.law import Microblock, Microclamped, Unilateral
+from ..model.material import Elastic
 from ..model.obstacles import Cylinder
 from ..model.state import State
 from ..model.summary import saved
@@ -100,8 +101,8 @@ class Explorer:
         known = {
             "psi0": None if callable(psi0) else psi0,
             "R": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
-            "ell": problem.solid.ell,
-            "law": _name(problem.law),
+            "ell": None if isinstance(problem.solid, Elastic) else problem.solid.ell,
+            "law": None if isinstance(problem.solid, Elastic) else _name(problem.law),
         }
         if self._friction:
             self._walk, known = self._solver.walk(), {"shear": 0.0}
@@ -126,9 +127,10 @@ class Explorer:
             if not abs(choice["shear"]) <= 1:
                 raise BadArgument("shear", choice["shear"], "must lie between -1 and 1: it is Q/(f P)")
         elif changes.keys() - {"load"}:
-            require_choice(LAWS, law=choice["law"])
-            law, changed = LAWS[choice["law"]](), {}
-            if choice["law"] == "microblock":
+            named = choice.get("law", "unilateral")  # alone on a solid without blocks
+            require_choice(LAWS, law=named)
+            law, changed = LAWS[named](), {}
+            if named == "microblock":
                 first = self._first.law if isinstance(self._first.law, Microblock) else law
                 law = replace(first, psi0=choice["psi0"]) if "psi0" in choice else first
             if "ell" in changes:

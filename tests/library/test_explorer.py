@@ -141,3 +141,11 @@ def test_sliders_of_friction_walk_the_loop_and_begin_anew():
     panel.controls["shear"].value = 1.0
     with pytest.raises(mb.BadArgument, match="^load = 0.71"):
         explorer.update(load=0.71)
+
+
+def test_a_solid_without_blocks_offers_neither_their_side_nor_another_law():
+    explorer = Explorer(
+        mb.Contact(mb.HalfPlane(mb.Elastic(100, 0.3)), mb.Cylinder(10.0), mb.Unilateral()), 1.0
+    )
+    assert set(explorer.choice) == {"load", "R"}
+    assert explorer.update(R=5.0).half_width < explorer.restart().half_width
