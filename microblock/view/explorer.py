@@ -101,9 +101,11 @@ class Explorer:
         known = {
             "psi0": None if callable(psi0) else psi0,
             "R": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
-            "ell": None if isinstance(problem.solid, Elastic) else problem.solid.ell,
-            "law": None if isinstance(problem.solid, Elastic) else _name(problem.law),
+            "ell": problem.solid.ell,
+            "law": _name(problem.law),
         }
+        if isinstance(problem.solid, Elastic):  # without blocks
+            known = {"R": known["R"]}
         if self._friction:
             self._walk, known = self._solver.walk(), {"shear": 0.0}
         choice = {"load": self._load} | {name: own for name, own in known.items() if own is not None}
