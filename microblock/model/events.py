@@ -113,10 +113,13 @@ class LoadPath(Shown, PlainData):
 
     first: Any = 0.0  # a float; a subclass may have properties
     warnings: Any = ()
-    events: Any  # of a subclass
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
+
+    @property
+    def events(self) -> Sequence[Event]:
+        raise NotImplementedError  # of a subclass
 
     def at(self, load: float) -> State:
         """Returns the State at a load on the path (force per thickness); raises BadArgument of others, and
