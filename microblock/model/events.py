@@ -117,9 +117,10 @@ class LoadPath(Shown, PlainData):
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
 
-    @property
-    def events(self) -> Sequence[Event]:
-        raise NotImplementedError  # of a subclass
+    if TYPE_CHECKING:  # of a subclass, or of a file
+
+        @property
+        def events(self) -> Sequence[Event]: ...
 
     def at(self, load: float) -> State:
         """Returns the State at a load on the path (force per thickness); raises BadArgument of others, and
