@@ -95,6 +95,8 @@ class Cholmod:
         """As of `SuperLU`."""
         found, inner, contact, across = np.zeros_like(right), self._inner, self.contact, self._across
         found[inner] = self._of_inner(right[inner])
+        if not len(contact):  # of which SciPy before 1.14 makes an error
+            return found
         found[contact] = cho_solve((self.block, True), right[contact] - across.T @ found[inner])
         found[inner] -= self._of_inner(across @ found[contact])
         return found
