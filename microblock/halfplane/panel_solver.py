@@ -21,7 +21,12 @@ from .panel_solution import PanelSolution
 
 
 class PanelSolver(Solver):
-    """States of a half-plane without images on fitted panels; its `options` are `Panels`."""
+    """States of a half-plane without images on fitted panels; its `options` are `Panels`.
+
+    The way of a state: `Problem` has corners, gaps and levers over ell; `search.solve` finds zones on cells
+    and moves their edges (`edges.fit`); at given edges `Panels.response` integrates `kernels.gap_kernel`,
+    a function of distance/ell, and the system gives the `PanelSolution` that a `State` asks for pressures.
+    """
 
     has_level = False
     has_fitted_zones = True
