@@ -11,11 +11,12 @@ row that is written into the file by hand, its error empty, stays there and gets
 import csv
 import inspect
 import math
+import os
 import re
 import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import chdir, redirect_stderr, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from decimal import Decimal
 from functools import cache, partial
 from importlib import import_module
@@ -79,6 +80,16 @@ PROBLEMS = {
     "rubbed": mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3)),
     "rubbed body": mb.Contact(BODY, CYLINDER, mb.Unilateral(friction=0.3)),
 }
+
+
+@contextmanager
+def chdir(folder):  # as of contextlib from Python 3.11 on
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
 
 
 FACETS = facets.ContactFacets(BODY, LAW, CYLINDER)
