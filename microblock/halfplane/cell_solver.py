@@ -147,7 +147,7 @@ class CellSolver(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_same_period(self.body, self.obstacle)
-        require_pure_force(self.law)
+        require_pure_force(self.law, self.solid.ell)
         if self.body.period is not None and options.window is not None:
             raise BadArgument(
                 "window", options.window, "belongs to a half-plane without images; here it is the period"

@@ -36,7 +36,7 @@ class PanelSolver(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_same_period(self.body, self.obstacle)
-        require_pure_force(self.law)
+        require_pure_force(self.law, self.solid.ell)
         self.require_lowest()
 
     def solve(self, load, approach, rtol, initial=None, progress=False):

@@ -53,7 +53,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     else:
         U, V, W, Y, even = averages(solid, edges, (0, 1, 2, 5, 6))
         levers = 1, -1
-        if not np.allclose(np.array(list(law.levers(np.zeros(1)).values()))[:, 0], levers):
+        if not np.allclose(np.column_stack(list(law.levers(edges.mean(axis=1)).values())), levers):
             words = "must have the levers 1 and -1 with friction on a half-plane: a Body on a mesh takes any"
             raise BadArgument("law", law, words)
         normal = np.block([[U + a * b * W + (a - b) * V for b in levers] for a in levers])

@@ -319,8 +319,9 @@ def _check_corners(law: Any) -> None:
     if not names or not plain or {"full", "contact"} & set(names):
         words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
         raise BadArgument("law", law, words)
+    levers = law.levers(np.zeros(1))
     for name, found in (
-        ("levers", law.levers(np.zeros(1))),
+        ("levers", levers),
         ("initial_gaps", law.initial_gaps(point, normal, 1.0, obstacles.Plane(level=1.0))),
     ):
         shapes = isinstance(found, dict) and {key: np.shape(value) for key, value in found.items()}
@@ -333,12 +334,12 @@ def _check_corners(law: Any) -> None:
     shifts = law.shifts(1.0)
     if np.shape(shifts) != (len(names),) or not np.all(np.isfinite(np.asarray(shifts, float))):
         raise BadArgument("law", law, f"shifts must return a finite number for each corner: {shifts!r}")
-    levers = np.ravel(list(law.levers(np.zeros(1)).values()))
-    if np.any(np.diff(levers) > 0):
+    in_order = np.ravel(list(levers.values()))
+    if np.any(np.diff(in_order) > 0):
         raise BadArgument(
             "law",
             law,
-            f"must name its corners from left to right, the largest lever first: {levers.tolist()}",
+            f"must name its corners from left to right, the largest lever first: {in_order.tolist()}",
         )
 
 
@@ -355,8 +356,9 @@ def require_shifts(law: LawLike) -> None:
         raise BadArgument("law", law, words)
 
 
-def require_pure_force(law: LawLike) -> None:
+def require_pure_force(law: LawLike, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
-    if len(law.corners) == 1 and np.any(list(law.levers(np.zeros(1)).values())):
+    right = ell * np.geomspace(1e-3, 1e4, 43)
+    if len(law.corners) == 1 and np.any(list(law.levers(np.concatenate((-right, [0.0], right))).values())):
         words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
         raise BadArgument("law", law, words)

@@ -86,6 +86,22 @@ def test_friction_on_a_half_plane_takes_no_other_levers_than_1_and_minus_1():
         problem.history([(1.0, 0.0)])
 
 
+class Elsewhere(Corners):
+    """Levers are others for x beyond a place alone."""
+
+    def levers(self, x):
+        return {name: lever + 0.2 * (x > 0.1) for name, lever in super().levers(x).items()}
+
+
+@pytest.mark.parametrize("places", [(0.0,), (-0.5, 0.5)])
+def test_levers_are_looked_at_where_the_contact_is(places):
+    """At x = 0 alone both laws are those of the library."""
+    problem = mb.Contact(HALF, CYLINDER, Corners(places, friction=0.3))
+    assert problem.history([(1.0, 0.0)], rtol=0.1).states[0].load == 1
+    with pytest.raises(mb.BadArgument, match="lever"):
+        mb.Contact(HALF, CYLINDER, Elsewhere(places, friction=0.3)).history([(1.0, 0.0)], rtol=0.1)
+
+
 @pytest.mark.parametrize("where", ["half-space", "mesh"])
 def test_over_a_surface_only_laws_of_the_library_are_known(where):
     """A law derived from Microblock was solved as Microblock itself."""
