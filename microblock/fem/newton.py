@@ -5,7 +5,7 @@ are unknowns; in space, where they are not unique, they are given, and become (4
 better than the gaps do.
 """
 
-from collections import Counter
+from collections import Counter, namedtuple
 from copy import copy
 from dataclasses import dataclass
 
@@ -174,8 +174,8 @@ class MonolithicNewton:
                 active = now.active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free)
-            size, before = np.clip(now.kkt / 100, 1e-10, 1e-4) * now.size, now.residual * now.size
-            unknowns.vec.data -= self._systems.solve(now.vector, size)
+            before = now.residual * now.size
+            unknowns.vec.data -= self._systems.solve(now.vector)
         if not best.kkt <= SOLVED:
             raise NotConverged(
                 f"Newton stopped at {self.control} {level:g} after {steps} iterations, relative residual "
@@ -243,7 +243,8 @@ class MonolithicNewton:
             else:  # (40) holds in the mean over each multiplier's function
                 left = [_ratio(part / facets.extents, length) for part in self._multipliers(vector)]
             left = max(left)
-        given = self.body.mesh.dim == 3
+        # in space multipliers are given
+        balance, left = (balance, left) if self.body.mesh.dim == 3 else (max(balance, left), 0.0)
         return _Iterate(
             values,
             gaps,
@@ -252,8 +253,9 @@ class MonolithicNewton:
             b"".join((facets.at_rule(value) <= 0).tobytes() for value in wanted),
             vector.vec,
             size,
-            balance if given else max(balance, left),
-            left if given else 0.0,
+            balance,
+            left,
+            max(balance, left),
         )
 
     def _state(self, now, iterations):
@@ -277,26 +279,10 @@ class MonolithicNewton:
         )
 
 
-@dataclass(frozen=True, repr=False)
-class _Iterate:
-    """Unknowns and what they leave: gaps (22), stresses (40), flags of closed corners (`active`), first
-    variation, norm of internal forces (`size`), and residuals, of the system that a step solves and of
-    gaps whose multipliers are given (`open`).
-    """
-
-    values: np.ndarray
-    gaps: np.ndarray
-    stresses: np.ndarray
-    closed: np.ndarray
-    active: bytes
-    vector: ng.BaseVector
-    size: float
-    residual: float
-    open: float
-
-    @property
-    def kkt(self):
-        return max(self.residual, self.open)
+# unknowns and what they leave: gaps (22), stresses (40), flags of closed corners (`active`), first variation
+# (`vector`), norm of internal forces (`size`), and residuals, of the system that a step solves, of gaps whose
+# multipliers are given (`open`), and the larger one
+_Iterate = namedtuple("_Iterate", "values gaps stresses closed active vector size residual open kkt")
 
 
 def default_rho(facets, method, length=None):

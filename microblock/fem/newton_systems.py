@@ -1,12 +1,16 @@
 """Linear systems of Newton's method."""
 
+from functools import reduce
+from operator import add
+
 import ngsolve as ng
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, cg
+from ngsolve.krylovspace import CGSolver
 
 from .. import cost
 from ..errors import NotConverged
 from .body import FIELDS3D
+from .bulk import as_csr
 from .condensation import LINKED, of_factors
 
 
@@ -32,8 +36,7 @@ class Systems:
 
     def internal(self, vector):
         """K x, array, of the vector x."""
-        added = self._values[self._places]
-        self._values[self._places] = self._own
+        added, self._values[self._places] = self._values[self._places], self._own
         found = (self.matrix * vector).Evaluate().FV().NumPy().copy()
         self._values[self._places] = added
         return found
@@ -41,7 +44,9 @@ class Systems:
     def add(self, tangent, free):
         """Take K + `tangent`, with the same places at each call, on the free unknowns, a BitArray."""
         if not len(self._places):
-            self._places = _places(self.matrix, tangent)
+            numbers, other = as_csr(self.matrix), as_csr(tangent).tocoo()
+            numbers.data[:] = np.arange(numbers.nnz)
+            self._places = np.asarray(numbers[other.row, other.col], int).ravel()
             self._own = self._values[self._places]
         self._values[self._places] = self._own + tangent.AsVector().FV().NumPy()
 
@@ -70,7 +75,7 @@ class Direct(Systems):
                 f"no factorisation: {failure}; is the body supported, and is something in contact?"
             ) from failure
 
-    def solve(self, residual, size):
+    def solve(self, residual):
         """The solution, a vector."""
         return (self._inverse * residual).Evaluate()
 
@@ -85,54 +90,24 @@ class ConjugateGradients(Systems):
         needed = 2 * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         super().__init__(body, space, nodes)
-        self._factors = {name: self._of_field(name) for name in FIELDS3D}
-        self._vectors = [self.matrix.CreateColVector() for _ in range(2)]
+        self._free = space.FreeDofs()
+        self._factors = {name: self._of_unknowns(body.unknowns_of(name)) for name in FIELDS3D}
 
-    def _of_field(self, name):
-        """Cholesky factors of the block of a field."""
-        own, chosen = self.body.unknowns_of(name), ng.BitArray(self.space.FreeDofs())
+    def _of_unknowns(self, own):
+        """Cholesky factors of the block of a slice of unknowns."""
+        chosen = ng.BitArray(self._free)
         chosen[: own.start] = False
         chosen[own.stop :] = False
         return self.matrix.Inverse(chosen, "sparsecholesky")
 
     def add(self, tangent, free):
         super().add(tangent, free)
-        self._free = np.array(free)
-        self._factors |= {name: self._of_field(name) for name in ("u3", "psi1", "psi2")}  # with springs
+        self._free, last = free, self.space.ndof - 1
+        springs = {name: self.body.unknowns_of(name) for name in ("u3", "psi1", "psi2")}
+        springs["approach"] = slice(last, last + 1)
+        self._factors |= {name: self._of_unknowns(own) for name, own in springs.items()}
 
-    def solve(self, residual, size):
-        """The solution but for a residual of this size, a vector."""
-        blocks = sum(list(self._factors.values())[1:], list(self._factors.values())[0])
-        last = self.space.ndof - 1
-        softness = 1 / self.matrix[last, last] if self._free[last] else 0.0
-
-        def product(values):
-            return np.where(self._free, self._applied(self.matrix, values), 0.0)
-
-        def precondition(values):
-            found = self._applied(blocks, values)
-            found[last] = values[last] * softness
-            return found
-
-        right = np.where(self._free, residual.FV().NumPy(), 0.0)
-        system, inverse = (LinearOperator((len(right),) * 2, each) for each in (product, precondition))
-        found, _ = cg(system, right, rtol=0, atol=size, maxiter=3000, M=inverse)
-        solution = self.matrix.CreateColVector()
-        solution.FV().NumPy()[:] = found
-        return solution
-
-    def _applied(self, operator, values):
-        given, found = self._vectors
-        given.FV().NumPy()[:] = values
-        found.data = operator * given
-        return found.FV().NumPy().copy()
-
-
-def _places(matrix, other):
-    """Numbers of the values that belong to those of another matrix."""
-    (_, columns, starts), (_, wanted, ends) = matrix.CSR(), other.CSR()
-    columns, wanted = np.asarray(columns), np.asarray(wanted)
-    starts, ends = np.array(starts, int), np.array(ends, int)
-    rows = np.flatnonzero(np.diff(ends))
-    parts = [(slice(starts[row], starts[row + 1]), slice(ends[row], ends[row + 1])) for row in rows]
-    return np.concatenate([one.start + np.searchsorted(columns[one], wanted[own]) for one, own in parts])
+    def solve(self, residual):
+        """The solution but for a ten-thousandth of the residual, a vector."""
+        blocks = reduce(add, self._factors.values())
+        return (CGSolver(self.matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
