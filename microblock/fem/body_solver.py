@@ -10,12 +10,12 @@ from ..model.deformable import body_of
 from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
-from .friction import history
+from .friction import FollowsFriction
 from .mesh_solution import of_condensed
 from .recovery import refine_until
 
 
-class BodySolver(NodalSolver):
+class BodySolver(FollowsFriction, NodalSolver):
     """States of a supported two-dimensional body on its contact nodes."""
 
     solution: Any = staticmethod(of_condensed)
@@ -58,9 +58,6 @@ class BodySolver(NodalSolver):
         self._require_given_mesh(rtol)
         finest = self if rtol is None else refine_until(self, last, None, rtol, progress).solver
         return NodalPath(self.contact, last, rtol, followed=finest.contact)
-
-    def history(self, pairs, coupled, rtol, progress=False):
-        return history(self, pairs, coupled, rtol, "condensed")
 
     @property
     def crossing(self):

@@ -5,6 +5,8 @@ of u.n and psi at the nodes the compliance is ``R S^-1 R^T``; in space R has (u,
 applied, not formed.
 """
 
+from functools import cached_property
+
 import ngsolve as ng
 import numpy as np
 from scipy.linalg import cho_solve
@@ -30,6 +32,7 @@ class Condensed(ContactNodes):
     ----------
     body : Body, of any orders
     boundary : str, name or pattern of the contact boundary
+    followed : bool, whether friction is followed, also on 1D and periodic bodies
 
     Attributes
     ----------
@@ -56,9 +59,9 @@ class Condensed(ContactNodes):
     """
 
     @bounded
-    def __init__(self, body, boundary="contact"):
+    def __init__(self, body, boundary="contact", followed=False):
         require_kind(Body, "a Body", body=body)
-        self._require_pressed(body, boundary)
+        require_pressed(body, boundary, followed)
         super().__init__(body, boundary)
         self.unknowns = body.space.FreeDofs().NumSet()
         self._advice = (
@@ -68,19 +71,22 @@ class Condensed(ContactNodes):
             "contact boundary"
         )
         self._require_room()
-        self._bulk = Bulk(body.bulk(symmetric=True, condense=True), self.onto.indices, self._advice)
+        seen = [self.at(name) for name in body.names] if followed else [self.onto]
+        seen = np.concatenate([values.indices for values in seen])
+        self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
-        if self.dim < 3:
-            surface, apart = (self.points, self.normals, self.weights), getattr(self, "apart", None)
-            self.compliance = Compliance(*surface, self._matrix(), body.solid.ell, apart)
 
-    def _require_pressed(self, body, boundary):
-        require_pressed(body, boundary)
+    @cached_property
+    @bounded
+    def compliance(self):
+        apart = getattr(self, "apart", None)
+        surface, ell = (self.points, self.normals, self.weights), self.body.solid.ell
+        return Compliance(*surface, self.response(self.onto), ell, apart)
 
     @property
     def twins(self):
         """Nodes whose corners move together, boolean array (n,)."""
-        return self.dim < 3 and self.compliance.constrained
+        return self.dim < 3 and ~self.free["psi"]
 
     def _require_room(self):
         mesh, space, count = self.body.mesh, self.body.space, len(self.weights)
@@ -97,23 +103,31 @@ class Condensed(ContactNodes):
         what = f"a body of {self.unknowns} unknowns with {count} contact nodes"
         cost.require_room(needed, what, self._advice)
 
-    def _matrix(self):
+    def response(self, rows):
+        """Displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""
         with released(len(self.factor)):
             upper, _ = dpotri(self.factor.T)  # of S^-1; what is below the diagonal stays 0
-        inverse = upper + upper.T
+        inverse, rows = upper + upper.T, rows[:, self._bulk.contact]
         np.fill_diagonal(inverse, np.diag(upper))
-        matrix = self.rows @ (self.rows @ inverse).T
+        matrix = rows @ (rows @ inverse).T
         return (matrix + matrix.T) / 2
 
+    def surface(self, loads, onto=None):
+        """The rows of R, array (k, n), under nodal loads on them, or on those of `onto`."""
+        forces = (self.onto if onto is None else onto)[:, self._bulk.contact].T @ np.ravel(loads)
+        return (self.rows @ cho_solve((self.factor, True), forces)).reshape(-1, len(self.points))
+
     @bounded
-    def fields(self, loads):
-        """Fields under nodal loads on the rows of R, array."""
-        state = ng.GridFunction(self.body.space)
-        exerted = self._bulk.solve(self.onto.T @ np.ravel(loads), state)
-        return Fields(self.body, state.components, exerted)
+    def fields(self, loads, onto=None):
+        """Fields under nodal loads on the rows of R, or on those of `onto`."""
+        state, forces = (
+            ng.GridFunction(self.body.space),
+            (self.onto if onto is None else onto).T @ np.ravel(loads),
+        )
+        return Fields(self.body, state.components, self._bulk.solve(forces, state))
 
     def flexibility(self, directions):
-        return Flexibility3D(directions, self.factor, self.rows.tocsr())
+        return Flexibility3D(directions, self)
 
 
 class Flexibility3D:
@@ -122,11 +136,11 @@ class Flexibility3D:
     Parameters
     ----------
     directions : array (corners, 3, n), (1, lever) of each corner
-    factor, rows : as of `Condensed`
+    nodes : Condensed
     """
 
-    def __init__(self, directions, factor, rows):
-        self.directions, self.factor, self.rows = directions, factor, rows
+    def __init__(self, directions, nodes):
+        self.directions, self.nodes, rows = directions, nodes, nodes.rows.tocsr()
         self._there = np.diff(rows.indptr) > 0  # not where supports hold a field
         self._inverse = splu(rows[self._there].tocsc())
         self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
@@ -145,13 +159,13 @@ class Flexibility3D:
 
     def surface(self, loads):
         """(u, phi1, phi2) at the nodes under nodal loads, arrays (3, n)."""
-        return (self.rows @ cho_solve((self.factor, True), self.rows.T @ loads.ravel())).reshape(3, -1)
+        return self.nodes.surface(loads)
 
     def precondition(self, gaps):
         """Forces of least norm that leave about these gaps."""
-        loads = np.zeros(self.rows.shape[0])
+        loads, factor = np.zeros(len(self._there)), self.nodes.factor
         wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
-        held = self.factor @ (self.factor.T @ self._inverse.solve(wanted))
+        held = factor @ (factor.T @ self._inverse.solve(wanted))
         loads[self._there] = self._inverse.solve(held, trans="T")
         return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
 
@@ -162,11 +176,13 @@ def of_factors(rows, entries):
     return 10 * entries * rows ** (4 / 3)
 
 
-def require_pressed(body, boundary):
-    """BadArgument unless an obstacle can press a body whose supports hold it with 0."""
-    if body.mesh.dim == 1:
+def require_pressed(body, boundary, followed=False):
+    """BadArgument unless an obstacle can press a body whose supports hold it with 0; 1D and periodic ones
+    only where friction is `followed`.
+    """
+    if body.mesh.dim == 1 and not followed:
         raise BadArgument("body", body, "must be two-dimensional")
-    if body.periodic:  # its ends are one node; as two they would share their force at random
+    if body.periodic and not followed:  # its ends are one node; as two they would share their force at random
         words = (
             "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
         )
@@ -179,15 +195,15 @@ def require_pressed(body, boundary):
     supports.require_held(body)
 
 
-def condensed(body, boundary=None, clamped=False, kind=Condensed):
-    """A body as `Condensed` or another kind, made once; if `clamped`, psi is fixed on the contact."""
+def condensed(body, boundary=None, clamped=False, followed=False):
+    """The Condensed of a body, made once; if `clamped`, psi is fixed on the contact."""
     boundary = body.contact if boundary is None else boundary
-    key = kind.__name__, boundary, clamped
-    return body.once(key, lambda: kind(with_psi_constrained(body, boundary) if clamped else body, boundary))
+    made_of = clamped_on(body, boundary) if clamped else body
+    return made_of.once(("condensed", boundary, followed), lambda: Condensed(made_of, boundary, followed))
 
 
-def with_psi_constrained(body, boundary):
-    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary."""
+def clamped_on(body, boundary):
+    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, made once."""
     names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
     more = {name: "|".join(filter(None, (body.fixed.get(name), boundary))) for name in names}
-    return body.on(body.mesh, fixed={**body.fixed, **more})
+    return body.once(("clamped", boundary), lambda: body.on(body.mesh, fixed={**body.fixed, **more}))

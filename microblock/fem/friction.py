@@ -16,47 +16,9 @@ from ..model.history import History, OfMoment, change
 from ..model.refinement import levels
 from ..model.state import State
 from .body import Body
-from .condensation import Condensed, condensed
+from .condensation import condensed
 from .facets import FLAT, initial_gaps
 from .mesh_solution import MeshSolution
-
-
-class SlipNodes(Condensed):
-    """Body of one or two dimensions condensed with u.t as a third field, t = (n2, -n1); periods and
-    prescribed values are taken.
-
-    Attributes
-    ----------
-    response : array (3 n, 3 n), symmetric
-        (u.n, psi, u.t) from (forces along n, moments, forces along t), per thickness.
-    """
-
-    def _require_pressed(self, body, boundary):
-        """Any body is followed."""
-
-    @cached_property
-    def onto(self):
-        """R with rows of u.t."""
-        along = np.column_stack((self.normals[:, 1], -self.normals[:, 0]))
-        return sparse.vstack((super().onto, self.motion(along, 0 * along)), format="csr")
-
-    def _matrix(self):
-        self.response, n = super()._matrix(), len(self.weights)
-        return self.response[: 2 * n, : 2 * n]
-
-    @cached_property
-    def unloaded(self):
-        """Fields without contact; None where supports prescribe nothing."""
-        return self.body.solve() if self.body.prescribed else None
-
-    def fields(self, loads):
-        """Fields under nodal loads (n, moments, t), array (3 n,)."""
-        found = super().fields(loads)
-        if self.unloaded is not None:
-            for part, own in zip(found, self.unloaded):
-                part.vec.data += own.vec
-            found.forces += self.unloaded.forces
-        return found
 
 
 class FrictionFacets:
@@ -71,10 +33,8 @@ class FrictionFacets:
 
     Attributes
     ----------
-    nodes : SlipNodes
-    onto : sparse array (corners n + n, 3 n)
-        Changes of gaps, and displacements along t, from (u.n, psi, u.t).
-    start : array (3 n,), (u.n, psi, u.t) without contact
+    nodes : Condensed
+    onto : sparse array (corners n + n, unknowns), changes of gaps, and displacements along t = (n2, -n1)
     gaps : array (corners, n), inf where a corner cannot touch
 
     Raises
@@ -99,18 +59,15 @@ class FrictionFacets:
         if not getattr(law, "friction", 0.0):
             raise BadArgument("law", law, "has no friction: solve and path find its states")
         require_kind(str, "the name of a boundary", boundary=boundary)
-        self.nodes, self.law = condensed(body, boundary, law.clamps_rotation, SlipNodes), law
-        nodes, normals, ell = self.nodes, self.nodes.normals, body.solid.ell
-        arms, along = ell * law.arms(nodes.points, normals), np.column_stack((normals[:, 1], -normals[:, 0]))
-        one = sparse.identity(len(normals))
-        rows = [[-one, sparse.diags(-np.sum(arm * along, axis=1)), None] for arm in arms]
+        self.nodes = nodes = condensed(body, boundary, law.clamps_rotation, followed=True)
+        self.law, normals = law, nodes.normals
+        arms = body.solid.ell * law.arms(nodes.points, normals)
+        along = np.column_stack((normals[:, 1], -normals[:, 0]))
         # psi0 is 0: corners slip alike
-        rows += [[None, sparse.diags(-np.sum(arms[0] * normals, axis=1)), one]]
-        self.onto, self.start = sparse.bmat(rows, format="csr"), np.zeros(3 * len(normals))
-        if nodes.unloaded is not None:
-            self.start = nodes.onto @ nodes.unloaded.values
+        rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(along, arms[0])]
+        self.onto = sparse.vstack(rows, format="csr")
+        self.levers = -np.vstack((np.sum(arms * along, axis=2), np.sum(arms[:1] * normals, axis=2)))
         gaps = initial_gaps(law, nodes, obstacle)
-        gaps = gaps + (self.onto @ self.start)[: gaps.size].reshape(gaps.shape)
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
         self.gaps = np.where(nodes.twins & ~nearest, np.inf, gaps)
         if not np.isfinite(self.gaps).any():
@@ -118,8 +75,7 @@ class FrictionFacets:
 
     def contact(self, coupled=True):
         """The FrictionalContact; `coupled` if shear tractions act on the gaps."""
-        m, normals = self.gaps.size, self.nodes.normals
-        response = self.onto @ (self.onto @ self.nodes.response).T
+        m, normals, response = self.gaps.size, self.nodes.normals, self.nodes.response(self.onto)
         level = np.abs(normals[:, 0]).max() <= FLAT
         return FrictionalContact(
             response[:m, :m],
@@ -133,8 +89,7 @@ class FrictionFacets:
 
     def solution(self, solver, moment, method):
         nodes, shape = self.nodes, self.gaps.shape
-        loads = self.onto.T @ np.concatenate((moment.normal, moment.tangential))
-        raised, psi, _ = np.split(self.start + nodes.response @ loads, 3)
+        raised, psi = nodes.surface(np.concatenate((moment.normal, moment.tangential)), self.onto)
         closed = moment.closed.reshape(shape)
         return FrictionSolution(
             solver,
@@ -150,24 +105,23 @@ class FrictionFacets:
             gaps=self.gaps,
             closed=closed | (nodes.twins & closed.any(axis=0)),
             moment=moment,
-            loads=loads,
         )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrictionSolution(OfMoment, MeshSolution):
-    """A solution at a pair of loads, with its Moment, and `loads`, array (3 n,)."""
+    """A solution at a pair of loads, with its Moment."""
 
     moment: Moment | None = None
-    loads: np.ndarray | None = None
 
     @property
     def nodes(self):
-        return condensed(self.solver.body, self.solver.body.contact, self.law.clamps_rotation, SlipNodes)
+        return self.solver.frictional.nodes
 
-    @property
-    def energy(self):
-        return super().energy if self.nodes.unloaded is None else float(self.fields.energy())
+    @cached_property
+    def fields(self):
+        forces = np.concatenate((self.moment.normal, self.moment.tangential))
+        return self.nodes.fields(forces, self.solver.frictional.onto)
 
     @property
     def tangential_approach(self):
@@ -175,7 +129,8 @@ class FrictionSolution(OfMoment, MeshSolution):
 
     @property
     def _moments(self):
-        return self.loads[len(self.x) : 2 * len(self.x)]
+        forces = np.vstack((self.forces, self.moment.tangential))
+        return np.sum(self.solver.frictional.levers * forces, axis=0)
 
     @cached_property
     def zones_by_name(self):
@@ -189,24 +144,31 @@ class FrictionSolution(OfMoment, MeshSolution):
         }
 
 
-def history(solver, pairs, coupled, rtol, method):
-    """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
-    if body_of(solver.obstacle) is not None:
-        raise BadArgument(
-            "obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
-        )
-    if rtol is not None:
-        raise BadArgument(
-            "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
-        )
-    facets = FrictionFacets(solver.body, solver.law, solver.obstacle, solver.body.contact)
-    contact = facets.contact(coupled)
-    path = Follower(contact)
-    states = [State(facets.solution(solver, path.to(*map(float, pair)), method)) for pair in pairs]
-    x = states[-1].x  # nodes stand for half the way to their neighbours
-    borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
-    edges = np.column_stack((borders[:-1], borders[1:]))
-    return History(solver.contact, states, events(path.changes, contact.friction, edges, pairs))
+class FollowsFriction:
+    """Base of solvers of a body that follow friction."""
+
+    @cached_property
+    def frictional(self):
+        """The FrictionFacets, of a rigid obstacle."""
+        return FrictionFacets(self.body, self.law, self.obstacle, self.body.contact)
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
+        if body_of(self.obstacle) is not None:
+            raise BadArgument(
+                "obstacle", self.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
+            )
+        if rtol is not None:
+            raise BadArgument(
+                "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
+            )
+        contact, method = self.frictional.contact(coupled), type(self.options).__name__.lower()
+        path = Follower(contact)
+        states = [State(self.frictional.solution(self, path.to(*map(float, pair)), method)) for pair in pairs]
+        x = states[-1].x  # nodes stand for half the way to their neighbours
+        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
+        edges = np.column_stack((borders[:-1], borders[1:]))
+        return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))
 
 
 def history_to(rtol, solvers, pairs, coupled):

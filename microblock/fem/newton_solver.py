@@ -4,16 +4,16 @@ from functools import cached_property
 
 from ..errors import BadArgument
 from ..model.solver import Solver
-from .condensation import require_pressed, with_psi_constrained
+from .condensation import clamped_on, require_pressed
 from .facets import ContactFacets
-from .friction import history
+from .friction import FollowsFriction
 from .mesh_solution import MeshSolution, of_newton
 from .newton import MonolithicNewton, default_rho
 from .solver3d import Solver3D
 from .supports import pressed
 
 
-class NewtonSolver(Solver):
+class NewtonSolver(FollowsFriction, Solver):
     """States of a body of one or two dimensions; `rule` and `length` are those of `ContactFacets` and
     `default_rho`.
     """
@@ -28,9 +28,7 @@ class NewtonSolver(Solver):
     @cached_property
     def nodes(self):
         """The contact nodes, with psi = 0 where the law prescribes it."""
-        body = self.body
-        if self.law.clamps_rotation:
-            body = body.once("clamped", lambda: with_psi_constrained(self.body, self.body.contact))
+        body = clamped_on(self.body, self.body.contact) if self.law.clamps_rotation else self.body
         return ContactFacets(body, self.law, self.obstacle, body.contact, self.rule)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
@@ -47,7 +45,7 @@ class NewtonSolver(Solver):
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":
             raise BadArgument("kind", self.options.kind, 'does not follow friction: Newton("al") does')
-        return history(self, pairs, coupled, rtol, "newton")
+        return super().history(pairs, coupled, rtol, progress)
 
     def reached(self, load, approach, start=None):
         """The NodalState at a load or an approach."""
