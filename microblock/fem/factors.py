@@ -8,7 +8,6 @@ import importlib.util
 from functools import cache, cached_property, partial
 
 import numpy as np
-from scipy.linalg import cho_solve
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
 
@@ -69,74 +68,53 @@ class SuperLU:
 
 
 class Cholmod:
-    """The same by CHOLMOD. cvxopt gives L away: fields take the block and factors of the inner unknowns."""
+    """The same by CHOLMOD. cvxopt gives L away for the block: fields take factors made anew."""
 
     def __init__(self, matrix, inner, contact):
-        from cvxopt import amd, cholmod
+        from cvxopt import amd, cholmod, spmatrix
 
-        self._matrix, self._inner, count = matrix, inner, len(inner)
-        free = np.concatenate((inner, contact))
-        own = _lower(matrix, free)
-        self._own = own[:count, :count]
-        self._order = np.array(amd.order(self._own, "L")).ravel() if count else np.arange(0)
-        factors = _factorised(own, np.concatenate((self._order, np.arange(count, len(free)))))
+        self._free, count = np.concatenate((inner, contact)), len(inner)
+        lower = tril(matrix[self._free][:, self._free], format="csc").tocoo()  # sorted: cvxopt is faster then
+        self._matrix = spmatrix(lower.data, lower.row, lower.col, lower.shape)
+        order = np.array(amd.order(self._matrix[:count, :count], "L")).ravel() if count else np.arange(0)
+        self._order = np.concatenate((order, np.arange(count, len(self._free))))
+        factors = self._factorised()
         # CHOLMOD orders once more, by postorder: the contact unknowns keep their order, with inner ones that
         # have nothing to do with those before between them
-        place = _solved(factors, np.arange(len(free), dtype=float), 7).astype(int)
+        place = _solved(factors, np.arange(len(self._free), dtype=float), 7).astype(int)
         last = np.flatnonzero(place >= count)
-        self.contact = free[place[last]]
+        self.contact = self._free[place[last]]
         diagonal = np.array(cholmod.diag(factors)).ravel()
-        self.least = float((diagonal**2 / matrix.diagonal()[free[place]]).min())
+        self.least = float((diagonal**2 / matrix.diagonal()[self._free[place]]).min())
         columns = cholmod.getfactor(factors)[:, _dense(last)]
         block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
         self.block = block[last].toarray()
 
     def solve(self, right):
         """As of `SuperLU`."""
-        found, inner, contact, across = np.zeros_like(right), self._inner, self.contact, self._across
-        found[inner] = self._of_inner(right[inner])
-        if not len(contact):  # of which SciPy before 1.14 makes an error
-            return found
-        found[contact] = cho_solve((self.block, True), right[contact] - across.T @ found[inner])
-        found[inner] -= self._of_inner(across @ found[contact])
+        found = np.zeros_like(right)
+        found[self._free] = _solved(self._factors, right[self._free], 0)
         return found
-
-    def _of_inner(self, right):
-        """The inner unknowns where the contact ones are 0."""
-        return _solved(self._factors, right, 0) if right.any() else right
 
     @cached_property
     def _factors(self):
-        return _factorised(self._own, self._order)
+        return self._factorised()
 
-    @cached_property
-    def _across(self):
-        return self._matrix[self._inner][:, self.contact]
+    def _factorised(self):
+        """CHOLMOD's factors."""
+        from cvxopt import cholmod
 
-
-def _lower(matrix, chosen):
-    """The lower triangle of chosen rows and columns, as cvxopt's."""
-    from cvxopt import spmatrix
-
-    part = tril(matrix[chosen][:, chosen], format="csc").tocoo()  # sorted: cvxopt is faster then
-    return spmatrix(part.data, part.row, part.col, part.shape)
-
-
-def _factorised(matrix, order):
-    """CHOLMOD's factors of the matrix with this lower triangle."""
-    from cvxopt import cholmod
-
-    before = dict(cholmod.options)
-    cholmod.options.update(nmethods=1, supernodal=2)
-    try:
-        factors = cholmod.symbolic(matrix, p=_dense(order), uplo="L")
-        cholmod.numeric(matrix, factors)
-    except ArithmeticError as failure:
-        raise Singular("the matrix is not positive definite") from failure
-    finally:
-        cholmod.options.clear()
-        cholmod.options.update(before)
-    return factors
+        before = dict(cholmod.options)
+        cholmod.options.update(nmethods=1, supernodal=2)
+        try:
+            factors = cholmod.symbolic(self._matrix, p=_dense(self._order), uplo="L")
+            cholmod.numeric(self._matrix, factors)
+        except ArithmeticError as failure:
+            raise Singular("the matrix is not positive definite") from failure
+        finally:
+            cholmod.options.clear()
+            cholmod.options.update(before)
+        return factors
 
 
 def _solved(factors, right, system):
