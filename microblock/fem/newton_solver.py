@@ -23,7 +23,8 @@ class NewtonSolver(FollowsFriction, Solver):
     def __init__(self, contact, options, rule="nodal", length=None):
         self.rule, self.length = rule, length
         super().__init__(contact, options)
-        pressed(self.body, self.body.contact)  # BadArgument where it cannot be
+        check = require_pressed if self.body.mesh.dim == 3 else pressed
+        check(self.body, self.body.contact)
 
     @cached_property
     def nodes(self):
@@ -71,13 +72,6 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
-
-    @cached_property
-    def nodes(self):
-        if getattr(self.law, "friction", 0.0):
-            self.history(None, False, None)  # which says what follows it
-        require_pressed(self.body, self.body.contact)
-        return super().nodes
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         self.require_no_rtol(rtol)

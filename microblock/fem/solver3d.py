@@ -1,5 +1,7 @@
 """Contact of a body in space with a rigid obstacle by projected gradients."""
 
+from functools import cached_property
+
 import numpy as np
 
 from ..corners import projected_gradients
@@ -20,20 +22,24 @@ class Solver3D(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         self.surface_law = on_surface(self.law)
-        self.initial_gaps = initial_gaps(self.law, self.nodes, self.obstacle)
 
     @property
     def nodes(self):
         """The condensed body; a law that prescribes psi constrains psi1 and psi2."""
         return condensed(self.body, self.body.contact, self.surface_law.clamped)
 
+    @cached_property
+    def initial_gaps(self):
+        """Array (corners, n); inf where a corner cannot touch."""
+        gaps = np.where(self.nodes.free["u3"], initial_gaps(self.law, self.nodes, self.obstacle), np.inf)
+        if not np.any(np.isfinite(gaps)):
+            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
+        return gaps
+
     def solve(self, load, approach, rtol, initial=None, progress=False):
         self.require_no_rtol(rtol)
         H, residual = self.nodes.flexibility(self.directions(self.nodes.points)), 1e-9
-        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)  # inf where nothing can touch
-        if not np.any(np.isfinite(gaps)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
-        found = projected_gradients.solve(H, gaps, load=load, approach=approach, rtol=residual)
+        found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
@@ -43,14 +49,21 @@ class Solver3D(Solver):
 
     def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
-        nodes, (3, n).
+        nodes, (3, n); BadArgument where the obstacle lies in held nodes.
         """
         forces, unknowns = self.of_least_norm(forces, closed), self.nodes.body.space.FreeDofs().NumSet()
         u, phi1, phi2 = surface
         psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
         counts = residual, iterations, int(unknowns)
         found = SurfaceNodes(self, load, approach, forces, u, psi, *counts, closed=touching, **how)
-        self.require_clear(found, surface)
+        held = ~self.nodes.free["u3"]
+        inside = found.inside(self.nodes.points[held], np.vstack((found.displacement, found.psi))[:, held])
+        if inside > SOLVED * np.abs(found.displacement).max():
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}",
+            )
         return found
 
     def state(self, solution):
@@ -81,15 +94,3 @@ class Solver3D(Solver):
             mean = pairs.mean(axis=axis, keepdims=True)
             forces = np.where(both & ~self.nodes.free[field], mean, pairs).reshape(forces.shape)
         return self.surface_law.of_least_norm(forces, closed)
-
-    def require_clear(self, state, surface):
-        """BadArgument where the obstacle lies in held nodes."""
-        held = ~self.nodes.free["u3"]
-        added = np.einsum("cin,in->cn", self.directions(self.nodes.points), surface)
-        gaps = (self.initial_gaps + added)[:, held] - state.approach
-        if gaps.size and gaps.min() < -SOLVED * np.abs(state.displacement).max():
-            raise BadArgument(
-                "obstacle",
-                self.obstacle,
-                f"reaches the rim of the contact boundary, where supports hold u3, by {-gaps.min():.3g}",
-            )

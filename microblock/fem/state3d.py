@@ -30,9 +30,11 @@ class SurfaceNodes(OnMesh):
         """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
         if self.solver.surface_law.clamped:  # not of planes of symmetry
-            held = [nodes.moments_of(name, self.fields.forces) for name in ("psi1", "psi2")]
-            moments = held * np.array([nodes.is_free(name, self.solver.body) for name in ("psi1", "psi2")])
-        found: Array = moments / self.weights
+            moments = [
+                nodes.moments_of(name, self.fields.forces) * nodes.is_free(name, self.solver.body)
+                for name in ("psi1", "psi2")
+            ]
+        found: Array = np.array(moments) / self.weights
         return found
 
     @property
@@ -61,51 +63,46 @@ class SurfaceNodes(OnMesh):
 
     def remarks(self) -> list[str]:
         """Returns sentences on what the state has no estimate for."""
-        area = self.nodes.weights[self.closed > 0].sum()
-        body, half_width = self.nodes.body, float(np.sqrt(area / np.pi))
-        locked = locking(body.solid, body.order, self._depth, half_width)
-        own = self._few(), self._long(), *locked, self._beyond(), self._between()
-        return [words for words in own if words]
+        nodes, body, moved = self.nodes, self.nodes.body, np.abs(self.displacement).max()
+        depth = nodes.depths[[np.any(self.closed[own] > 0) for own in nodes.facets]].max()
+        half_width = np.sqrt(nodes.weights[self.closed > 0].sum() / np.pi)
+        count, longest = np.count_nonzero(self.closed), longest_element(body.solid, body.order)
+        places, values = nodes.between
+        between = self.inside(places, (values @ np.vstack((self.displacement, self.psi)).T).T)
+        beside = self._beside()
+        locks = locking(body.solid, body.order, depth, half_width)
+        found = [
+            (count < 25, f"only {count} nodes in contact and no error estimate: take a finer mesh"),
+            (
+                depth > longest,
+                f"elements of order {body.order} that reach {depth:.2g} below the contact, more than "
+                f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order",
+            ),
+            *((True, words) for words in locks),
+            (
+                beside > 1e-3 * moved,
+                f"beside the contact boundary the obstacle reaches {beside:.2g} into the surface: name all "
+                "that it may touch",
+            ),
+            (
+                between > 0.05 * moved,
+                f"between nodes the obstacle reaches {between:.2g} into the surface: take a finer mesh",
+            ),
+        ]
+        return [words for holds, words in found if holds]
 
-    @property
-    def _depth(self) -> float:
-        pressed = [bool(np.any(self.closed[own] > 0)) for own in self.nodes.facets]
-        return float(self.nodes.depths[pressed].max())
-
-    def _few(self) -> str:
-        count = int(np.count_nonzero(self.closed))
-        return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < 25)
-
-    def _long(self) -> str:
-        """Whether elements below the contact are too long for the layer."""
-        body = self.nodes.body
-        longest = longest_element(body.solid, body.order)
-        return (
-            f"elements of order {body.order} that reach {self._depth:.2g} below the contact, more than "
-            f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order"
-        ) * bool(self._depth > longest)
-
-    def _beyond(self) -> str:
-        """Whether the obstacle reaches into the surface beside the contact."""
-        mesh, numbers = self.nodes.body.mesh, self.nodes.beyond
-        places = np.array([mesh.vertices[int(number)].point for number in numbers]).reshape(-1, 3)
-        if not self._inside(places, np.zeros((3, len(numbers)))) > 0:
-            return ""
+    def _beside(self) -> float:
+        """How deep the obstacle reaches into the surface beside the contact boundary."""
+        numbers = self.nodes.beyond
+        places = np.array([self.nodes.body.mesh.vertices[int(number)].point for number in numbers])
+        places = places.reshape(-1, 3)
+        if not self.inside(places, np.zeros((3, len(numbers)))) > 0:
+            return 0.0
         # an unknown of a vertex is the value there
-        own = (getattr(self.fields, name).vec.FV().NumPy()[numbers] for name in ("u3", "psi1", "psi2"))
-        inside = self._inside(places, np.array(list(own)) * np.array([[-1], [1], [1]]))
-        return (
-            f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
-            "it may touch"
-        ) * bool(inside > 1e-3 * np.abs(self.displacement).max())
+        own = [getattr(self.fields, name).vec.FV().NumPy()[numbers] for name in ("u3", "psi1", "psi2")]
+        return self.inside(places, np.array((-own[0], *own[1:])))
 
-    def _between(self) -> str:
-        places, values = self.nodes.between
-        inside = self._inside(places, (values @ np.vstack((self.displacement, self.psi)).T).T)
-        words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
-        return words * bool(inside > 0.05 * np.abs(self.displacement).max())
-
-    def _inside(self, places: Array, moved: Array) -> float:
+    def inside(self, places: Array, moved: Array) -> float:
         """How deep the obstacle reaches into the surface at places, (k, 3), with displacement, psi1 and psi2
         `moved`, (3, k).
         """
