@@ -60,12 +60,13 @@ class FittedSolver(MeshFitter):
         if approach is None:
             return self.at(load, wanted, initial)
         load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
-        for _ in range(60):
+        for number in range(60):
             solver = self._pictured(load)
             mesh, iterations = solver._fitted(load, wanted, initial)
             state = solver._state(mesh, mesh.solved(approach=approach), iterations)
-            # with the edges of a neighbour the pressure errs by a hundredth of what the estimate is asked for
-            if abs(state.load - load) <= (1e-11 if fixed else wanted / 100) * load:
+            # with the edges of a neighbour the pressure errs by a hundredth of what the estimate is asked for;
+            # those of a low order may go to and fro
+            if abs(state.load - load) <= wanted / 100 * load or (fixed and number == 8):
                 return state
             load, initial = state.load, state
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
