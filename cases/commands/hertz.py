@@ -202,7 +202,7 @@ def _uniform(options, h, order):
 
 def _distance(coarse, fine):
     """The largest relative distance of states on two meshes."""
-    from microblock.fem.surface_solution import difference  # here: panels do without ngsolve
+    from microblock.fem.mesh_solution import difference  # here: panels do without ngsolve
 
     return max(difference(one.solution, other.solution) for one, other in zip(coarse, fine))
 

@@ -5,13 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import NotConverged
-from ..model.zones import common, contains, joined, zone_edges
+from ..corners import active_set
+from ..errors import BadArgument, NotConverged
+from ..model.zones import common, contains, joined, runs, without, zone_edges
 from ..threads import released
 from . import between
 from .body import Body
 from .condensation import Condensed
 from .ground import FAR, WITHIN, GroundSolver
+from .mesh_solution import Estimate, difference, of_condensed, unfolded
 from .meshes import GRADING, RATIO, SLIVER, Ground, apart, falling_orders, graded
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
@@ -51,8 +53,8 @@ class MeshFitter(GroundSolver):
         places = {abs(x) if self.symmetric else x for x in (*kinks, *self.ends())}
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
-    def condense(self, ground, tips, parts, levels, order):
-        """The block condensed on a graded mesh; NotConverged for too many contact nodes."""
+    def meshed(self, ground, tips, parts, levels, order, even):
+        """The Body on a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
         count = (elements + len(sizes) / 2) * order
@@ -68,11 +70,9 @@ class MeshFitter(GroundSolver):
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
-        if levels and not self.options.even:
-            order = falling_orders(mesh, ground, tips, order)
-        else:
-            order = np.full(mesh.ne, order)
-        return Condensed(Body(mesh, self.solid, order, fixed=supports))
+        falling = levels and not even
+        orders = falling_orders(mesh, ground, tips, order) if falling else np.full(mesh.ne, order)
+        return Body(mesh, self.solid, orders, fixed=supports)
 
     def _sizes(self, ground, longest):
         """((x, length), ...) where the obstacle asks for shorter elements."""
@@ -88,23 +88,26 @@ class MeshFitter(GroundSolver):
 
 
 class FittedMesh:
-    """A mesh fitted to trial zones, and the pressures that close the gaps on them under a load.
+    """A mesh fitted to trial zones, the pressures that close the gaps on them under a load, and the solution.
 
     Parameters
     ----------
-    solver : MeshFitter
+    solver : FittedSolver
     load : float, force per thickness
-    zones : {corner number: intervals} of the computed part
-    order, levels : of the elements, and levels at the edges
+    zones : {corner number: intervals}, of which those of the computed part are taken
+    order, levels, even : of the elements, levels at the edges, and whether all have one order
+    coarse : MeshSolution of the level before, or None
 
     Attributes
     ----------
     zones : those that a mesh can have
     tips : places towards which elements shrink, ascending
-    body : Condensed
+    nodes : Condensed
     system : (flexibility, initial gaps, shares in the load) of the corners
     closed, pressures : arrays (corners, n)
     near : length, below which an edge is put to an end of the obstacle
+    part : MeshSolution of the computed part
+    estimate : Estimate
 
     Raises
     ------
@@ -112,9 +115,9 @@ class FittedMesh:
         If no zones are left, or a mesh is not made or not solved on.
     """
 
-    def __init__(self, solver, load, zones, order, levels):
-        self.solver = solver
-        inside = [(-solver.furthest, solver.furthest)]
+    def __init__(self, solver, load, zones, order, levels, even, coarse=None):
+        self.solver, self.load, self.coarse = solver, solver.share(load), coarse
+        inside = [(0.0 if solver.symmetric else -solver.furthest, solver.furthest)]
         zones = {corner: common(own, inside) for corner, own in zones.items()}
         edges = zone_edges(zones)
         if not edges:
@@ -128,12 +131,80 @@ class FittedMesh:
             tips = {tip for tip in tips if tip > 0 or tip in solver.features(self.ground)}
             tips |= self._meeting(edges)
         self.tips = sorted(tips)
-        self.body = solver.condense(self.ground, self.tips, parts, levels, order)
-        self.system = self.body.compliance.corner_system(solver.law, solver.obstacle)
-        self.x, margin = self.body.points[:, 0], 1e-11 * max(-edges[0], edges[-1])
+        self.nodes = Condensed(solver.meshed(self.ground, self.tips, parts, levels, order, even))
+        self.system = self.nodes.compliance.corner_system(solver.law, solver.obstacle)
+        self.x, margin = self.nodes.points[:, 0], 1e-11 * max(-edges[0], edges[-1])
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
         self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
-        self.pressures = self.pressures_under(solver.share(load))
+        self.pressures = self.pressures_under(self.load)
+
+    def solved(self, **control):
+        """The MeshSolution of the computed part at a load or an approach."""
+        flexibility, gaps, share = self.system
+        found = active_set.solve(flexibility, gaps, c=share, start=self.closed.ravel(), **control)
+        forces, gaps, closed = (own.reshape(self.closed.shape) for own in (found.forces, gaps, found.closed))
+        loads, counts = (found.load, found.approach), (found.kkt, found.iterations)
+        return of_condensed(self.solver, *loads, forces, gaps, closed, *counts, block=self.nodes)
+
+    @cached_property
+    def part(self):
+        return self.solved(load=self.load)
+
+    @cached_property
+    def estimate(self):
+        bounded = self.solver.domain < math.inf
+        # 0.7 to 1.9 of that were seen, most for the unilateral law and nu = 0.45
+        truncation = 0.0 if bounded else 2 * (max(map(abs, self.tips)) / self.ground.far) ** 2
+        discretisation = None if self.coarse is None else difference(self.coarse, self.part)
+        missed = math.sqrt(self.missed + sum(each.worth**2 for each in self.violations))
+        return Estimate(discretisation, self._moves[1], truncation, missed / self._size)
+
+    @property
+    def _size(self):
+        """L2 norm of the pressure of the computed part."""
+        return math.sqrt(self.nodes.weights @ self.part.pressures.sum(axis=0) ** 2)
+
+    def other_zones(self, tolerance):
+        """None if the solution is closed on these zones; else its own, with violations worth more than
+        `tolerance` of the pressure amended.
+        """
+        part, violations = self.part, [one for one in self.violations if one.worth > tolerance * self._size]
+        wrong = np.any((part.forces > 0) != self.closed, axis=0) & ~self.beside_tips(self.x)
+        zones = self.moved
+        if wrong.any():
+            zones = self.solver.runs(self.x, part.forces > 0, part.forces / self.nodes.weights)
+        elif not violations:
+            violations = self._beyond()
+        for each in violations:
+            own, interval = zones[each.corner], (each.left, each.right)
+            # a corner that overlaps is closed, one in tension opened
+            own = joined([*own, interval]) if each.depth > 0 else without(own, *interval)
+            zones = zones | {each.corner: own}
+        return zones if wrong.any() or violations else None
+
+    def _beyond(self):
+        """[Overlap] beyond the contact boundary; BadArgument if the obstacle could touch beyond its
+        picture.
+        """
+        solver, fields, found = self.solver, self.part.fields, []
+        problem, (left, right), away = solver.problem, self.ground.reach, np.geomspace(1e-4, 1, 60)
+        most = min(self.ground.far, 1e3 * max(-left, right)) * (1 - 1e-9)
+        away = np.concatenate((right + (most - right) * away, left - (most + left) * away))
+        for corner in self.zones:
+            x, number = np.union1d(away, problem.sites(corner)), np.array(corner)
+            x = x[(np.abs(x) < most) & ((x < left) | (x > right)) & ((x > 0) | (not solver.symmetric))]
+            points = fields.body.mesh(x, np.zeros_like(x))
+            u2, psi = (np.ravel(part(points)) for part in (fields.u2, fields.psi))
+            risen = problem.ell / 2 * problem.lever(number, x) * psi - self.part.approach - u2
+            place = x - problem.shifts[corner]
+            known = contains(solver.picture.stretches, place)
+            if np.any(solver.picture.allowed(place[~known]) + risen[~known] < 0):
+                words = "could touch at this load where it is too high for that under a half-plane"
+                raise BadArgument("obstacle", solver.contact.obstacle, words)
+            for first, last in runs(known & (problem.initial_gap(number, x) + risen < 0)):
+                ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
+                found.append(between.Overlap(corner, *map(float, ends), math.inf, math.inf))
+        return found
 
     def _meeting(self, edges):
         """{0.0} where zones are about to meet on the axis: p is singular there."""
@@ -155,11 +226,16 @@ class FittedMesh:
             raise NotConverged(f"singular flexibility of {n} closed corners") from failure
         forces = np.zeros(len(gaps))
         forces[closed] = solution[:-1]
-        return forces.reshape(self.closed.shape) / self.body.weights
+        return forces.reshape(self.closed.shape) / self.nodes.weights
+
+    @property
+    def moved(self):
+        """{corner: intervals with free ends moved by 2 K0/K1}."""
+        return self._moves[0]
 
     @cached_property
-    def moved(self):
-        """({corner: intervals with free ends moved by 2 K0/K1}, what that changes in L2)."""
+    def _moves(self):
+        """({corner: moved intervals}, what that changes in L2)."""
         solver, moved, square = self.solver, {}, 0.0
         fixed = [*solver.ends(), *([0.0] if solver.symmetric else [])]
         for corner, own in self.zones.items():
@@ -178,7 +254,7 @@ class FittedMesh:
                     if step:
                         square += (K1 * step) ** 2 * (0.5 + 0.25 * math.log(way / abs(step)))
                 moved[corner].append(tuple(new))
-        return moved, math.sqrt(square / (self.body.weights @ self.pressures.sum(axis=0) ** 2))
+        return moved, math.sqrt(square / (self.nodes.weights @ self.pressures.sum(axis=0) ** 2))
 
     def way(self, edge):
         """Distance from an edge to the next tip or image, or None."""
@@ -189,12 +265,9 @@ class FittedMesh:
         """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2 beyond
         the element there; the reach grows until there are more nodes than terms.
         """
-        r, terms = (
-            (self.x - edge) * inward,
-            6,
-        )  # with 4 edges are off by up to 5e-5 of the width on all levels
+        r, terms = (self.x - edge) * inward, 6  # with 4 edges were off by 5e-5 of the width on all levels
         reach = 0.4 * min(way, LAYERS * self.solver.solid.layer_length)
-        left, right = self.body.along.left, self.body.along.right
+        left, right = self.nodes.along.left, self.nodes.along.right
         number = np.argmin(np.abs((left if inward > 0 else right) - edge))
         beside = (1 + 1e-9) * (right[number] - left[number])
         if np.count_nonzero((r > beside) & (r < reach)) <= terms:
@@ -205,7 +278,7 @@ class FittedMesh:
         terms = min(terms, np.count_nonzero(here) - 1)
         if terms < 2:
             raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
-        scale = np.sqrt(self.body.weights[here])
+        scale = np.sqrt(self.nodes.weights[here])
         powers = (r[here, None] / reach) ** (np.arange(terms) - 0.5) * scale[:, None]
         K = np.linalg.lstsq(powers, p[here] * scale, rcond=None)[0]
         return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
@@ -219,16 +292,16 @@ class FittedMesh:
         nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
         return np.abs(x - tips[nearest]) <= hidden[nearest]
 
-    def violations(self, state):
-        """[Overlap] of the state away from edges, without depth where tension has to open."""
-        problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
+    @cached_property
+    def violations(self):
+        """[Overlap] away from edges, without depth where tension has to open."""
+        solver, part = self.solver, self.part
         sites = [x[~self.beside_tips(x)] for x in self._sites]
-        raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
-        known = {"approach": state.approach, "raised": raised, "psi": psi}
-        found = between.overlaps(self.body.along, self.closed, law, obstacle, sites, **known)
-        tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * problem.solid.layer_length
-        zones = state.all_zones
-        return found + between.pulled_at_valleys(problem, zones, self.x, self.pressures, tips, reach)
+        known = {"approach": part.approach, "raised": -part.displacement, "psi": part.psi}
+        found = between.overlaps(self.nodes.along, self.closed, solver.law, solver.obstacle, sites, **known)
+        tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * solver.solid.layer_length
+        zones = unfolded(self.zones) if solver.symmetric else self.zones
+        return found + between.pulled_at_valleys(solver.problem, zones, self.x, self.pressures, tips, reach)
 
     @property
     def missed(self):
@@ -236,7 +309,7 @@ class FittedMesh:
         law, obstacle = self.solver.law, self.solver.obstacle
         if getattr(obstacle, "formulas", False):
             return 0.0
-        return between.missed(self.body.along, self.closed, law, obstacle, self._sites).sum()
+        return between.missed(self.nodes.along, self.closed, law, obstacle, self._sites).sum()
 
     @cached_property
     def _sites(self):

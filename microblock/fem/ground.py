@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, require_finite
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -70,29 +70,6 @@ class GroundSolver(Solver):
     def problem(self):
         """The problem along x1, of a symmetric one of a half."""
         return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
-
-    def at_approach(self, approach, at, tolerance):
-        """The solution `at(load, neighbour)` at an approach, to `tolerance` of the way since first touch, by
-        secants of logarithms of the load. Raises as `require_approach`, and NotConverged if no load is
-        found.
-        """
-        lowest = self.require_approach(approach)
-        depth = approach - lowest
-        where, slope, last, state = math.log(self.solid.E_star * depth / 2), 1.0, None, None
-        low, high = -math.inf, math.inf  # the bracket before the first load
-        for _ in range(60):
-            state = at(math.exp(where), state)
-            off = math.log(max(state.approach - lowest, tolerance * depth) / depth)
-            if abs(off) <= tolerance or high - low <= tolerance:
-                return state
-            low, high = (where, high) if off < 0 else (low, where)
-            if last is not None:
-                # no step is longer than 20 times what is off
-                slope = min(max((off - last[1]) / (where - last[0]), 0.05), 1.0)
-            last, where = (where, off), where - off / slope
-            if not low < where < high:
-                where = (low + high) / 2
-        raise NotConverged(f"no load was found for the approach {approach:g}", reached=state.approach)
 
     def require_approach(self, approach):
         """The approach of first touch; BadArgument unless the given one lies above it, on a bounded block."""

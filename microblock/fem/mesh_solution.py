@@ -1,6 +1,6 @@
 """Solutions on the contact nodes of a body."""
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument, at_most
-from ..model.state import Solution
-from ..model.zones import distance_to_ends
-from . import between, meshes, supports
+from ..model.state import ErrorParts, Solution
+from ..model.zones import contact_zones, distance, distance_to_ends, joined
+from . import between, mesh_fields, meshes, supports
 from .body import Fields
-from .mesh_fields import BelowOnMesh
+from .facets import ContactNodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,10 +62,14 @@ class OnMesh(Solution):
         """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
         return self.nodes.weights
 
+    @property
+    def carried(self):
+        """Force of each corner, (corners, n); of corners that move together the mean."""
+        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces)
+
     @cached_property
     def pressures(self):
-        """Pressure of each corner, (corners, n); of corners that move together the mean."""
-        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
+        return self.carried / self.nodes.weights
 
     @property
     def loads(self):
@@ -81,21 +85,50 @@ class OnMesh(Solution):
         return self.fields.reaction(boundary)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
-    """A solution on a mesh of one or two dimensions.
+@dataclass(frozen=True)
+class Estimate(ErrorParts):
+    """Parts of the relative L2 error of pressure and micromoment.
 
     Attributes
     ----------
-    gaps : array (corners, n), initial ones, inf where a corner cannot touch
+    discretisation : float, distance to the next coarser level; None of a prescribed mesh
+    edges : float, what the next step of the edges would change
+    truncation : float, of a half-plane that is cut off
+    obstacle : float, what the nodes miss of the obstacle
+    """
+
+    discretisation: float | None
+    edges: float
+    truncation: float
+    obstacle: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshSolution(OnMesh, AtNodes):
+    """A solution on a mesh of one or two dimensions; of a symmetric Block the half x1 > 0 is computed.
+
+    Attributes
+    ----------
+    gaps : array (corners, n), initial ones of the computed part, inf where a corner cannot touch
     closed : boolean array (corners, n)
-    error_estimate : float, of `recovery.estimate`, or None
+    error_estimate : float, of `recovery.estimate` or of `estimate`, or None
+    block : ContactNodes of a Block, its computed part, or None of a Body
+    zones : {corner number: intervals} of a Block
+    mirrored : whether the half x1 > 0 is the computed part, that of `forces`
     """
 
     _: KW_ONLY
     gaps: np.ndarray
     closed: np.ndarray
     error_estimate: float | None = None
+    estimate: Estimate | None = None
+    block: ContactNodes | None = None
+    zones: dict | None = None
+    mirrored: bool = False
+
+    @property
+    def nodes(self):
+        return self.block or self.solver.nodes
 
     @property
     def has_edges(self):
@@ -103,7 +136,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def apart(self):
-        return self.nodes.apart if self.has_edges else None
+        return self.nodes.apart if self.has_edges and self.block is None else None
 
     @property
     def period(self):
@@ -114,12 +147,40 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return None if self.has_edges else self.x[0] + self.period
 
     @cached_property
+    def points(self):
+        return self._whole(self.nodes.points.T, [[-1], [1]]).T
+
+    @cached_property
+    def normals(self):
+        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
+
+    @cached_property
+    def weights(self):
+        return np.where(self.mirrored & (self.x == 0), 2, 1) * self._whole(self.nodes.weights)
+
+    @cached_property
+    def pressures(self):
+        return self._whole(self.carried / self.nodes.weights, corners=True)
+
+    def _whole(self, values, sign=1, corners=False):
+        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
+        `corners` change places.
+        """
+        if not self.mirrored:
+            return values
+        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
+
+    @cached_property
     def micromoment(self):
         """M of (29), or the reaction where psi is held."""
         moments, nodes = self._moments, self.nodes
         if self._psi_held:
             moments = moments + nodes.moments_of("psi", self.fields.forces)
-        return moments / self.weights
+        moments = moments / nodes.weights
+        if self._psi_held and self.block is not None:
+            # the boundary's neighbours add theirs at its ends, and the axis takes the reaction of its own
+            moments[[0, -1]] = 0.0 if self.solver.symmetric else moments[1], moments[-2]
+        return self._whole(moments, -1)
 
     @property
     def _psi_held(self):
@@ -128,28 +189,54 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
     @property
     def _moments(self):
         """Nodal moments, with reactions of corners that carry, not of the shares."""
-        levers = np.array(list(self.law.levers(self.x).values()))
-        forces = self.forces if self._psi_held else self.pressures * self.weights
+        levers = np.array(list(self.law.levers(self.nodes.points[:, 0]).values()))
+        forces = self.forces if self._psi_held else self.carried
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 
     @cached_property
     def zones_by_name(self):
+        if self.zones is not None:
+            return contact_zones(self.zones, self.law.corners)
         return zones_of(self.x, self.closed, self.law, self.apart, self.end)
 
     @cached_property
     def energy(self):
         """Elastic energy per thickness."""
         if self.found is not None:
-            return float(self.found.energy())
+            return float(self.fields.energy())
         pressed = self.forces > 0
-        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
-        return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
+        depth = self.approach * self.nodes.normals[:, 1] - np.where(pressed, self.gaps, 0)
+        return (1 + self.mirrored) * float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
+
+    @cached_property
+    def fields(self):
+        """Fields, with values at points of the whole body."""
+        found = super().fields
+        return Fields(found.body, found, found.forces, self.mirrored)
+
+    def reaction_on(self, boundary):
+        """As of `OnMesh`, of the whole body."""
+        found, body = super().reaction_on(boundary), self.nodes.body
+        if not self.mirrored:
+            return found
+        named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
+        if {name for name, chosen in named if chosen} == {"axis"}:
+            raise BadArgument(
+                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
+            )
+        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
+
+    def fields_below(self, box):
+        """What `draw_below` and `draw_body` ask for, in elements within the box."""
+        return mesh_fields.below(self.fields, box)
 
     def interpolated(self, values, x):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
-        if self.method == "condensed":
-            return self.nodes.along.interpolate(values, x)
-        return np.interp(x, self.x, values, period=self.period)
+        if self.method == "newton":
+            return np.interp(x, self.x, values, period=self.period)
+        both = np.array((values, values[::-1]))[:, -len(self.nodes.weights) :]
+        right, left = self.nodes.along.interpolate(both, np.abs(x) if self.mirrored else x)
+        return np.where(self.mirrored & (x < 0), left, right)
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)
@@ -168,19 +255,38 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        found = self.overlap() if self.solver.penalizes else []
-        if "u1" not in self.nodes.body.fixed:
+        body, condensed = self.nodes.body, self.method == "condensed"
+        found = self._overlap() if self.solver.penalizes else []
+        if "u1" not in body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")
         if not self.has_edges:
             return found
-        condensed = self.method == "condensed"
+        if self.block is not None:
+            return found + self._locking() + self.few_nodes("take a smaller h, or Fitted() with rtol=")
         found += self.beyond()
         found += self.few_nodes("ask for rtol=" if condensed else "take smaller elements")
-        found += self.locking(self.nodes)
+        found += self._locking()
         if not condensed:
             return found
         coarse = [] if self.error_estimate is not None else [*self._unresolved(), *self._missed]
         return [*self._far_inside(), *found, *coarse]
+
+    def _locking(self):
+        """Sentences where elements below contact nodes lock."""
+        nodes, zones = self.nodes, self.zones_by_name["contact"]
+        if self.error_estimate is not None or not zones:
+            return []
+        x = [nodes.points[own, 0] for own in nodes.facets]
+        below = [any(own.min() < right and left < own.max() for left, right in zones) for own in x]
+        depth = meshes.thicknesses(nodes.body.mesh, nodes.region)[1][below].max(initial=0.0)
+        half_width = max(right - left for left, right in zones) / 2
+        return meshes.locking(nodes.body.solid, nodes.body.order, depth, half_width)
+
+    def _overlap(self):
+        """Sentences where a penalty lets corners far into the obstacle."""
+        inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
+        words = f"corners lie {inside / moved:.1g} of the displacement inside the obstacle: take a larger rho"
+        return [words] * bool(inside > 0.01 * moved)
 
     def beyond(self):
         """Sentences where surface and obstacle go on beyond an end of the contact."""
@@ -232,12 +338,12 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
             )
 
 
-def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations):
+def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations, block=None):
     """The MeshSolution of corner forces, array (corners, n)."""
-    nodes = solver.nodes
+    nodes = block or solver.nodes
     raised, psi = np.split(nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces), 2)
-    counts = residual, iterations, nodes.unknowns
-    return MeshSolution(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed)
+    surface, counts = (forces, -raised, psi), (residual, iterations, nodes.unknowns)
+    return MeshSolution(solver, load, approach, *surface, *counts, gaps=gaps, closed=closed, block=block)
 
 
 def of_newton(solver, state):
@@ -246,3 +352,27 @@ def of_newton(solver, state):
     surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
     how = {"method": "newton", "found": state.fields, "gaps": solver.nodes.g0, "closed": state.closed}
     return MeshSolution(solver, state.load, state.approach, *surface, *counts, **how)
+
+
+def unfolded(zones):
+    """Zones of the whole line from those of x1 > 0, where corners change places."""
+    others = {i: [(-right, -left) for left, right in zones[len(zones) - 1 - i]] for i in zones}
+    return {i: tuple(joined([*others[i], *own])) for i, own in zones.items()}
+
+
+def of_block(solver, part, load, zones, method, **more):
+    """The MeshSolution of a Block, on the whole line, from that of its computed part and the zones there."""
+    zones = unfolded(zones) if solver.symmetric else zones
+    how = {"solver": solver, "block": part.nodes, "load": load, "zones": zones, "method": method}
+    found = replace(part, mirrored=solver.symmetric, **how, **more)
+    surface = {"displacement": found._whole(part.displacement), "psi": found._whole(part.psi, -1)}
+    return replace(found, closed=found._whole(part.carried > 0, corners=True), **surface)
+
+
+def difference(coarse, fine):
+    """max(|dp|, |dM|/ell)/|p| in L2, weighted by the distance to ends of the obstacle."""
+    x, law, total = fine.x, fine.law, fine.pressures.sum(axis=0)
+    p = coarse.interpolated(coarse.pressures.sum(axis=0), x)
+    moment = (coarse.interpolated(coarse.micromoment, x) - fine.micromoment) / fine.solver.solid.ell
+    moment = np.where(law.clamps_rotation & (total <= 0), 0.0, moment)
+    return distance(fine.weights * fine.tamed(x), p - total, moment, total)

@@ -13,9 +13,9 @@ from ..model import methods, picture
 from .body import Body
 from .friction import history_to
 from .ground import FAR, GroundSolver
+from .mesh_solution import of_block
 from .meshes import Ground, uniform
 from .newton_solver import NewtonSolver
-from .surface_solution import unfolded
 
 
 class UniformSolver(GroundSolver):
@@ -26,16 +26,15 @@ class UniformSolver(GroundSolver):
             raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
             return self.at(load)
-        self.require_approach(approach)
-        if self.reach is None:
-            condensed = UniformSolver(self.contact, replace(self.options, newton=None, rule="nodal"))
-            load = condensed.at_approach(approach, lambda load, near: condensed.at(load), 1e-3).load
-        solver = self._reaching(load)
-        found = solver.on_mesh.solve(None, approach, None)
-        return solver._unfolded(found.load / self.share(1.0), found)
+        load, tried = self.solid.E_star * (approach - self.require_approach(approach)) / 2, []
+        while (solver := self._reaching(load)) not in tried:  # squares that the load asks for
+            found = solver.on_mesh.solve(None, approach, None)
+            load = found.load / self.share(1.0)
+            tried.append(solver)
+        return tried[-1]._unfolded(load, found)
 
     def at(self, load):
-        """The SurfaceSolution at a load (force per thickness); NotConverged also beyond the equal squares."""
+        """The MeshSolution at a load (force per thickness); NotConverged also beyond the equal squares."""
         solver = self._reaching(load)
         return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
 
@@ -100,9 +99,7 @@ class UniformSolver(GroundSolver):
     def _unfolded(self, load, found):
         self._require_within(np.abs(found.x[found.closed.any(axis=0)]).max(initial=0), load)
         zones = self.runs(found.x, found.closed, found.forces / found.nodes.weights)
-        surface, counts = (found.displacement, found.psi), (found.residual, found.iterations, found.unknowns)
-        how = {"zones": zones, "method": "uniform", "found": found.found}
-        return unfolded(self, found.nodes, load, found.approach, found.forces, surface, *counts, **how)
+        return of_block(self, found, load, zones, "uniform")
 
     def _require_within(self, outer, load):
         """NotConverged where the contact leaves the equal squares."""
