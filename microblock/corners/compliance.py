@@ -44,7 +44,7 @@ class Compliance:
             raise BadArgument("points", self.points[:, 0], "must have ascending x1")
 
     @cached_property
-    def constrained(self):
+    def twins(self):
         """Nodes with prescribed psi = 0 (rows of zeros): boolean array (n,)."""
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
@@ -55,9 +55,9 @@ class Compliance:
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
-        constrained = self.constrained
+        twins = self.twins
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
-        gaps = np.where(constrained & ~nearest, np.inf, gaps)
+        gaps = np.where(twins & ~nearest, np.inf, gaps)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
         onto = self._onto_corners(law)

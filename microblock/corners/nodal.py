@@ -1,8 +1,9 @@
 """Contact of any body with a compliance at nodes: states, and the load path node by node."""
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +18,62 @@ from ..threads import bounded
 from . import active_set
 
 
-class AtNodes(Solution):
-    """Base of solutions with `points`, `normals`, `displacement` and `psi` at nodes, ascending in x1."""
+@dataclass(frozen=True, eq=False, repr=False)
+class OfNodes(Solution):
+    """Base of solutions from forces at nodes.
+
+    Attributes
+    ----------
+    solver : Solver
+    load, approach : float, force per thickness (force in space) and approach of the obstacle
+    forces : array (corners, n), along -n
+    displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
+    residual : float, the largest relative one
+    iterations, unknowns : int
+    method : str
+    nodes : Compliance or ContactNodes
+    """
+
+    solver: Any
+    load: float
+    approach: float
+    forces: np.ndarray
+    displacement: np.ndarray
+    psi: np.ndarray
+    residual: float
+    iterations: int
+    unknowns: int
+    method: str = "nodes"
+
+    @property
+    def nodes(self):
+        return self.solver.nodes
+
+    @property
+    def points(self):
+        return self.nodes.points
+
+    @property
+    def normals(self):
+        return self.nodes.normals
+
+    @property
+    def weights(self):
+        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
+        return self.nodes.weights
+
+    @property
+    def carried(self):
+        """Force of each corner, (corners, n); of corners that move together the mean."""
+        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces)
+
+    @cached_property
+    def pressures(self):
+        return self.carried / self.nodes.weights
+
+
+class AtNodes(OfNodes):
+    """Base of solutions at nodes in the plane, ascending in x1."""
 
     @property
     def law(self):
@@ -81,48 +136,23 @@ class NodalSolution(AtNodes):
     iterations : contact sets that were tried
     """
 
-    solver: Solver
-    load: float
-    approach: float
-    forces: np.ndarray
+    _: KW_ONLY
     gaps: np.ndarray
     closed: np.ndarray
-    residual: float
-    iterations: int
 
-    method = "nodes"
+    mirrored = False
 
-    @property
-    def compliance(self):
-        return self.solver.compliance
-
-    @property
-    def points(self):
-        return self.compliance.points
-
-    @property
-    def normals(self):
-        return self.compliance.normals
+    @classmethod
+    def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):
+        """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
+        compliance = getattr(nodes, "compliance", nodes)
+        raised, psi = np.split(compliance.matrix @ compliance.loads(solver.law, forces), 2)
+        counts = *counts, getattr(nodes, "unknowns", forces.size)
+        return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **more)
 
     @property
     def apart(self):
-        return self.compliance.apart
-
-    @property
-    def weights(self):
-        """Lengths of the surface; the load is ``weights @ (p*n2)``."""
-        return self.compliance.weights
-
-    @property
-    def unknowns(self):
-        return self.forces.size
-
-    @cached_property
-    def pressures(self):
-        """Array (corners, n); corners that move together share the pressure."""
-        return np.where(
-            self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
-        )
+        return self.nodes.apart
 
     @cached_property
     def micromoment(self):
@@ -130,22 +160,9 @@ class NodalSolution(AtNodes):
         if self.law.clamps_rotation:
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
-            return np.linalg.lstsq(across, -turned @ self._loads[: len(self.x)], rcond=None)[0] / self.weights
+            return np.linalg.lstsq(across, turned @ self.forces.sum(axis=0), rcond=None)[0] / self.weights
         levers = np.array(list(self.law.levers(self.x).values()))
-        return self.compliance.ell / 2 * np.sum(levers * self.pressures, axis=0)
-
-    @cached_property
-    def _loads(self):
-        return self.compliance.loads(self.law, self.forces)
-
-    @cached_property
-    def psi(self):
-        return self.compliance.matrix[len(self.x) :] @ self._loads
-
-    @cached_property
-    def displacement(self):
-        """-u.n at the nodes."""
-        return -self.compliance.matrix[: len(self.x)] @ self._loads
+        return self.solver.solid.ell / 2 * np.sum(levers * self.pressures, axis=0)
 
     @cached_property
     def zones_by_name(self):
@@ -154,9 +171,9 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def energy(self):
-        pressed = self.forces > 0
-        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
-        return float(np.sum(self.forces * depth) / 2)
+        """Elastic energy per thickness."""
+        depth = self.approach * self.nodes.normals[:, 1] - np.where(self.forces > 0, self.gaps, 0)
+        return (1 + self.mirrored) * float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
 
 
 class NodalSolver(Solver):
@@ -173,6 +190,11 @@ class NodalSolver(Solver):
     def compliance(self):
         return self.body.compliance(self.law.clamps_rotation)
 
+    @property
+    def nodes(self):
+        """Points, normals, weights and twins of the nodes."""
+        return self.compliance
+
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
             raise BadArgument(
@@ -186,16 +208,11 @@ class NodalSolver(Solver):
         alike = isinstance(initial, AtNodes) and len(initial.closed) == count
         start = self._closed_near(initial).ravel() if alike else None
         found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
-        return self.solution(
-            self,
-            found.load if load is None else load,  # as it was asked for: the sum of the forces is rounded
-            found.approach,
-            found.forces.reshape(count, -1),
-            gaps.reshape(count, -1),
-            self.together(found.closed),
-            found.kkt,
-            found.iterations,
-        )
+        forces, closed = found.forces.reshape(count, -1), self.together(found.closed)
+        load = found.load if load is None else load  # as it was asked for: the sum of the forces is rounded
+        gaps, counts = gaps.reshape(count, -1), (found.kkt, found.iterations)
+        at = load, found.approach
+        return self.solution.of_forces(self, self.nodes, *at, forces, gaps, closed, *counts)
 
     def _closed_near(self, other):
         """Corners closed at the nearest node of another solution."""
@@ -225,7 +242,7 @@ class NodalSolver(Solver):
     def together(self, closed):
         """Closed corners, array (corners, nodes), all where psi is constrained."""
         closed = closed.reshape(len(self.law.corners), -1)
-        return closed | (self.compliance.constrained & closed.any(axis=0))
+        return closed | (self.nodes.twins & closed.any(axis=0))
 
 
 class NodalPath(LoadPath):

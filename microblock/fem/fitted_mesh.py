@@ -13,7 +13,7 @@ from . import between
 from .body import Body
 from .condensation import Condensed
 from .ground import FAR, WITHIN, GroundSolver
-from .mesh_solution import Estimate, difference, of_condensed, unfolded
+from .mesh_solution import Estimate, MeshSolution, difference, unfolded
 from .meshes import GRADING, RATIO, SLIVER, Ground, apart, falling_orders, graded
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
@@ -144,7 +144,9 @@ class FittedMesh:
         found = active_set.solve(flexibility, gaps, c=share, start=self.closed.ravel(), **control)
         forces, gaps, closed = (own.reshape(self.closed.shape) for own in (found.forces, gaps, found.closed))
         loads, counts = (found.load, found.approach), (found.kkt, found.iterations)
-        return of_condensed(self.solver, *loads, forces, gaps, closed, *counts, block=self.nodes)
+        return MeshSolution.of_forces(
+            self.solver, self.nodes, *loads, forces, gaps, closed, *counts, block=self.nodes
+        )
 
     @cached_property
     def part(self):

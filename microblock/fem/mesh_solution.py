@@ -2,14 +2,13 @@
 
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import ngsolve as ng
 import numpy as np
 
-from ..corners.nodal import AtNodes, zones_of
+from ..corners.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most
-from ..model.state import ErrorParts, Solution
+from ..model.state import ErrorParts
 from ..model.zones import contact_zones, distance, distance_to_ends, joined
 from . import between, mesh_fields, meshes, supports
 from .body import Fields
@@ -17,59 +16,11 @@ from .facets import ContactNodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OnMesh(Solution):
-    """Base of solutions on contact nodes.
+class OnMesh(OfNodes):
+    """Base of solutions on contact nodes, with `found`, Fields, or None where they follow from the forces."""
 
-    Attributes
-    ----------
-    solver : Solver
-    load, approach : float
-    forces : array (corners, n), along -n
-    displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
-    residual : float
-    iterations, unknowns : int
-    method : str
-    found : Fields, or None where they follow from the forces
-    nodes : ContactNodes
-    """
-
-    solver: Any
-    load: float
-    approach: float
-    forces: np.ndarray
-    displacement: np.ndarray
-    psi: np.ndarray
-    residual: float
-    iterations: int
-    unknowns: int
     method: str = "condensed"
     found: Fields | None = None
-
-    @property
-    def nodes(self):
-        return self.solver.nodes
-
-    @property
-    def points(self):
-        return self.nodes.points
-
-    @property
-    def normals(self):
-        return self.nodes.normals
-
-    @property
-    def weights(self):
-        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        return self.nodes.weights
-
-    @property
-    def carried(self):
-        """Force of each corner, (corners, n); of corners that move together the mean."""
-        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces)
-
-    @cached_property
-    def pressures(self):
-        return self.carried / self.nodes.weights
 
     @property
     def loads(self):
@@ -104,7 +55,7 @@ class Estimate(ErrorParts):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshSolution(OnMesh, AtNodes):
+class MeshSolution(OnMesh, NodalSolution):
     """A solution on a mesh of one or two dimensions; of a symmetric Block the half x1 > 0 is computed.
 
     Attributes
@@ -118,8 +69,6 @@ class MeshSolution(OnMesh, AtNodes):
     """
 
     _: KW_ONLY
-    gaps: np.ndarray
-    closed: np.ndarray
     error_estimate: float | None = None
     estimate: Estimate | None = None
     block: ContactNodes | None = None
@@ -202,11 +151,7 @@ class MeshSolution(OnMesh, AtNodes):
     @cached_property
     def energy(self):
         """Elastic energy per thickness."""
-        if self.found is not None:
-            return float(self.fields.energy())
-        pressed = self.forces > 0
-        depth = self.approach * self.nodes.normals[:, 1] - np.where(pressed, self.gaps, 0)
-        return (1 + self.mirrored) * float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
+        return super().energy if self.found is None else float(self.fields.energy())
 
     @cached_property
     def fields(self):
@@ -336,14 +281,6 @@ class MeshSolution(OnMesh, AtNodes):
                 f"{at_most(longest[first])} below the contact do not resolve the layer: cut them, take a "
                 "higher order, or ask for an rtol"
             )
-
-
-def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations, block=None):
-    """The MeshSolution of corner forces, array (corners, n)."""
-    nodes = block or solver.nodes
-    raised, psi = np.split(nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces), 2)
-    surface, counts = (forces, -raised, psi), (residual, iterations, nodes.unknowns)
-    return MeshSolution(solver, load, approach, *surface, *counts, gaps=gaps, closed=closed, block=block)
 
 
 def of_newton(solver, state):
