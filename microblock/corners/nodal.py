@@ -72,8 +72,21 @@ class OfNodes(Solution):
         return self.carried / self.nodes.weights
 
 
-class AtNodes(OfNodes):
-    """Base of solutions at nodes in the plane, ascending in x1."""
+@dataclass(frozen=True, eq=False, repr=False)
+class NodalSolution(OfNodes):
+    """A solution at nodes in the plane, ascending in x1.
+
+    Attributes
+    ----------
+    gaps : array (corners, n), initial ones, inf where a corner cannot touch
+    closed : boolean array (corners, n)
+    """
+
+    _: KW_ONLY
+    gaps: np.ndarray
+    closed: np.ndarray
+
+    mirrored = False
 
     @property
     def law(self):
@@ -121,26 +134,6 @@ class AtNodes(OfNodes):
         points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
         counter = None if self.problem.counter is None else self.counter_displacement
         return corner_gaps(self.problem, self.approach, points, normals, displacement, psi, counter)[corner]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class NodalSolution(AtNodes):
-    """A solution at the nodes of a Compliance.
-
-    Attributes
-    ----------
-    load, approach : force per thickness and approach of the obstacle
-    forces, gaps : arrays (corners, nodes), forces along -n and initial gaps, inf where a corner cannot touch
-    closed : boolean array (corners, nodes)
-    residual : largest relative residual
-    iterations : contact sets that were tried
-    """
-
-    _: KW_ONLY
-    gaps: np.ndarray
-    closed: np.ndarray
-
-    mirrored = False
 
     @classmethod
     def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):
@@ -205,7 +198,7 @@ class NodalSolver(Solver):
     def at(self, load, approach=None, initial=None):
         flexibility, gaps, share = self.system
         count = len(self.law.corners)
-        alike = isinstance(initial, AtNodes) and len(initial.closed) == count
+        alike = isinstance(initial, NodalSolution) and len(initial.closed) == count
         start = self._closed_near(initial).ravel() if alike else None
         found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         forces, closed = found.forces.reshape(count, -1), self.together(found.closed)

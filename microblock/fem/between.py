@@ -130,15 +130,15 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, cou
 def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     """[Overlap] of no depth about slope discontinuities at which a corner is closed in tension.
 
-    ``p = A + B r + K log(1/r)``, K < 0 (`log_sizes`), is negative up to about ``r0 = exp(A/K)``, worth sqrt(2
-    r0) |K| in L2 on either side. Opened, the zone ends at about 2 r0.
+    ``p = K log(r0/r)``, K < 0 (`log_sizes`), is negative up to r0, worth sqrt(2 r0) |K| in L2 on either side.
+    Opened, the zone ends at about 2 r0.
 
     Parameters
     ----------
     zones : {corner number: intervals} of the whole line
     x, pressures : arrays (nodes,), (corners, nodes) of the computed part
     edges : places where pressures are singular
-    reach : length, up to which A and B are read
+    reach : length, below which r0 stays
     """
     found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
@@ -146,13 +146,10 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
             if K >= 0 or not x[0] <= place <= x[-1]:
                 continue
             far = min([reach, *(0.4 * abs(edge - place) for edge in edges if edge != place)])
-            sides = []
-            for r in (place - x, x - place):
-                here = (r > 0.02 * far) & (r < far)  # nearer nodes do not follow the logarithm
-                if np.count_nonzero(here) > 1:
-                    smooth = np.polyfit(r[here], pressures[corner, here] + K * np.log(r[here]), 1)[1]
-                    sides.append(min(far, np.exp(smooth / K)))
-            r0, worth = float(max(sides, default=0.0)), float(np.sqrt(2 * sum(sides)) * abs(K))
+            r, sides = np.abs(x - place), np.count_nonzero([(x < place).any(), (x > place).any()])
+            i = np.argmin(np.where(r > 0.02 * far, r, np.inf))  # nearer nodes do not follow the logarithm
+            r0 = float(min(far, r[i] * np.exp(pressures[corner, i] / K)))
+            worth = float(np.sqrt(2 * r0 * sides) * abs(K))
             found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
     return found
 

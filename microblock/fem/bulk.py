@@ -35,7 +35,7 @@ class Bulk:
         used[np.asarray(seen, int)] = True
         inner, contact = np.flatnonzero(self._free & ~used), np.flatnonzero(self._free & used)
         try:
-            self._factors = factors.usual()(self.matrix, inner, contact)
+            self._factors = factors.usual(self.matrix, inner, contact)
         except MemoryError as failure:
             unknowns = space.FreeDofs().NumSet()
             raise NotConverged(f"no memory to factorise {unknowns} unknowns: {advice}") from failure

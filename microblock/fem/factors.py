@@ -4,12 +4,17 @@ CHOLMOD (Chen, Davis, Hager and Rajamanickam, ACM Trans. Math. Softw. 35 (2008) 
 than SciPy's SuperLU, and taken where cvxopt is installed.
 """
 
-import importlib.util
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
+
+try:
+    from cvxopt import amd, cholmod, spmatrix
+    from cvxopt import matrix as dense
+except ImportError:
+    cholmod = None
 
 
 class Singular(ArithmeticError):
@@ -71,8 +76,6 @@ class Cholmod:
     """The same by CHOLMOD. cvxopt gives L away for the block: fields take factors made anew."""
 
     def __init__(self, matrix, inner, contact):
-        from cvxopt import amd, cholmod, spmatrix
-
         self._free, count = np.concatenate((inner, contact)), len(inner)
         lower = tril(matrix[self._free][:, self._free], format="csc").tocoo()  # sorted: cvxopt is faster then
         self._matrix = spmatrix(lower.data, lower.row, lower.col, lower.shape)
@@ -86,7 +89,7 @@ class Cholmod:
         self.contact = self._free[place[last]]
         diagonal = np.array(cholmod.diag(factors)).ravel()
         self.least = float((diagonal**2 / matrix.diagonal()[self._free[place]]).min())
-        columns = cholmod.getfactor(factors)[:, _dense(last)]
+        columns = cholmod.getfactor(factors)[:, dense(last)]
         block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
         self.block = block[last].toarray()
 
@@ -102,12 +105,10 @@ class Cholmod:
 
     def _factorised(self):
         """CHOLMOD's factors."""
-        from cvxopt import cholmod
-
         before = dict(cholmod.options)
         cholmod.options.update(nmethods=1, supernodal=2)
         try:
-            factors = cholmod.symbolic(self._matrix, p=_dense(self._order), uplo="L")
+            factors = cholmod.symbolic(self._matrix, p=dense(self._order), uplo="L")
             cholmod.numeric(self._matrix, factors)
         except ArithmeticError as failure:
             raise Singular("the matrix is not positive definite") from failure
@@ -118,19 +119,9 @@ class Cholmod:
 
 
 def _solved(factors, right, system):
-    from cvxopt import cholmod
-
-    values = _dense(right)
+    values = dense(right)
     cholmod.solve(factors, values, sys=system)
     return np.array(values).ravel()
 
 
-@cache
-def usual():
-    return Cholmod if importlib.util.find_spec("cvxopt") else SuperLU
-
-
-def _dense(values):
-    from cvxopt import matrix
-
-    return matrix(values)
+usual = Cholmod if cholmod else SuperLU

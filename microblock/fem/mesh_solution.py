@@ -60,8 +60,7 @@ class MeshSolution(OnMesh, NodalSolution):
 
     Attributes
     ----------
-    gaps : array (corners, n), initial ones of the computed part, inf where a corner cannot touch
-    closed : boolean array (corners, n)
+    gaps, closed : arrays (corners, n), of the computed part
     error_estimate : float, of `recovery.estimate` or of `estimate`, or None
     block : ContactNodes of a Block, its computed part, or None of a Body
     zones : {corner number: intervals} of a Block

@@ -1,6 +1,6 @@
 """Contact of a body on a mesh by the monolithic Newton method."""
 
-from functools import cached_property
+from functools import cache, cached_property
 
 from ..errors import BadArgument
 from ..model.solver import Solver
@@ -34,38 +34,30 @@ class NewtonSolver(FollowsFriction, Solver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
-            raise BadArgument(
-                "rtol",
-                rtol,
-                "needs a condensed body or a mesh that the program makes; Newton() takes the mesh as it is",
+            words = (
+                "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
             )
+            raise BadArgument("rtol", rtol, words)
         known = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         known = known and len(initial.forces) == len(self.law.corners)
-        return of_newton(self, self.reached(load, approach, initial if known else None))
+        newton = self.newton("load" if approach is None else "approach")
+        return self.of(newton.solve(load if approach is None else approach, initial if known else None))
+
+    of = of_newton
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":
             raise BadArgument("kind", self.options.kind, 'does not follow friction: Newton("al") does')
         return super().history(pairs, coupled, rtol, progress)
 
-    def reached(self, load, approach, start=None):
-        """The NodalState at a load or an approach."""
-        newton = self.newton("load" if approach is None else "approach")
-        return newton.solve(load if approach is None else approach, start)
-
-    def newton(self, control):
-        nodes, kind = self.nodes, self.options.kind
-        if control not in self._systems:
-            rho = self.options.rho or default_rho(nodes, kind, self.length)
-            self._systems[control] = MonolithicNewton(
-                nodes.body, nodes, method=kind, rho=rho, control=control
-            )
-        return self._systems[control]
-
     @cached_property
-    def _systems(self):
-        """{control: MonolithicNewton}."""
-        return {}
+    def newton(self):
+        """The MonolithicNewton of a control, made once."""
+        nodes, kind = self.nodes, self.options.kind
+        rho = self.options.rho or default_rho(nodes, kind, self.length)
+        return cache(
+            lambda control: MonolithicNewton(nodes.body, nodes, method=kind, rho=rho, control=control)
+        )
 
 
 class NewtonSolver3D(NewtonSolver, Solver3D):
@@ -73,8 +65,6 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
 
     history = Solver.history
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
-        self.require_no_rtol(rtol)
-        state = self.reached(load, approach)
+    def of(self, state):
         reached = state.forces, state.closed, state.surface, state.kkt, state.iterations
         return self.solution(state.load, state.approach, *reached, method="newton", found=state.fields)

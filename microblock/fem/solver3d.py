@@ -37,7 +37,9 @@ class Solver3D(Solver):
         return gaps
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        self.require_no_rtol(rtol)
+        if rtol is not None:
+            words = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
+            raise BadArgument("rtol", rtol, words)
         H, residual = self.nodes.flexibility(self.directions(self.nodes.points)), 1e-9
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
@@ -70,15 +72,6 @@ class Solver3D(Solver):
         nodes = solution.nodes
         given = {"x1": nodes.points[:, 0], "x2": nodes.points[:, 1], "triangles": nodes.triangles}
         return in_space(solution, nodes.points, nodes.weights, opposite=None, **given)
-
-    @staticmethod
-    def require_no_rtol(rtol):
-        if rtol is not None:
-            raise BadArgument(
-                "rtol",
-                rtol,
-                "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh",
-            )
 
     def directions(self, points):
         """(1, lever) of each corner at points, array (corners, 3, n)."""
