@@ -31,7 +31,9 @@ class OfNodes(Solution):
     residual : float, the largest relative one
     iterations, unknowns : int
     method : str
+    gaps : array (corners, n), initial ones, inf where a corner cannot touch
     nodes : Compliance or ContactNodes
+    mirrored : whether they are the half x1 > 0 of a symmetric problem
     """
 
     solver: Any
@@ -44,6 +46,8 @@ class OfNodes(Solution):
     iterations: int
     unknowns: int
     method: str = "nodes"
+
+    mirrored = False
 
     @property
     def nodes(self):
@@ -70,6 +74,12 @@ class OfNodes(Solution):
     @cached_property
     def pressures(self):
         return self.carried / self.nodes.weights
+
+    @cached_property
+    def energy(self):
+        """Elastic energy (per thickness), half the work of the corners."""
+        depth = self.approach * self.nodes.normals[:, -1] - np.where(self.forces > 0, self.gaps, 0)
+        return (1 + self.mirrored) * float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,12 +171,6 @@ class NodalSolution(OfNodes):
     def zones_by_name(self):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
         return zones_of(self.x, self.closed, self.law, self.apart)
-
-    @cached_property
-    def energy(self):
-        """Elastic energy per thickness."""
-        depth = self.approach * self.nodes.normals[:, 1] - np.where(self.forces > 0, self.gaps, 0)
-        return (1 + self.mirrored) * float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
 
 
 class NodalSolver(Solver):

@@ -23,8 +23,7 @@ class BodySolver(FollowsFriction, NodalSolver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_pressed(self.body, self.body.contact)
-        if body_of(self.obstacle) is not None:
-            self.counter  # which checks the second body
+        self.counter  # which checks the second body
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         self._require_given_mesh(rtol)
@@ -49,9 +48,8 @@ class BodySolver(FollowsFriction, NodalSolver):
     def system(self):
         """(flexibility, initial gaps, shares in the load) of the law's corners on both bodies."""
         flexibility, gaps, share = super().system
-        if self.counter is None:
-            return flexibility, gaps, share
-        return flexibility + self.counter.flexibility(gaps), gaps, share
+        more = 0.0 if self.counter is None else self.counter.flexibility(gaps)
+        return flexibility + more, gaps, share
 
     def path(self, last, rtol, progress=False):
         self._require_given_mesh(rtol)

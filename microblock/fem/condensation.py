@@ -147,19 +147,11 @@ class Flexibility3D:
 
     def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, n)."""
-        return self.gaps(self.surface(self.loads(forces)))
+        return np.einsum("cin,in->cn", self.directions, self.surface(forces))
 
-    def loads(self, forces):
-        """(F, m1, m2) at the nodes of corner forces, array (3, n)."""
-        return np.einsum("cin,cn->in", self.directions, forces)
-
-    def gaps(self, surface):
-        """Gaps of the corners, (corners, n), from (u, phi1, phi2), array (3, n)."""
-        return np.einsum("cin,in->cn", self.directions, surface)
-
-    def surface(self, loads):
-        """(u, phi1, phi2) at the nodes under nodal loads, arrays (3, n)."""
-        return self.nodes.surface(loads)
+    def surface(self, forces):
+        """(u, phi1, phi2) at the nodes, array (3, n), under corner forces."""
+        return self.nodes.surface(np.einsum("cin,cn->in", self.directions, forces))
 
     def precondition(self, gaps):
         """Forces of least norm that leave about these gaps."""

@@ -44,7 +44,7 @@ class Solver3D(Solver):
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
-        surface = H.surface(H.loads(found.forces))
+        surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
         level = found.load, found.approach
         return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
