@@ -4,7 +4,6 @@ from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import ngsolve as ng
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
@@ -30,6 +29,8 @@ class OnMesh(Solution):
     iterations, unknowns : int
     method : str
     found : Fields, or None where they follow from the forces
+    block : ContactNodes of a Block, its computed part, or None of a Body
+    mirrored : whether the half x1 > 0 is the computed part, that of `forces`
     nodes : ContactNodes
     """
 
@@ -45,22 +46,26 @@ class OnMesh(Solution):
     method: str = "condensed"
     found: Fields | None = None
 
+    block = None
+    mirrored = False
+
     @property
     def nodes(self):
-        return self.solver.nodes
+        return self.block or self.solver.nodes
 
-    @property
+    @cached_property
     def points(self):
-        return self.nodes.points
+        return self._whole(self.nodes.points.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def normals(self):
-        return self.nodes.normals
+        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def weights(self):
         """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        return self.nodes.weights
+        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
+        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
 
     @property
     def carried(self):
@@ -69,7 +74,16 @@ class OnMesh(Solution):
 
     @cached_property
     def pressures(self):
-        return self.carried / self.nodes.weights
+        """Pressure of each corner, (corners, n)."""
+        return self._whole(self.carried / self.nodes.weights, corners=True)
+
+    def _whole(self, values, sign=1, corners=False):
+        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
+        `corners` change places.
+        """
+        if not self.mirrored:
+            return values
+        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def loads(self):
@@ -78,11 +92,21 @@ class OnMesh(Solution):
 
     @cached_property
     def fields(self):
-        return self.found or self.nodes.fields(self.loads)
+        """Fields, with values at points of the whole body."""
+        found = self.found or self.nodes.fields(self.loads)
+        return Fields(found.body, found, found.forces, self.mirrored)
 
     def reaction_on(self, boundary):
-        """Force and moment that the supports on a boundary exert."""
-        return self.fields.reaction(boundary)
+        """Force and moment that the supports of the whole body exert on a boundary."""
+        found, body = self.fields.reaction(boundary), self.nodes.body
+        if not self.mirrored:
+            return found
+        named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
+        if {name for name, chosen in named if chosen} == {"axis"}:
+            raise BadArgument(
+                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
+            )
+        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
 
 @dataclass(frozen=True)
@@ -112,9 +136,7 @@ class MeshSolution(OnMesh, AtNodes):
     gaps : array (corners, n), initial ones of the computed part, inf where a corner cannot touch
     closed : boolean array (corners, n)
     error_estimate : float, of `recovery.estimate` or of `estimate`, or None
-    block : ContactNodes of a Block, its computed part, or None of a Body
     zones : {corner number: intervals} of a Block
-    mirrored : whether the half x1 > 0 is the computed part, that of `forces`
     """
 
     _: KW_ONLY
@@ -125,10 +147,6 @@ class MeshSolution(OnMesh, AtNodes):
     block: ContactNodes | None = None
     zones: dict | None = None
     mirrored: bool = False
-
-    @property
-    def nodes(self):
-        return self.block or self.solver.nodes
 
     @property
     def has_edges(self):
@@ -145,30 +163,6 @@ class MeshSolution(OnMesh, AtNodes):
     @property
     def end(self):
         return None if self.has_edges else self.x[0] + self.period
-
-    @cached_property
-    def points(self):
-        return self._whole(self.nodes.points.T, [[-1], [1]]).T
-
-    @cached_property
-    def normals(self):
-        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
-
-    @cached_property
-    def weights(self):
-        return np.where(self.mirrored & (self.x == 0), 2, 1) * self._whole(self.nodes.weights)
-
-    @cached_property
-    def pressures(self):
-        return self._whole(self.carried / self.nodes.weights, corners=True)
-
-    def _whole(self, values, sign=1, corners=False):
-        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
-        `corners` change places.
-        """
-        if not self.mirrored:
-            return values
-        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @cached_property
     def micromoment(self):
@@ -207,24 +201,6 @@ class MeshSolution(OnMesh, AtNodes):
         pressed = self.forces > 0
         depth = self.approach * self.nodes.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return (1 + self.mirrored) * float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
-
-    @cached_property
-    def fields(self):
-        """Fields, with values at points of the whole body."""
-        found = super().fields
-        return Fields(found.body, found, found.forces, self.mirrored)
-
-    def reaction_on(self, boundary):
-        """As of `OnMesh`, of the whole body."""
-        found, body = super().reaction_on(boundary), self.nodes.body
-        if not self.mirrored:
-            return found
-        named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
-        if {name for name, chosen in named if chosen} == {"axis"}:
-            raise BadArgument(
-                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
-            )
-        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
     def fields_below(self, box):
         """What `draw_below` and `draw_body` ask for, in elements within the box."""
@@ -290,16 +266,13 @@ class MeshSolution(OnMesh, AtNodes):
 
     def beyond(self):
         """Sentences where surface and obstacle go on beyond an end of the contact."""
-        mesh, inside = self.nodes.body.mesh, self.nodes.region.Mask()
-        facets = [facet.vertices for facet in mesh.Elements(ng.BND) if not inside[facet.index]]
-        sides = np.array([[mesh[vertex].point for vertex in own] for own in facets]).reshape(-1, 2, 2)
-        starts, ends = np.concatenate((sides, sides[:, ::-1])).swapaxes(0, 1)
         for end, way in ((0, -1), (-1, 1)):
-            level = way * (ends - starts)[:, 0] > np.abs(ends - starts)[:, 1]
-            near = np.abs(starts - self.points[end]).max(axis=1) < 1e-9 * np.ptp(self.x)
-            there, upwards = ends[near & level], self.normals[[end] * np.count_nonzero(near & level)]
-            gaps = self.law.initial_gaps(there, upwards, self.solver.solid.ell, self.solver.obstacle)
-            if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
+            there = self.points[[end]] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
+            gaps = self.law.initial_gaps(
+                there, self.normals[[end]], self.solver.solid.ell, self.solver.obstacle
+            )
+            goes_on = self.nodes.body.mesh.Contains(*there[0]) and np.isfinite(list(gaps.values())).any()
+            if goes_on and self.closed[:, end].any():
                 words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
                 return [words + f"{self.x[end]:.3g}"]
         return []
