@@ -108,6 +108,26 @@ class OnMesh(Solution):
             )
         return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
+    def coarse(self, half_width):
+        """Sentences where elements below the contact lock, or do not resolve the layer."""
+        nodes, body = self.nodes, self.nodes.body
+        numbers, depths = meshes.thicknesses(body.mesh, nodes.region)
+        closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
+        pressed = np.array([closed[members].any() for members in nodes.facets])
+        if not pressed.any():
+            return []
+        orders = body.element_orders
+        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
+        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
+        first = np.argmin(np.where(pressed & (depths > longest), longest, np.inf))
+        words = (
+            f"elements of order {orders[numbers[first]]} that reach deeper than "
+            f"{at_most(longest[first])} below the contact do not resolve the "
+            "layer: cut them, take a higher order, or ask for an rtol"
+        )
+        found = meshes.locking(body.solid, body.order, depths[pressed].max(), half_width)
+        return found + [words] * bool(pressed[first] and depths[first] > longest[first])
+
 
 @dataclass(frozen=True)
 class Estimate(ErrorParts):
@@ -231,32 +251,24 @@ class MeshSolution(OnMesh, AtNodes):
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        body, condensed = self.nodes.body, self.method == "condensed"
+        body, zones = self.nodes.body, self.zones_by_name["contact"]
         found = self._overlap() if self.solver.penalizes else []
         if "u1" not in body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")
         if not self.has_edges:
             return found
+        advice = "take smaller elements"
         if self.block is not None:
-            return found + self._locking() + self.few_nodes("take a smaller h, or Fitted() with rtol=")
-        found += self.beyond()
-        found += self.few_nodes("ask for rtol=" if condensed else "take smaller elements")
-        found += self._locking()
-        if not condensed:
-            return found
-        coarse = [] if self.error_estimate is not None else [*self._unresolved(), *self._missed]
-        return [*self._far_inside(), *found, *coarse]
-
-    def _locking(self):
-        """Sentences where elements below contact nodes lock."""
-        nodes, zones = self.nodes, self.zones_by_name["contact"]
-        if self.error_estimate is not None or not zones:
-            return []
-        x = [nodes.points[own, 0] for own in nodes.facets]
-        below = [any(own.min() < right and left < own.max() for left, right in zones) for own in x]
-        depth = meshes.thicknesses(nodes.body.mesh, nodes.region)[1][below].max(initial=0.0)
-        half_width = max(right - left for left, right in zones) / 2
-        return meshes.locking(nodes.body.solid, nodes.body.order, depth, half_width)
+            advice = "take a smaller h, or Fitted() with rtol="
+        elif self.method == "condensed":
+            advice = "ask for rtol="
+            found = [*self._far_inside(), *found]
+        found += [] if self.block is not None else self.beyond()
+        found += self.few_nodes(advice)
+        if self.error_estimate is None:
+            found += self.coarse(max((right - left for left, right in zones), default=0.0) / 2)
+            found += self._missed if self.method == "condensed" else []
+        return found
 
     def _overlap(self):
         """Sentences where a penalty lets corners far into the obstacle."""
@@ -293,22 +305,6 @@ class MeshSolution(OnMesh, AtNodes):
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
         words = f"the obstacle has features shorter than the elements, worth {share:.1g} of the pressure: "
         return [words + "cut the elements below them, or ask for an rtol"] * bool(share >= 0.03)
-
-    def _unresolved(self):
-        body, closed = self.nodes.body, self.closed.any(axis=0)
-        numbers, across = meshes.thicknesses(body.mesh, self.nodes.region)
-        pressed = np.array([closed[members].any() for members in self.nodes.facets])
-        orders = body.element_orders
-        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
-        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
-        late = np.flatnonzero(pressed & (across > longest))
-        if len(late):
-            first = late[np.argmin(longest[late])]
-            yield (
-                f"elements of order {orders[numbers[first]]} that reach deeper than "
-                f"{at_most(longest[first])} below the contact do not resolve the layer: cut them, take a "
-                "higher order, or ask for an rtol"
-            )
 
 
 def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations, block=None):

@@ -7,10 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import at_most
 from ..model.types import AnyArray as Array
 from .mesh_solution import OnMesh
-from .meshes import locking, longest_element
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -62,28 +60,12 @@ class SurfaceNodes(OnMesh):
     def remarks(self) -> list[str]:
         """Returns sentences on what the state has no estimate for."""
         area = self.nodes.weights[self.closed > 0].sum()
-        body, half_width = self.nodes.body, float(np.sqrt(area / np.pi))
-        locked = locking(body.solid, body.order, self._depth, half_width)
-        own = self._few(), self._long(), *locked, self._beyond(), self._between()
+        own = self._few(), *self.coarse(float(np.sqrt(area / np.pi))), self._beyond(), self._between()
         return [words for words in own if words]
-
-    @property
-    def _depth(self) -> float:
-        pressed = [bool(np.any(self.closed[own] > 0)) for own in self.nodes.facets]
-        return float(self.nodes.depths[pressed].max())
 
     def _few(self) -> str:
         count = int(np.count_nonzero(self.closed))
         return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < 25)
-
-    def _long(self) -> str:
-        """Whether elements below the contact are too long for the layer."""
-        body = self.nodes.body
-        longest = longest_element(body.solid, body.order)
-        return (
-            f"elements of order {body.order} that reach {self._depth:.2g} below the contact, more than "
-            f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order"
-        ) * bool(self._depth > longest)
 
     def _beyond(self) -> str:
         """Whether the obstacle reaches into the surface beside the contact."""
