@@ -131,10 +131,24 @@ def coalescence(solver, order, levels):
 
     def coefficients(inner, outer, loads):
         zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
-        return solver.edge_coefficients(zones, loads, order, levels)
+        return edge_coefficients(solver, zones, loads, order, levels)
 
     inner_edges, exponent = (1.5, 2.0, 2.5, 3.0, 3.5), coalescence_exponent(solver.solid)
     return extrapolated(coefficients, solver.solid, inner_edges, lambda outer: exponent)
+
+
+def edge_coefficients(solver, zones, loads, order, levels):
+    """((K0, K1) at the innermost edge at each load, those at the outermost), of a FittedSolver."""
+    from microblock.fem.fitted_mesh import FittedMesh  # here: panels do without ngsolve
+
+    mesh, both = FittedMesh(solver, loads[0], zones, order, levels, even=False), []
+    (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
+    inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)
+    for corner, edge, inward in (inner, (0, outer, -1)):
+        way = mesh.way(edge)
+        pressures = [mesh.pressures_under(solver.share(load))[corner] for load in loads]
+        both.append([mesh.read(p, edge, inward, way, way) for p in pressures])
+    return both
 
 
 def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):

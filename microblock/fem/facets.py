@@ -20,7 +20,7 @@ from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
-from .meshes import elements_at, thicknesses
+from .meshes import elements_at
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
@@ -276,11 +276,6 @@ class ContactNodes:
             {v.nr for facet in some for v in facet.vertices} for some in (upper, self.region.Elements())
         )
         return np.array(sorted(found - own), int)
-
-    @cached_property
-    def depths(self):
-        """How far elements reach below their facets, array."""
-        return thicknesses(self.body.mesh, self.region)[1]
 
     @cached_property
     def between(self):

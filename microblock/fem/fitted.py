@@ -64,8 +64,8 @@ class FittedSolver(MeshFitter):
             solver = self._pictured(load)
             mesh, iterations = solver._fitted(load, wanted, initial)
             state = solver._state(mesh, mesh.solved(approach=approach), iterations)
-            # with the edges of a neighbour the pressure errs by a hundredth of what the estimate is asked for;
-            # those of a low order may go to and fro
+            # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
+            # of a low order may go to and fro
             if abs(state.load - load) <= wanted / 100 * load or (fixed and number == 8):
                 return state
             load, initial = state.load, state
@@ -205,14 +205,3 @@ class FittedSolver(MeshFitter):
         whole = Ground(ground.far, (-right if self.symmetric else left, right), half=False)
         body = solver.meshed(whole, sorted(tips), ((*whole.reach, outer / count),), 0, 4, even=True)
         return self.contact.with_(body=body, method=Condensed())
-
-    def edge_coefficients(self, zones, loads, order, levels):
-        """((K0, K1) at the innermost edge at each load, those at the outermost)."""
-        mesh, both = FittedMesh(self, loads[0], zones, order, levels, self.options.even), []
-        (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
-        inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)
-        for corner, edge, inward in (inner, (0, outer, -1)):
-            way = mesh.way(edge)
-            pressures = [mesh.pressures_under(self.share(load))[corner] for load in loads]
-            both.append([mesh.read(p, edge, inward, way, way) for p in pressures])
-        return both

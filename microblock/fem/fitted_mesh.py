@@ -14,7 +14,7 @@ from .body import Body
 from .condensation import Condensed
 from .ground import FAR, WITHIN, GroundSolver
 from .mesh_solution import Estimate, MeshSolution, difference, unfolded
-from .meshes import GRADING, RATIO, SLIVER, Ground, apart, falling_orders, graded
+from .meshes import GRADING, RATIO, SLIVER, Ground, falling_orders, graded
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
 MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
@@ -133,7 +133,7 @@ class FittedMesh:
         self.tips = sorted(tips)
         self.nodes = Condensed(solver.meshed(self.ground, self.tips, parts, levels, order, even))
         self.system = self.nodes.compliance.corner_system(solver.law, solver.obstacle)
-        self.x, margin = self.nodes.points[:, 0], 1e-11 * max(-edges[0], edges[-1])
+        self.x, margin = self.nodes.points[:, 0], 2 * SLIVER * (edges[-1] - edges[0])  # one in the mesh
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
         self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
         self.pressures = self.pressures_under(self.load)
@@ -332,15 +332,12 @@ def _cleaned(solver, zones, near):
             return 0.0
         return next((end for end in ends if abs(edge - end) < near), edge)
 
-    found = {}
+    found, apart = {}, 2 * SLIVER * width
     for corner, own in zones.items():
         shift = solver.problem.shifts[corner]
         ends = [end + shift for end in getattr(solver.obstacle, "ends", ())]
-        found[corner] = [(placed(left, ends), placed(right, ends)) for left, right in own]
-    distinct = np.array(apart(zone_edges(found), 2 * SLIVER * width))
-    for corner, own in found.items():
-        own = [distinct[np.searchsorted(distinct, pair, side="right") - 1].tolist() for pair in own]
-        found[corner] = tuple(joined((left, right) for left, right in own if left < right))
+        own = joined([(placed(left, ends), placed(right, ends)) for left, right in own], apart)
+        found[corner] = tuple((left, right) for left, right in own if right - left > apart)
     return found
 
 

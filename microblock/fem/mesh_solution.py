@@ -3,7 +3,6 @@
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 
-import ngsolve as ng
 import numpy as np
 
 from ..corners.nodal import NodalSolution, OfNodes, zones_of
@@ -17,10 +16,46 @@ from .facets import ContactNodes
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OnMesh(OfNodes):
-    """Base of solutions on contact nodes, with `found`, Fields, or None where they follow from the forces."""
+    """Base of solutions on contact nodes.
+
+    Attributes
+    ----------
+    found : Fields, or None where they follow from the forces
+    """
 
     method: str = "condensed"
     found: Fields | None = None
+
+    @property
+    def nodes(self):
+        return getattr(self, "block", None) or self.solver.nodes
+
+    @cached_property
+    def points(self):
+        return self._whole(self.nodes.points.T, [[-1], [1]]).T
+
+    @cached_property
+    def normals(self):
+        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
+
+    @cached_property
+    def weights(self):
+        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
+        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
+        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner, (corners, n)."""
+        return self._whole(self.carried / self.nodes.weights, corners=True)
+
+    def _whole(self, values, sign=1, corners=False):
+        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
+        `corners` change places.
+        """
+        if not self.mirrored:
+            return values
+        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def loads(self):
@@ -29,11 +64,41 @@ class OnMesh(OfNodes):
 
     @cached_property
     def fields(self):
-        return self.found or self.nodes.fields(self.loads)
+        """Fields, with values at points of the whole body."""
+        found = self.found or self.nodes.fields(self.loads)
+        return Fields(found.body, found, found.forces, self.mirrored)
 
     def reaction_on(self, boundary):
-        """Force and moment that the supports on a boundary exert."""
-        return self.fields.reaction(boundary)
+        """Force and moment that the supports of the whole body exert on a boundary."""
+        found, body = self.fields.reaction(boundary), self.nodes.body
+        if not self.mirrored:
+            return found
+        named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
+        if {name for name, chosen in named if chosen} == {"axis"}:
+            raise BadArgument(
+                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
+            )
+        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
+
+    def coarse(self, half_width):
+        """Sentences where elements below the contact lock, or do not resolve the layer."""
+        nodes, body = self.nodes, self.nodes.body
+        numbers, depths = meshes.thicknesses(body.mesh, nodes.region)
+        closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
+        pressed = np.array([closed[members].any() for members in nodes.facets])
+        if not pressed.any():
+            return []
+        orders = body.element_orders
+        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
+        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
+        first = np.argmin(np.where(pressed & (depths > longest), longest, np.inf))
+        words = (
+            f"elements of order {orders[numbers[first]]} that reach deeper than "
+            f"{at_most(longest[first])} below the contact do not resolve the "
+            "layer: cut them, take a higher order, or ask for an rtol"
+        )
+        found = meshes.locking(body.solid, body.order, depths[pressed].max(), half_width)
+        return found + [words] * bool(pressed[first] and depths[first] > longest[first])
 
 
 @dataclass(frozen=True)
@@ -64,7 +129,6 @@ class MeshSolution(OnMesh, NodalSolution):
     error_estimate : float, of `recovery.estimate` or of `estimate`, or None
     block : ContactNodes of a Block, its computed part, or None of a Body
     zones : {corner number: intervals} of a Block
-    mirrored : whether the half x1 > 0 is the computed part, that of `forces`
     """
 
     _: KW_ONLY
@@ -73,10 +137,6 @@ class MeshSolution(OnMesh, NodalSolution):
     block: ContactNodes | None = None
     zones: dict | None = None
     mirrored: bool = False
-
-    @property
-    def nodes(self):
-        return self.block or self.solver.nodes
 
     @property
     def has_edges(self):
@@ -93,30 +153,6 @@ class MeshSolution(OnMesh, NodalSolution):
     @property
     def end(self):
         return None if self.has_edges else self.x[0] + self.period
-
-    @cached_property
-    def points(self):
-        return self._whole(self.nodes.points.T, [[-1], [1]]).T
-
-    @cached_property
-    def normals(self):
-        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
-
-    @cached_property
-    def weights(self):
-        return np.where(self.mirrored & (self.x == 0), 2, 1) * self._whole(self.nodes.weights)
-
-    @cached_property
-    def pressures(self):
-        return self._whole(self.carried / self.nodes.weights, corners=True)
-
-    def _whole(self, values, sign=1, corners=False):
-        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
-        `corners` change places.
-        """
-        if not self.mirrored:
-            return values
-        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @cached_property
     def micromoment(self):
@@ -152,24 +188,6 @@ class MeshSolution(OnMesh, NodalSolution):
         """Elastic energy per thickness."""
         return super().energy if self.found is None else float(self.fields.energy())
 
-    @cached_property
-    def fields(self):
-        """Fields, with values at points of the whole body."""
-        found = super().fields
-        return Fields(found.body, found, found.forces, self.mirrored)
-
-    def reaction_on(self, boundary):
-        """As of `OnMesh`, of the whole body."""
-        found, body = super().reaction_on(boundary), self.nodes.body
-        if not self.mirrored:
-            return found
-        named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
-        if {name for name, chosen in named if chosen} == {"axis"}:
-            raise BadArgument(
-                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
-            )
-        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
-
     def fields_below(self, box):
         """What `draw_below` and `draw_body` ask for, in elements within the box."""
         return mesh_fields.below(self.fields, box)
@@ -199,32 +217,24 @@ class MeshSolution(OnMesh, NodalSolution):
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        body, condensed = self.nodes.body, self.method == "condensed"
+        body, zones = self.nodes.body, self.zones_by_name["contact"]
         found = self._overlap() if self.solver.penalizes else []
         if "u1" not in body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")
         if not self.has_edges:
             return found
+        advice = "take smaller elements"
         if self.block is not None:
-            return found + self._locking() + self.few_nodes("take a smaller h, or Fitted() with rtol=")
-        found += self.beyond()
-        found += self.few_nodes("ask for rtol=" if condensed else "take smaller elements")
-        found += self._locking()
-        if not condensed:
-            return found
-        coarse = [] if self.error_estimate is not None else [*self._unresolved(), *self._missed]
-        return [*self._far_inside(), *found, *coarse]
-
-    def _locking(self):
-        """Sentences where elements below contact nodes lock."""
-        nodes, zones = self.nodes, self.zones_by_name["contact"]
-        if self.error_estimate is not None or not zones:
-            return []
-        x = [nodes.points[own, 0] for own in nodes.facets]
-        below = [any(own.min() < right and left < own.max() for left, right in zones) for own in x]
-        depth = meshes.thicknesses(nodes.body.mesh, nodes.region)[1][below].max(initial=0.0)
-        half_width = max(right - left for left, right in zones) / 2
-        return meshes.locking(nodes.body.solid, nodes.body.order, depth, half_width)
+            advice = "take a smaller h, or Fitted() with rtol="
+        elif self.method == "condensed":
+            advice = "ask for rtol="
+            found = [*self._far_inside(), *found]
+        found += [] if self.block is not None else self.beyond()
+        found += self.few_nodes(advice)
+        if self.error_estimate is None:
+            found += self.coarse(max((right - left for left, right in zones), default=0.0) / 2)
+            found += self._missed if self.method == "condensed" else []
+        return found
 
     def _overlap(self):
         """Sentences where a penalty lets corners far into the obstacle."""
@@ -234,16 +244,13 @@ class MeshSolution(OnMesh, NodalSolution):
 
     def beyond(self):
         """Sentences where surface and obstacle go on beyond an end of the contact."""
-        mesh, inside = self.nodes.body.mesh, self.nodes.region.Mask()
-        facets = [facet.vertices for facet in mesh.Elements(ng.BND) if not inside[facet.index]]
-        sides = np.array([[mesh[vertex].point for vertex in own] for own in facets]).reshape(-1, 2, 2)
-        starts, ends = np.concatenate((sides, sides[:, ::-1])).swapaxes(0, 1)
         for end, way in ((0, -1), (-1, 1)):
-            level = way * (ends - starts)[:, 0] > np.abs(ends - starts)[:, 1]
-            near = np.abs(starts - self.points[end]).max(axis=1) < 1e-9 * np.ptp(self.x)
-            there, upwards = ends[near & level], self.normals[[end] * np.count_nonzero(near & level)]
-            gaps = self.law.initial_gaps(there, upwards, self.solver.solid.ell, self.solver.obstacle)
-            if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
+            there = self.points[[end]] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
+            gaps = self.law.initial_gaps(
+                there, self.normals[[end]], self.solver.solid.ell, self.solver.obstacle
+            )
+            goes_on = self.nodes.body.mesh.Contains(*there[0]) and np.isfinite(list(gaps.values())).any()
+            if goes_on and self.closed[:, end].any():
                 words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
                 return [words + f"{self.x[end]:.3g}"]
         return []
@@ -264,22 +271,6 @@ class MeshSolution(OnMesh, NodalSolution):
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
         words = f"the obstacle has features shorter than the elements, worth {share:.1g} of the pressure: "
         return [words + "cut the elements below them, or ask for an rtol"] * bool(share >= 0.03)
-
-    def _unresolved(self):
-        body, closed = self.nodes.body, self.closed.any(axis=0)
-        numbers, across = meshes.thicknesses(body.mesh, self.nodes.region)
-        pressed = np.array([closed[members].any() for members in self.nodes.facets])
-        orders = body.element_orders
-        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
-        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
-        late = np.flatnonzero(pressed & (across > longest))
-        if len(late):
-            first = late[np.argmin(longest[late])]
-            yield (
-                f"elements of order {orders[numbers[first]]} that reach deeper than "
-                f"{at_most(longest[first])} below the contact do not resolve the layer: cut them, take a "
-                "higher order, or ask for an rtol"
-            )
 
 
 def of_newton(solver, state):

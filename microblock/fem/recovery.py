@@ -163,34 +163,24 @@ def refine_until(solver, load, approach, rtol, progress=False):
 
 
 def marked(found, left):
-    """Elements (boolean array) without which each part that is above 2 `left` would be `left`."""
-    chosen = np.zeros(len(found.of_energy), bool)
-    parts = (found.energy, found.of_energy, left), (found.surface, found.of_surface, left**2)
-    for part, added, least in parts:
-        if part > 2 * left:
-            order = np.argsort(added)
-            chosen[order[np.searchsorted(np.cumsum(added[order]), least) :]] = True
+    """Elements (boolean array) without which energy and surface would be `left`, about."""
+    added, chosen = found.of_energy / left + found.of_surface / left**2, np.zeros(len(found.of_energy), bool)
+    order = np.argsort(added)
+    chosen[order[np.searchsorted(np.cumsum(added[order]), 1) :]] = True
     return chosen
 
 
 def _finer(state, parts, left):
-    """The mesh with the `marked` elements cut, those at singular points more often."""
-    nodes, chosen, named = state.nodes, marked(parts, left), _named(state)
+    """The mesh with the `marked` elements cut, those at singular points three times more."""
+    nodes, chosen, between = state.nodes, marked(parts, left), (state.x[1:] + state.x[:-1]) / 2
     mesh, region = nodes.body.mesh, nodes.region
-    between = (state.x[1:] + state.x[:-1]) / 2
-    x = np.concatenate([named, *(between[is_edge] for is_edge in _free_edges(state))])
-    above = elements_at(mesh, region)
-    wrong = np.sqrt(parts.of_surface * chosen)[above] * _at(mesh, region, x) / left
-    worst = wrong.max(axis=1)
-    # where the obstacle names the place the error falls like the square root of the size
-    times = np.where(np.arange(len(x)) < len(named), 2 * np.log2(np.maximum(worst, 1.0)), 3)
-    times = np.where(worst > 0, np.maximum(times, 3), 0).astype(int)
+    x = np.concatenate([_named(state), *(between[is_edge] for is_edge in _free_edges(state))])
+    x = x[(_at(mesh, region, x) & chosen[elements_at(mesh, region)]).any(axis=1)]
     finer = ng.Mesh(mesh.ngmesh.Copy())
     cut(finer, chosen)
-    for done in range(times.max(initial=0)):
-        region = finer.Boundaries(nodes.boundary)
-        deeper = np.zeros(finer.ne, bool)
-        deeper[elements_at(finer, region)[_at(finer, region, x[times > done]).any(axis=0)]] = True
+    for _ in range(3):
+        region, deeper = finer.Boundaries(nodes.boundary), np.zeros(finer.ne, bool)
+        deeper[elements_at(finer, region)[_at(finer, region, x).any(axis=0)]] = True
         cut(finer, deeper)
     return finer.Curve(nodes.body.order)
 
@@ -229,29 +219,22 @@ def of_triangles(mesh):
     """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
     sides.
     """
-    old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
-    if not any(element.type == ng.ET.QUAD for element in mesh.Elements()):
+    old, curved, new = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2), netgen.Mesh(dim=2)
+    cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
+    quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
+    if not quads.any():
         return None
-    new, points = netgen.Mesh(dim=2), np.array([vertex.point for vertex in mesh.vertices])
-    for point in points:
-        new.Add(netgen.MeshPoint(netgen.Pnt(*point, 0)))
-    for dim in (2, 1):
-        for name in old.GetRegionNames(dim=dim):
-            new.AddRegion(name, dim=dim)
-    for element in old.Elements1D():
-        new.Add(netgen.Element1D(element.vertices, index=element.index))
-    for element in old.Elements2D():
-        corners = element.vertices
-        for part in _triangles(points[[corner.nr - 1 for corner in corners]]):
-            new.Add(netgen.Element2D(element.index, [corners[i] for i in part]))
+    points, corners = old.Coordinates(), cells["nodes"][quads, :4] - 1
+    diagonals = np.linalg.norm(points[corners[:, :2]] - points[corners[:, 2:]], axis=2)
+    halves = np.where(diagonals[:, :1] <= diagonals[:, 1:], (0, 1, 2, 0, 2, 3), (0, 1, 3, 1, 2, 3))
+    parts = np.take_along_axis(corners, halves, axis=1).reshape(-1, 3)
+    triangles = np.concatenate((cells["nodes"][~quads, :3] - 1, parts))
+    numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
+    new.AddPoints(np.column_stack((points, np.zeros(len(points)))))
+    for dim, own, index in (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"]):
+        for number, name in enumerate(old.GetRegionNames(dim=dim), 1):
+            region = new.AddRegion(name, dim=dim)
+            new.AddElements(dim, region, np.ascontiguousarray(own[index == number], np.int32))
     found = ng.Mesh(new)
     lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
     return found if math.isclose(*lengths, rel_tol=1e-12) else None
-
-
-def _triangles(points):
-    """Corners of the triangles that an element with corners (n, 2) becomes."""
-    if len(points) == 3:
-        return ((0, 1, 2),)
-    first, second = (np.hypot(*(points[i] - points[i + 2])) for i in range(2))
-    return ((0, 1, 2), (0, 2, 3)) if first <= second else ((0, 1, 3), (1, 2, 3))

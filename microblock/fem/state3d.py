@@ -8,10 +8,8 @@ from typing import cast
 
 import numpy as np
 
-from ..errors import at_most
 from ..model.types import AnyArray as Array
 from .mesh_solution import OnMesh
-from .meshes import locking, longest_element
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -61,22 +59,14 @@ class SurfaceNodes(OnMesh):
 
     def remarks(self) -> list[str]:
         """Returns sentences on what the state has no estimate for."""
-        nodes, body, moved = self.nodes, self.nodes.body, np.abs(self.displacement).max()
-        depth = nodes.depths[[np.any(self.closed[own] > 0) for own in nodes.facets]].max()
-        half_width = np.sqrt(nodes.weights[self.closed > 0].sum() / np.pi)
-        count, longest = np.count_nonzero(self.closed), longest_element(body.solid, body.order)
+        nodes, moved, count = self.nodes, np.abs(self.displacement).max(), np.count_nonzero(self.closed)
+        half_width = float(np.sqrt(nodes.weights[self.closed > 0].sum() / np.pi))
         places, values = nodes.between
         between = self.inside(places, (values @ np.vstack((self.displacement, self.psi)).T).T)
         beside = self._beside()
-        locks = locking(body.solid, body.order, depth, half_width)
         found = [
             (count < 25, f"only {count} nodes in contact and no error estimate: take a finer mesh"),
-            (
-                depth > longest,
-                f"elements of order {body.order} that reach {depth:.2g} below the contact, more than "
-                f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order",
-            ),
-            *((True, words) for words in locks),
+            *((True, words) for words in self.coarse(half_width)),
             (
                 beside > 1e-3 * moved,
                 f"beside the contact boundary the obstacle reaches {beside:.2g} into the surface: name all "

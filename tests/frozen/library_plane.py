@@ -5,6 +5,7 @@ import numpy as np
 import microblock as mb
 from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
+from cases.commands.size_effect import edge_coefficients
 from microblock.corners import active_set, projected_gradients
 from microblock.halfplane import (
     averages,
@@ -335,7 +336,7 @@ def of_ways():
     fitted = mb.Contact(mb.Block(solid_of()), cylinder, law)
 
     def coefficients(inner, outer, loads):
-        return fitted.solver.edge_coefficients({0: ((inner, outer),), 1: ()}, loads, 4, 2)
+        return edge_coefficients(fitted.solver, {0: ((inner, outer),), 1: ()}, loads, 4, 2)
 
     load, _ = coalescence.load_at_inner_edge(coefficients, fitted.solid, 1e-3 * fitted.solid.ell, 0.1)
     yield "coalescence fitted", load, "estimated", 1e-6  # a root, found to less
