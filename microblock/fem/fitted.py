@@ -149,8 +149,11 @@ class FittedSolver(MeshFitter):
                 best = min(best, mesh.estimate.total)
             if best <= rtol or (mesh is not None and self.options.order is not None):
                 return mesh, passes
+            outermost = max(map(abs, zone_edges(zones)), default=0.0)
+            if mesh is None and outermost > self.furthest:
+                break
             coarse = coarse if mesh is None else mesh.part
-        if best == math.inf or max(map(abs, zone_edges(zones)), default=0.0) > self.furthest:
+        if best == math.inf or outermost > self.furthest:
             raise self._unsettled(load, zones, passes)
         besides = "fix the discretisation, Fitted(order=...)"
         raise out_of_reach(rtol, best, load=load, besides=besides, iterations=passes)
