@@ -4,30 +4,18 @@ A height missed by d between nodes w apart, and an overlap of depth d on a width
 in L2 of the pressure.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ..halfplane.carried import log_sizes
+from ..halfplane.survey import Violation
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
 from ..model.zones import joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
-
-
-@dataclass(frozen=True)
-class Overlap:
-    """An interval of x1 in which a corner overlaps the obstacle by `depth` (length), and its worth
-    (force per length^(3/2)).
-    """
-
-    corner: int
-    left: float
-    right: float
-    depth: float
-    worth: float
 
 
 class Facets:
@@ -103,7 +91,9 @@ def missed(facets, closed, law, obstacle, sites):
 
 
 def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
-    """[Overlap] of all corners between open nodes; `counter` is the displacement of a second body."""
+    """[Violation] of all corners between open nodes, with worths in force per length^(3/2); `counter` is the
+    displacement of a second body.
+    """
     nodes, found = facets.nodes, []
     ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
     for corner, (own, x) in enumerate(zip(closed, sites)):
@@ -123,12 +113,12 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, cou
             left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
             if right > left:
                 worth = stiffness * depth / np.sqrt(right - left)
-                found.append(Overlap(corner, *map(float, (left, right, depth, worth))))
+                found.append(Violation(corner, *map(float, (left, right, depth, worth))))
     return found
 
 
 def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
-    """[Overlap] of no depth about slope discontinuities at which a corner is closed in tension.
+    """[Violation] of no depth about slope discontinuities at which a corner is closed in tension.
 
     ``p = K log(r0/r)``, K < 0 (`log_sizes`), is negative up to r0, worth sqrt(2 r0) |K| in L2 on either side.
     Opened, the zone ends at about 2 r0.
@@ -150,7 +140,7 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
             i = np.argmin(np.where(r > 0.02 * far, r, np.inf))  # nearer nodes do not follow the logarithm
             r0 = float(min(far, r[i] * np.exp(pressures[corner, i] / K)))
             worth = float(np.sqrt(2 * r0 * sides) * abs(K))
-            found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
+            found.append(Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
     return found
 
 

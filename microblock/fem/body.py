@@ -337,15 +337,13 @@ class Body(Shown):
         trial, test = (self.space if space is None else space).TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
         form = ng.BilinearForm(self.space if space is None else space, **options)
-        form += contact_term.virtual_work(self.solid, strains, varied).Compile() * self.dx
+        form += contact_term.virtual_work(self.solid, strains, varied).Compile() * ng.dx(
+            bonus_intorder=self.bonus
+        )
         if nodes is not None:
             form += nodes.integral(ng.Parameter(0.0) * trial[-1] * test[-1])
         form.Assemble()
         return form
-
-    @property
-    def dx(self):
-        return ng.dx(bonus_intorder=self.bonus)
 
     @bounded
     def solve(self, loads=Loads()):

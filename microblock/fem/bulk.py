@@ -31,9 +31,8 @@ class Bulk:
     def __init__(self, form, seen, advice):
         self._form, space = form, form.space
         self.matrix, self._free = as_csr(form.mat), np.array(space.FreeDofs(form.condense))
-        used = np.zeros(space.ndof, bool)
-        used[np.asarray(seen, int)] = True
-        inner, contact = np.flatnonzero(self._free & ~used), np.flatnonzero(self._free & used)
+        free, seen = np.flatnonzero(self._free), np.asarray(seen, int)
+        inner, contact = np.setdiff1d(free, seen), np.intersect1d(free, seen)
         try:
             self._factors = factors.usual(self.matrix, inner, contact)
         except MemoryError as failure:

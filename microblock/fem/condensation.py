@@ -96,9 +96,8 @@ class Condensed(ContactNodes):
         else:
             # of an element; of each all unknowns there are linked
             sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
-            orders = self.body.element_orders
-            orders = np.full(mesh.ne, self.body.order) if orders is None else orders
-            entries = np.sum((len(self.body.spaces) * sides * orders) ** 2)
+            orders = self.body.order if self.body.element_orders is None else self.body.element_orders
+            entries = mesh.ne * np.mean((len(self.body.spaces) * sides * orders) ** 2)
             needed = cost.of_factors(rows, entries) + cost.of_nodes(count)
         what = f"a body of {self.unknowns} unknowns with {count} contact nodes"
         cost.require_room(needed, what, self._advice)
@@ -114,20 +113,14 @@ class Condensed(ContactNodes):
 
     def surface(self, loads, onto=None):
         """The rows of R, array (k, n), under nodal loads on them, or on those of `onto`."""
-        forces = (self.onto if onto is None else onto)[:, self._bulk.contact].T @ np.ravel(loads)
+        forces = (self.rows if onto is None else onto[:, self._bulk.contact]).T @ np.ravel(loads)
         return (self.rows @ cho_solve((self.factor, True), forces)).reshape(-1, len(self.points))
 
     @bounded
     def fields(self, loads, onto=None):
         """Fields under nodal loads on the rows of R, or on those of `onto`."""
-        state, forces = (
-            ng.GridFunction(self.body.space),
-            (self.onto if onto is None else onto).T @ np.ravel(loads),
-        )
-        return Fields(self.body, state.components, self._bulk.solve(forces, state))
-
-    def flexibility(self, directions):
-        return Flexibility3D(directions, self)
+        onto, state = self.onto if onto is None else onto, ng.GridFunction(self.body.space)
+        return Fields(self.body, state.components, self._bulk.solve(onto.T @ np.ravel(loads), state))
 
 
 class Flexibility3D:

@@ -2,11 +2,13 @@
 
 from functools import cached_property
 
+import ngsolve as ng
 import numpy as np
 
 from ..errors import BadArgument
-from ..model.quadrature import gauss_rule, lagrange
+from ..model.quadrature import gauss_rule
 from .condensation import condensed
+from .facets import rule_at
 
 
 class CounterBody:
@@ -50,18 +52,13 @@ class CounterBody:
         return np.vstack([self._shares_of(shift) for shift in self.shifts])
 
     def _shares_of(self, shift):
-        body, points = self.body, self.body.points
-        found, whole = np.zeros((len(points), len(self.nodes.points))), np.zeros(len(points))
-        pieces, (gauss, weights) = 4, gauss_rule(12)  # of a facet: the other mesh is not smooth there
-        t = ((np.arange(pieces)[:, None] + gauss) / pieces).ravel()
-        weights = np.tile(weights, pieces) / pieces
-        for left, right, members in zip(body.along.left, body.along.right, body.along.members):
-            own = (points[members, 0] - left) / (right - left)
-            basis = lagrange(own, t) * (weights * (right - left))[:, None]
-            upwards = lagrange(own, t) @ body.normals[members, 1]
-            found[members] += basis.T @ self._at(left + (right - left) * t - shift * upwards)
-            whole[members] += basis.sum(axis=0)
-        return found / whole[:, None] * body.normals[:, 1:]
+        body, pieces, (gauss, weights) = self.body, 4, gauss_rule(12)  # of a facet, for the other mesh
+        t = ((np.arange(pieces)[:, None] + gauss) / pieces).reshape(-1, 1)
+        rule = {ng.ET.SEGM: rule_at(t, np.tile(weights, pieces) / pieces)}
+        places, weights, basis = body.at_points(rule)
+        x = places[:, 0] - shift * (basis @ body.normals[:, 1])
+        found = basis.T @ (weights[:, None] * self._at(x))
+        return found / (basis.T @ weights)[:, None] * body.normals[:, 1:]
 
     def _at(self, x):
         """Shares of the nodes at x, array (n, nodes); 0 beyond the boundary."""

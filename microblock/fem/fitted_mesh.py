@@ -185,7 +185,7 @@ class FittedMesh:
         return zones if wrong.any() or violations else None
 
     def _beyond(self):
-        """[Overlap] beyond the contact boundary; BadArgument if the obstacle could touch beyond its
+        """[Violation] beyond the contact boundary; BadArgument if the obstacle could touch beyond its
         picture.
         """
         solver, fields, found = self.solver, self.part.fields, []
@@ -205,7 +205,7 @@ class FittedMesh:
                 raise BadArgument("obstacle", solver.contact.obstacle, words)
             for first, last in runs(known & (problem.initial_gap(number, x) + risen < 0)):
                 ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
-                found.append(between.Overlap(corner, *map(float, ends), math.inf, math.inf))
+                found.append(between.Violation(corner, *map(float, ends), math.inf, math.inf))
         return found
 
     def _meeting(self, edges):
@@ -296,7 +296,7 @@ class FittedMesh:
 
     @cached_property
     def violations(self):
-        """[Overlap] away from edges, without depth where tension has to open."""
+        """[Violation] away from edges, without depth where tension has to open."""
         solver, part = self.solver, self.part
         sites = [x[~self.beside_tips(x)] for x in self._sites]
         known = {"approach": part.approach, "raised": -part.displacement, "psi": part.psi}

@@ -9,7 +9,7 @@ from ..errors import NOT_YET, BadArgument
 from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
-from .condensation import condensed
+from .condensation import Flexibility3D, condensed
 from .facets import initial_gaps
 from .state3d import SurfaceNodes
 
@@ -40,7 +40,7 @@ class Solver3D(Solver):
         if rtol is not None:
             words = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
             raise BadArgument("rtol", rtol, words)
-        H, residual = self.nodes.flexibility(self.directions(self.nodes.points)), 1e-9
+        H, residual = Flexibility3D(self.directions(self.nodes.points), self.nodes), 1e-9
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)

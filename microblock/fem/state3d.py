@@ -33,8 +33,7 @@ class SurfaceNodes(OnMesh):
                 nodes.moments_of(name, self.fields.forces) * nodes.is_free(name, self.solver.body)
                 for name in ("psi1", "psi2")
             ]
-        found: Array = np.array(moments) / self.weights
-        return found
+        return cast(Array, np.array(moments) / self.weights)
 
     @property
     def loads(self) -> Array:

@@ -90,6 +90,15 @@ def test_supports_carry_both_loads_and_work_is_energy_and_dissipation(body, obst
     assert last > 1e-3 * state.energy
 
 
+def test_supports_that_move_are_refused():
+    """Forces of contact are counted from a body at rest."""
+    fixed, moved = {"u2": "bottom", "psi": "bottom"}, {"u1": {"bottom": 0.01}}
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-0.6, 0.6), half=False), 0.3)
+    body = mb.Body(mesh, SOLID, order=1, fixed=fixed, prescribed=moved)
+    with pytest.raises(mb.BadArgument, match="prescribed"):
+        mb.Contact(body, CYLINDER, BLOCKS, mb.Newton()).history(PAIRS)
+
+
 def test_a_block_has_its_history_to_a_tolerance():
     """Estimates bound the distance to squares four times shorter, by no more than they have to; what a
     refusal advises is met; contact that leaves the region is said.
