@@ -300,7 +300,4 @@ def default_rho(facets, method, length=None):
 
 def _ratio(values, scale):
     """Largest |value|/scale; 0 for none or zeros, inf without a scale."""
-    largest = np.abs(values).max(initial=0.0)
-    if largest == 0:
-        return 0.0
-    return float(largest / scale) if scale > 0 else np.inf
+    return float(np.abs(values).max(initial=0.0)) / (float(scale) or np.finfo(float).tiny)
