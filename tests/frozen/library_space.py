@@ -11,7 +11,7 @@ import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
-from microblock.fem import meshes3d
+from microblock.fem import meshes, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
 from microblock.fem.condensation import condensed
@@ -236,7 +236,7 @@ def of_bodies():
             "number": len(nodes.points),
             "weights x1 x2": nodes.weights @ nodes.points[:, :2].prod(axis=1),
             "weights squared": nodes.weights @ nodes.weights,
-            "depths": nodes.depths.sum(),
+            "depths": meshes.thicknesses(nodes.body.mesh, nodes.region)[1].sum(),
         }
         found |= {f"contact nodes {mesh} order={order} {part}": value for part, value in values.items()}
     x = meshes3d.graded(reach=0.5, step=0.2, far=4.0, growth=1.5)
