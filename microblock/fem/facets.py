@@ -298,15 +298,10 @@ class ContactNodes:
     def triangles(self):
         """Triangles between the nodes in space, array (m, 3), to draw on."""
         found = []
-        for members in self.facets:
-            if members.ndim == 1:
-                found.append(members[None])
-                continue
-            a, b, c, d = (
-                part.ravel()
-                for part in (members[:-1, :-1], members[1:, :-1], members[1:, 1:], members[:-1, 1:])
-            )
-            found += [np.column_stack((a, b, c)), np.column_stack((a, c, d))]
+        for own in self.facets:
+            around = own if own.ndim == 1 else (own[:-1, :-1], own[1:, :-1], own[1:, 1:], own[:-1, 1:])
+            corners = np.stack(around, axis=-1).reshape(-1, len(around))
+            found += [corners[:, (0, i, i + 1)] for i in range(1, len(around) - 1)]
         return np.concatenate(found)
 
     # what the contact term asks for
@@ -378,21 +373,19 @@ class ContactFacets(ContactNodes):
 
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
         require_choice(RULES, rule=rule)
-        require_kind(Body, "a Body", body=body)
-        require_kind(str, "the name of a boundary", boundary=boundary)
         check_law(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
             )
+        self._made_of = body, law, obstacle, boundary, rule
+        super().__init__(body, boundary)
         if body.element_orders is not None:
             raise BadArgument(
                 "body",
                 body,
                 "must have one order for all elements: the contact rule is the same on every facet",
             )
-        self._made_of = body, law, obstacle, boundary, rule
-        super().__init__(body, boundary)
         self.law, self.nodal = law, rule == "nodal"
         self.arms = body.solid.ell * law.arms(self.points, self.normals)
         gaps = initial_gaps(law, self, obstacle)

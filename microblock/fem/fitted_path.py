@@ -40,13 +40,11 @@ class FittedPath(LoadPath):
     @cached_property
     @bounded
     def _seen(self):
-        return [self._on_mesh(count) for count in (16, 32)]
-
-    def _on_mesh(self, count):
-        """{(kind, zone, how many before): Event} on a mesh."""
-        found = {}
-        followed = self.problem.solver.evenly(self.last, count)
-        for event in NodalPath(self.problem, self.last, None, followed).events:
-            number = sum(key[:2] == (event.kind, event.zone) for key in found)
-            found[event.kind, event.zone, number] = event
-        return found
+        """[{(kind, zone, how many before): Event}] on two meshes."""
+        found = {16: {}, 32: {}}
+        for count, seen in found.items():
+            followed = self.problem.solver.evenly(self.last, count)
+            for event in NodalPath(self.problem, self.last, None, followed).events:
+                number = sum(key[:2] == (event.kind, event.zone) for key in seen)
+                seen[event.kind, event.zone, number] = event
+        return list(found.values())
