@@ -373,6 +373,7 @@ class ContactFacets(ContactNodes):
 
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
         require_choice(RULES, rule=rule)
+        require_kind(str, "the name of a boundary", boundary=boundary)
         check_law(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(

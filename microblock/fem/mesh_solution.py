@@ -97,7 +97,9 @@ class OnMesh(OfNodes):
             f"{at_most(longest[first])} below the contact do not resolve the "
             "layer: cut them, take a higher order, or ask for an rtol"
         )
-        found = meshes.locking(body.solid, body.order, depths[pressed].max(), half_width)
+        found = (
+            meshes.locking(body.solid, body.order, depths[pressed].max(), half_width) if half_width else []
+        )
         return found + [words] * bool(pressed[first] and depths[first] > longest[first])
 
 
