@@ -114,7 +114,7 @@ class OnMesh(Solution):
         numbers, depths = meshes.thicknesses(body.mesh, nodes.region)
         closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
         pressed = np.array([closed[members].any() for members in nodes.facets])
-        if not pressed.any():
+        if not pressed.any() or half_width == 0:
             return []
         orders = body.element_orders
         orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
