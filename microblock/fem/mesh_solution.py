@@ -230,9 +230,12 @@ class MeshSolution(OnMesh, AtNodes):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
         if self.method == "newton":
             return np.interp(x, self.x, values, period=self.period)
-        both = np.array((values, values[::-1]))[:, -len(self.nodes.weights) :]
-        right, left = self.nodes.along.interpolate(both, np.abs(x) if self.mirrored else x)
-        return np.where(self.mirrored & (x < 0), left, right)
+        right = self.nodes.along.interpolate(values[-len(self.nodes.weights) :], x)
+        if not self.mirrored:
+            return right
+        return np.where(
+            x < 0, self.nodes.along.interpolate(values[::-1][-len(self.nodes.weights) :], -x), right
+        )
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)

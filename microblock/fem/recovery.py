@@ -171,14 +171,14 @@ def marked(found, left):
 
 
 def _finer(state, parts, left):
-    """The mesh with the `marked` elements cut, those at singular points three times more, or six times where
+    """The mesh with the `marked` elements cut, those at singular points three times more, or nine times where
     the obstacle names the place: there the error falls like the square root of the size.
     """
     nodes, chosen, between = state.nodes, marked(parts, left), (state.x[1:] + state.x[:-1]) / 2
     named = _named(state)
     mesh, region, x = nodes.body.mesh, nodes.region, [between[is_edge] for is_edge in _free_edges(state)]
     x = np.concatenate([named, *x])
-    times = np.where(np.arange(len(x)) < len(named), 6, 3)
+    times = np.where(np.arange(len(x)) < len(named), 9, 3)
     times *= (_at(mesh, region, x) & chosen[elements_at(mesh, region)]).any(axis=1)
     finer = ng.Mesh(mesh.ngmesh.Copy())
     cut(finer, chosen)
