@@ -45,9 +45,8 @@ class OnMesh(Solution):
     unknowns: int
     method: str = "condensed"
     found: Fields | None = None
-
-    block = None
-    mirrored = False
+    block: ContactNodes | None = None
+    mirrored: bool = False
 
     @property
     def nodes(self):
@@ -164,9 +163,7 @@ class MeshSolution(OnMesh, AtNodes):
     closed: np.ndarray
     error_estimate: float | None = None
     estimate: Estimate | None = None
-    block: ContactNodes | None = None
     zones: dict | None = None
-    mirrored: bool = False
 
     @property
     def has_edges(self):
