@@ -168,7 +168,8 @@ class FittedSolver(MeshFitter):
         for passes in range(1, 7):
             counted()
             mesh = FittedMesh(self, load, zones, *level, coarse)
-            other, edges = mesh.other_zones(tolerance), mesh.estimate.edges
+            holds = fixed or (coarse is not None and mesh.estimate.total <= rtol)
+            other, edges = mesh.other_zones(tolerance, everywhere=holds), mesh.estimate.edges
             if other is not None:
                 zones, last = other, math.inf
                 continue

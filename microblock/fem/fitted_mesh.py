@@ -126,11 +126,8 @@ class FittedMesh:
         self.zones = _cleaned(solver, zones, self.near)
         edges = zone_edges(self.zones)
         self.ground, parts = solver.surface(self.zones)
-        tips = {*solver.features(self.ground), *edges}
-        if solver.symmetric:
-            tips = {tip for tip in tips if tip > 0 or tip in solver.features(self.ground)}
-            tips |= self._meeting(edges)
-        self.tips = sorted(tips)
+        inner = [edge for edge in edges if edge > 0 or not solver.symmetric]
+        self.tips = sorted({*solver.features(self.ground), *inner})
         self.nodes = Condensed(solver.meshed(self.ground, self.tips, parts, levels, order, even))
         self.system = self.nodes.compliance.corner_system(solver.law, solver.obstacle)
         self.x, margin = self.nodes.points[:, 0], 2 * SLIVER * (edges[-1] - edges[0])  # one in the mesh
@@ -166,16 +163,16 @@ class FittedMesh:
         """L2 norm of the pressure of the computed part."""
         return math.sqrt(self.nodes.weights @ self.part.pressures.sum(axis=0) ** 2)
 
-    def other_zones(self, tolerance):
+    def other_zones(self, tolerance, everywhere):
         """None if the solution is closed on these zones; else its own, with violations worth more than
-        `tolerance` of the pressure amended.
+        `tolerance` of the pressure amended, if `everywhere` also beyond the contact boundary.
         """
         part, violations = self.part, [one for one in self.violations if one.worth > tolerance * self._size]
         wrong = np.any((part.forces > 0) != self.closed, axis=0) & ~self.beside_tips(self.x)
         zones = self.moved
         if wrong.any():
             zones = self.solver.runs(self.x, part.forces > 0, part.forces / self.nodes.weights)
-        elif not violations:
+        elif everywhere and not violations:
             violations = self._beyond()
         for each in violations:
             own, interval = zones[each.corner], (each.left, each.right)
@@ -207,12 +204,6 @@ class FittedMesh:
                 ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
                 found.append(between.Violation(corner, *map(float, ends), math.inf, math.inf))
         return found
-
-    def _meeting(self, edges):
-        """{0.0} where zones are about to meet on the axis: p is singular there."""
-        near = any(0 < edge < edges[-1] / 10 for edge in edges)
-        meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
-        return {0.0} if meet else set()
 
     def pressures_under(self, load):
         """Pressures that close the gaps and carry the load."""

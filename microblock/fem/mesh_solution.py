@@ -25,10 +25,12 @@ class OnMesh(OfNodes):
 
     method: str = "condensed"
     found: Fields | None = None
+    block: ContactNodes | None = None
+    mirrored: bool = False
 
     @property
     def nodes(self):
-        return getattr(self, "block", None) or self.solver.nodes
+        return self.block or self.solver.nodes
 
     @cached_property
     def points(self):
@@ -86,7 +88,7 @@ class OnMesh(OfNodes):
         numbers, depths = meshes.thicknesses(body.mesh, nodes.region)
         closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
         pressed = np.array([closed[members].any() for members in nodes.facets])
-        if not pressed.any():
+        if not pressed.any() or half_width == 0:
             return []
         orders = body.element_orders
         orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
@@ -136,9 +138,7 @@ class MeshSolution(OnMesh, NodalSolution):
     _: KW_ONLY
     error_estimate: float | None = None
     estimate: Estimate | None = None
-    block: ContactNodes | None = None
     zones: dict | None = None
-    mirrored: bool = False
 
     @property
     def has_edges(self):
@@ -198,9 +198,12 @@ class MeshSolution(OnMesh, NodalSolution):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
         if self.method == "newton":
             return np.interp(x, self.x, values, period=self.period)
-        both = np.array((values, values[::-1]))[:, -len(self.nodes.weights) :]
-        right, left = self.nodes.along.interpolate(both, np.abs(x) if self.mirrored else x)
-        return np.where(self.mirrored & (x < 0), left, right)
+        right = self.nodes.along.interpolate(values[-len(self.nodes.weights) :], x)
+        if not self.mirrored:
+            return right
+        return np.where(
+            x < 0, self.nodes.along.interpolate(values[::-1][-len(self.nodes.weights) :], -x), right
+        )
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)
