@@ -10,10 +10,10 @@ from functools import cache, cached_property
 import numpy as np
 from scipy.fft import next_fast_len
 
+from ..corners.convolution import Waves, convolution, embedded, free_period
 from ..corners.on_cells import Flexibility
 from ..corners.rounding import PATHS
 from ..errors import BadArgument
-from .convolution import Waves, convolution, embedded, free_period
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from scipy.fft import next_fast_len
 
+from ..corners.convolution import Waves, embedded
 from ..corners.on_cells import Flexibility
-from ..halfplane.convolution import Waves, embedded
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
 from .kernels import kernels

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.fft import next_fast_len
 from scipy.sparse import csr_array
 
+from ..corners.convolution import Waves, embedded
 from ..corners.on_cells import NONE
 from ..errors import BadArgument
-from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array

@@ -18,6 +18,7 @@ from scipy.ndimage import label, minimum_filter
 
 from ..corners import projected_gradients
 from ..corners.on_cells import Flexibility
+from ..corners.surface_law import SurfaceLaw, closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged, out_of_reach
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
@@ -26,16 +27,15 @@ from ..model.material import joint_modulus
 from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import State, in_space
+from ..model.surfaces import heights, repeated
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, LawLike
 from .cells import flexibility
 from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
-from .obstacles import heights, repeated
 from .picture import EQUAL, FINE, Picture
 from .state import Grid, SurfaceCells
-from .surface_law import SurfaceLaw, closed_corners, on_surface
 from .symbol import symbol
 
 MOST = 1024  # cells a side of the finest grid that rtol may ask for

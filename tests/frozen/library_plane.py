@@ -5,16 +5,8 @@ import numpy as np
 import microblock as mb
 from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
-from microblock.corners import active_set, projected_gradients
-from microblock.halfplane import (
-    averages,
-    carried,
-    coalescence,
-    convolution,
-    first_zones,
-    kernels,
-    shear_cells,
-)
+from microblock.corners import active_set, convolution, projected_gradients
+from microblock.halfplane import averages, carried, coalescence, first_zones, kernels, shear_cells
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells

@@ -11,6 +11,7 @@ import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
+from microblock.corners.surface_law import on_surface
 from microblock.fem import meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
@@ -19,7 +20,6 @@ from microblock.fem.facets import ContactNodes
 from microblock.halfplane.kernels import normal_symbol
 from microblock.halfspace import counter, kernels, symbol
 from microblock.halfspace.cells import flexibility
-from microblock.halfspace.surface_law import on_surface
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given

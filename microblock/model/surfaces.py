@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive
-from ..model.obstacles import SelfAffine, evaluated, real
-from ..model.quadrature import in_blocks
-from ..model.types import AnyArray as Array
+from .obstacles import SelfAffine, evaluated, real
+from .quadrature import in_blocks
+from .types import AnyArray as Array
 
 
 @dataclass(frozen=True)
