@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import microblock as mb
-from microblock.halfspace.solver import Grid
+from microblock.corners.on_cells import Grid
 
 RTOL = 0.05
 FINER = 4  # times as many cells along each axis

@@ -25,19 +25,23 @@ from ..threads import workers
 LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of another 4 times as many
 
 
-def free_period(count: int) -> int:
-    """Returns a good period for so many cells without images."""
-    return 2 * next_fast_len(count) if 2 * count >= LONG else next_fast_len(2 * count, real=True)
+def free_period(count: int, d: int) -> int:
+    """Returns a good period along d axes for so many cells without images."""
+    long = d == 1 and 2 * count >= LONG
+    return 2 * next_fast_len(count) if long else next_fast_len(2 * count, real=True)
 
 
-def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels (U, V, W), or (U,), arrays (length//2 + 1,): a function of fields (2
-    or 1, n) on at most half of a doubled period.
+def convolution(
+    rows: Sequence[Sequence[Array]], length: tuple[int, ...], doubled: bool, even: int = 1
+) -> Callable[[Array], Array]:
+    """Returns the product with `Waves` of as many even rows as columns: a function of fields (m, n, ...), on
+    at most half of a doubled period.
     """
-    parts = 2 if doubled else 1
-    if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
-        return Waves((length,), [spectrum[:2], spectrum[1:]] if len(spectrum) > 1 else [spectrum])
-    return Halves.of(spectrum, length, parts)
+    parts, number = 2 if doubled else 1, length[-1]
+    few = len(length) > 1 or len(rows) < 2 or number < (LONG if doubled else 4 * LONG)
+    if few or number % parts:
+        return Waves(length, rows, (even, even))
+    return Halves.of((*rows[0], rows[1][1]), number, parts)
 
 
 @dataclass(frozen=True)
@@ -93,7 +97,7 @@ class Halves:
     halves: tuple[Half, ...]
 
     @classmethod
-    def of(cls, spectrum: tuple[Array, ...], length: int, parts: int) -> Halves:
+    def of(cls, spectrum: Sequence[Array], length: int, parts: int) -> Halves:
         U, V, W = spectrum
         made = []
         for first in range(parts):

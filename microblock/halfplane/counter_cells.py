@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import irfft, rfft
+from scipy.fft import irfft, next_fast_len, rfft
 
+from ..corners.on_cells import wavenumbers
 from .averages import normal_averages
 from .kernels import normal_symbol
 
@@ -20,26 +21,27 @@ class CounterCells:
 
     Attributes
     ----------
-    length, back : cells of the period of products and of a preconditioner
+    length : cells of the period
     spectra : array (corners, corners, length//2 + 1), of gap a from force b
-    smooth, phase : arrays (back//2 + 1,), U2 and k times the way between the corners
+    smooth, phase : arrays, U2 and k times half the way between the corners, of the preconditioner
     """
 
     length: int
-    back: int
     spectra: np.ndarray
     smooth: np.ndarray
     phase: np.ndarray
 
     @classmethod
-    def on(cls, solid, shifts, width, count, lengths, periodic):
-        """Of a solid, on cells of a width; `lengths` are `length` and `back`."""
-        length, back = lengths
-        k = 2 * np.pi * np.arange(back // 2 + 1) / (back * width)
+    def on(cls, solid, shifts, width, count, periodic):
+        """Of a solid, on cells of a width."""
+        length, near = count, count
+        if not periodic:
+            length, near = (next_fast_len(parts * count, real=True) for parts in (2, 1))
+        (way,), k = wavenumbers(near, width, 1)
         ways = np.array([[one - other for other in shifts] for one in shifts])
-        smooth = normal_symbol(solid, np.concatenate((k[1:2] / 2, k[1:]))) / width
+        smooth = normal_symbol(solid, k) / width
         if periodic:
-            spectra = np.where(k == 0, 0.0, smooth) * np.exp(-1j * k * ways[..., None])
+            spectra = np.where(way == 0, 0.0, smooth) * np.exp(-1j * way * ways[..., None])
             if length % 2 == 0:
                 spectra[..., -1] = spectra[..., -1].real
         else:
@@ -47,15 +49,13 @@ class CounterCells:
             apart = np.where(np.abs(cells) < count, cells, 0.0) * width
             kernels = normal_averages(solid, apart - ways[..., None], width, width)
             spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
-        return cls(length, back, spectra, smooth, k * np.ptp(shifts))
+        return cls(length, spectra, smooth, way * np.ptp(shifts) / 2)
 
     def __matmul__(self, forces):
         waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
         return irfft(waves, self.length)[:, : forces.shape[1]]
 
-    def added(self, U, V, W):
-        """The symbol of a body with corners, plus this one's."""
-        cosine, sine = np.cos(self.phase), np.sin(self.phase)
-        sine[-1:] *= self.back % 2  # odd: not seen at the shortest wave
-        half = self.smooth / 2
-        return U + half * (1 + cosine), V + half * sine, W + half * (1 - cosine)
+    def added(self, R, displaced):
+        """R of a body with corners, plus this one's."""
+        corners = np.array((np.cos(self.phase), np.sin(self.phase)))
+        return R + self.smooth * corners[:, None] * corners

@@ -53,6 +53,11 @@ def symbol_of_roots(solid, k, s, s_minus_k):
     )
 
 
+def at_rest(solid: Cosserat) -> float:
+    """Returns W for k -> 0, where an even moment rotates all blocks alike (length per stress)."""
+    return solid.layer_length / (4 * solid.curvature * solid.mu)
+
+
 def clamped(U, V, W):
     """u over p where psi = 0 on the whole surface."""
     return U - V**2 / W

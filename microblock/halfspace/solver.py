@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import label, minimum_filter
 
 from ..corners import projected_gradients
-from ..corners.on_cells import Flexibility
+from ..corners.on_cells import Flexibility, Grid
 from ..corners.surface_law import SurfaceLaw, closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged, out_of_reach
 from ..halfplane.counter import require_same_period
@@ -35,7 +35,7 @@ from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
 from .picture import EQUAL, FINE, Picture
-from .state import Grid, SurfaceCells
+from .state import SurfaceCells
 from .symbol import symbol
 
 MOST = 1024  # cells a side of the finest grid that rtol may ask for

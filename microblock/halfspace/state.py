@@ -9,42 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import map_coordinates
 
+from ..corners.on_cells import Grid
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Equal square cells: number a side, width and middle."""
-
-    count: int
-    width: float
-    middle: tuple[float, float] = (0.0, 0.0)
-
-    @cached_property
-    def axes(self) -> tuple[Array, Array]:
-        """Centres along x1 and along x2, arrays (count,)."""
-        x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
-        return self.middle[0] + x, self.middle[1] + x
-
-    @property
-    def places(self) -> tuple[Array, ...]:
-        """x1 and x2 of all centres, arrays (count, count)."""
-        return np.meshgrid(*self.axes, indexing="ij")
-
-    @property
-    def side(self) -> float:
-        """Of all cells together (length)."""
-        return self.count * self.width
-
-    def steps(self, x1: Array, x2: Array) -> Array:
-        """Returns places in cells from the first one on, array (2, ...)."""
-        apart = np.array(np.broadcast_arrays(x1 - self.axes[0][0], x2 - self.axes[1][0]))
-        return np.asarray(apart / self.width)
-
-    def nearest(self, x1: Array, x2: Array) -> Array:
-        """Returns the numbers of the nearest cells, array (2, ...) of int."""
-        return np.clip(np.rint(self.steps(x1, x2)).astype(int), 0, self.count - 1)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -120,7 +120,7 @@ def of_products():
                 row = f"product{words} {name}{body}"
                 found |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
     first, second, third = (np.cos(part + np.arange(2**15 + 1)) + 2 for part in range(3))
-    long = convolution.convolution((first, second, third), 2**16, True)
+    long = convolution.convolution([(first, second), (second, third)], (2**16,), True)
     return found | {"long convolution": digest(long(np.sin(np.arange(2 * 2**15)).reshape(2, -1)))}
 
 

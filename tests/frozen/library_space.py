@@ -17,7 +17,7 @@ from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
 from microblock.fem.condensation import condensed
 from microblock.fem.facets import ContactNodes
-from microblock.halfplane.kernels import normal_symbol
+from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import counter, kernels, symbol
 from microblock.halfspace.cells import flexibility
 from microblock.model.obstacles import Rough
@@ -280,7 +280,7 @@ def of_kernels():
                 for part, own in zip(parts, values)
                 for i, j in ((0, 0), (13, 5))
             },
-            f"symbol {name} W at rest": symbol.at_rest(solid),
+            f"symbol {name} W at rest": at_rest(solid),
         }
     return found
 

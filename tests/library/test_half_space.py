@@ -9,10 +9,10 @@ from scipy.linalg import schur
 from scipy.special import j0
 
 import microblock as mb
+from microblock.corners.on_cells import Grid
 from microblock.halfplane.kernels import normal_symbol, short_waves
 from microblock.halfplane.kernels import symbol as plane_symbol
 from microblock.halfspace.counter import kernel
-from microblock.halfspace.solver import Grid
 from microblock.halfspace.symbol import along
 from tests.half_space_scenes import on_cells
 
