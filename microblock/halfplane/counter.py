@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import BadArgument
-from ..model.deformable import body_of
 from .averages import normal_averages
 from .kernels import normal_kernel
 from .panels import response
@@ -29,15 +27,6 @@ def counter_response(problem, panels, places):
             known = known + more
     half = matrix.shape[1] // 2
     return (matrix[:, :half] + matrix[:, half:] if problem.mirror else matrix), known
-
-
-def require_same_period(body, obstacle):
-    """Raises BadArgument for a second body of another period."""
-    counter = body_of(obstacle)
-    if counter is not None and counter.period != body.period:
-        raise BadArgument(
-            "period", counter.period, f"of the second body must be that of the first, {body.period}"
-        )
 
 
 def counter_flexibility(problem, x, widths):

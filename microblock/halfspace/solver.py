@@ -8,50 +8,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import label, minimum_filter
 
-from ..corners import projected_gradients
+from ..corners.cell_solver import EQUAL, CellSolver
 from ..corners.on_cells import Flexibility, Grid
-from ..corners.surface_law import SurfaceLaw, closed_corners, on_surface
-from ..errors import NOT_YET, BadArgument, NotConverged, out_of_reach
-from ..halfplane.counter import require_same_period
+from ..corners.projected_gradients import GridForces
+from ..corners.surface_law import closed_corners, on_surface
+from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
 from ..model.material import joint_modulus
-from ..model.refinement import levels
-from ..model.solver import Solver
 from ..model.state import State, in_space
 from ..model.surfaces import heights, repeated
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike, LawLike
+from ..model.types import ContactLike
 from .cells import flexibility
 from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
-from .picture import EQUAL, FINE, Picture
+from .picture import FINE, Picture
 from .state import SurfaceCells
 from .symbol import symbol
 
-MOST = 1024  # cells a side of the finest grid that rtol may ask for
-COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
 TRIES = 60  # windows
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
-class SurfaceSolver(Solver):
+class SurfaceSolver(CellSolver):
     """States of a HalfSpace; its `options` are `Cells`, with nodes along each axis."""
 
-    usual_rtol = 1e-2
     most_corners = None
     counter_bodies = (HalfSpace,)
     in_space = "cells"
+    dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
@@ -59,14 +54,19 @@ class SurfaceSolver(Solver):
             raise BadArgument(
                 "beta", self.solid.beta, "must hold the rotation of blocks: a second body alone may have 0"
             )
-        require_same_period(self.body, self.obstacle)
         self.surface_law = on_surface(self.law)
-        self.period: float | None = self.body.period  # type: ignore[attr-defined]
-        if self.period is not None and options.window is not None:
-            raise BadArgument("window", options.window, "belongs to a half-space without images")
-        if options.nodes is not None and options.nodes > 2 * MOST:
-            raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
-        _require_repeating(self.period, self.obstacle, self.law, self.surface_law)
+        self.offsets, self.tilt = self.surface_law.offsets, self.surface_law.tilt
+        if options.nodes is not None and options.nodes > 2 * self.most:
+            raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * self.most}")
+        own = getattr(self.obstacle, "period", None)
+        if own is not None and self.period is None:
+            raise BadArgument("period", None, f"must be a multiple of that of the obstacle, {own}")
+        self.require_repeating(lambda x1, x2: heights(self.obstacle, x1, x2))
+
+    @property
+    def besides(self) -> str:
+        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
+        return "fix Cells(nodes=...)" + apart * (self.period is None)
 
     def solve(
         self,
@@ -77,19 +77,15 @@ class SurfaceSolver(Solver):
         progress: bool = False,
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        nodes = self.options.nodes
-        if nodes is not None and rtol is not None:
-            raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
-        similar = isinstance(initial, SurfaceCells) and len(initial.pressures) == len(self.surface_law.names)
-        near, goal = initial if similar else None, self.usual_rtol if rtol is None else rtol
-        fixed = self._given_window()
+        goal, fixed = self.goal(rtol), self.given_window()
         picture = self._picture(load, approach, fixed)
         box, window = _around(picture.deepest), fixed
         for _ in range(TRIES):
             if window is None:
                 window = self._window(picture, load, approach, box)
                 picture.look_about(window)
-            state, outside = self._refined(picture, window, load, approach, goal, near, progress)
+            missed = partial(self.missed, picture)
+            state, outside = self.within(window, load, approach, goal, missed, initial, progress)
             if not len(outside):
                 # in a disc of so many rows there is a sample
                 return replace(state, seen_width=8**0.5 * window.side / FINE)
@@ -105,122 +101,57 @@ class SurfaceSolver(Solver):
         cells = {"shape": shape, "x1": x1, "x2": x2, "width": width, "opposite": opposite}
         return in_space(solution, points, np.full(len(points), width**2), **cells)
 
-    def _refined(
-        self,
-        picture: Picture,
-        window: Grid,
-        load: float | None,
-        approach: float | None,
-        goal: float,
-        near: SurfaceCells | None,
-        progress: bool,
-    ) -> tuple[SurfaceCells, Array]:
-        """Returns the state of a window on the first grid with an estimate below the goal, and places that a
-        wider window must hold, array (k, 2).
+    def missed(self, picture: Picture, state: SurfaceCells) -> tuple[Array, tuple[str, ...], bool]:
+        """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
+        cells would touch.
         """
-        most, last = self.options.nodes or MOST, self.options.residual
-        reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
-        sizes = [most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= 32 * part]
+        cut = self.period is None and _reaches(state, 1)
+        outside, hidden = self._touching(state, picture)
+        if self.given_window() is None and (cut or len(outside)):
+            return np.vstack((_pressing(state), outside)), (), False
+        return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
-        def solved(count: int, before: Any) -> Any:
-            grid, residual = Grid(count, window.side / count, window.middle), COARSE_RESIDUAL / count
-            return self._solved(grid, load, approach, last if count == most else residual, before or near)
+    def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
+        """Returns the error of a grid from successive changes, the load on spots, and the residual as short
+        waves feel it.
+        """
+        return _of_changes(changes) + _share_of_spots(before, SPOT) + state.residual * state.grid.count
 
-        for count, state, before, changes in levels(solved, sizes, _change, progress):
-            if before is not None:
-                loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
-                estimate = _estimate(changes) + _share_of_spots(before, SPOT) + loose
-                state = replace(state, error_estimate=estimate)
-            if count < most and (self.options.nodes or len(changes) < 2):
-                continue
-            cut = self.period is None and _reaches(state, 1)
-            outside, hidden = self._touching(state, picture)
-            if self._given_window() is None and (cut or len(outside)):
-                return state, np.vstack((_pressing(state), outside))
-            notes, estimate = _warnings(cut, outside, hidden), state.error_estimate
-            seen = np.inf if len(hidden) else estimate
-            if self.options.nodes or seen <= goal:
-                if state.residual > last:
-                    state = self._solved(state.grid, load, approach, last, state)
-                return replace(state, error_estimate=estimate, notes=notes), np.empty((0, 2))
-            if seen <= reached[0]:
-                reached = seen, state, notes
-            finer = np.log2(MOST / count)
-            if (
-                _estimate(changes) > goal * 4**finer or _share_of_spots(before, SPOT / 2 / 4**finer) > goal
-            ):  # out of reach of MOST
-                break
-        least, state, notes = reached
-        why = "; ".join((f" on {state.grid.count} x {state.grid.count} cells", *notes))
-        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
-        ways = "fix Cells(nodes=...)" + apart * (self.period is None)
-        raise out_of_reach(goal, least, why, ways, load=state.load)
+    def hopeless(self, changes: list[float], before: SurfaceCells, goal: float, finer: int) -> bool:
+        """Returns whether grids so many times finer miss the goal."""
+        return _of_changes(changes) > goal * finer**2 or _share_of_spots(before, SPOT / 2 / finer**2) > goal
 
-    @cached_property
-    def _kept(self) -> dict[Any, Flexibility]:
-        return {}
+    def turned(self, own: Array) -> Array:
+        """Returns rotations about x1 and x2 of phi, array (2, ...)."""
+        return np.array((own[1], -own[0]))
 
-    def _flexibility(self, grid: Grid) -> Flexibility:
-        law, cells = self.surface_law, (grid.width, grid.count, self.period is not None)
-        tilt = law.tilt(*grid.places)
-        if cells not in self._kept:
-            self._kept.clear()  # the last one alone: they are large
-            second = body_of(self.obstacle)
-            counter = second and Counter.on(second.solid, self.solid.ell, law.offsets, *cells)
-            self._kept[cells] = flexibility(
-                self.solid, law.offsets, tilt, grid.width, cells[-1], law.clamped, counter
-            )
-        return replace(self._kept[cells], tilt=tilt)
+    def gaps(self, x1: Array, x2: Array) -> Array:
+        """Returns the initial gaps at places, array (corners, ...)."""
+        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
+        return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
-    def _solved(
-        self,
-        grid: Grid,
-        load: float | None,
-        approach: float | None,
-        residual: float,
-        start: SurfaceCells | None,
-    ) -> SurfaceCells:
-        g0 = self.gaps(*grid.places)
-        H, area = self._flexibility(grid), grid.width**2
-        first = None
-        if start is not None:
-            i, j = start.grid.nearest(*grid.places)
-            first = area * start.pressures[:, i, j]
-        found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
+    def flexibility(self, grid: Grid) -> Flexibility:
+        """Returns the Flexibility of a grid."""
+        law, cells, second = self.surface_law, (grid.width, self.period is not None), body_of(self.obstacle)
+        counter = second and Counter.on(
+            second.solid, self.solid.ell, law.offsets, grid.width, grid.count, cells[1]
+        )
+        return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
+
+    def completed(self, state: SurfaceCells, H: Flexibility, found: GridForces) -> SurfaceCells:
+        """Returns a state with pressures of least norm, closed corners and a second body."""
         if not found.load > 0:
-            raise BadArgument("approach", approach, NOT_YET)
-        surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
-        if H.counter is not None:
-            other = H.counter.above(forces)
-        least = min(2 * found.kkt, COARSE_RESIDUAL / grid.count)  # beyond that touching is a matter of force
-        closed = found.gaps <= least * np.ptp(surface[0] + other)
+            raise BadArgument("approach", found.approach, NOT_YET)
+        forces = found.forces
+        other = np.zeros(forces.shape[1:]) if H.counter is None else H.counter.above(forces)
+        least = min(2 * found.kkt, self.loose / state.grid.count)  # beyond that touching is a matter of force
+        closed = found.gaps <= least * np.ptp(state.displacement + other)
         if H.counter is None:
             forces = self.surface_law.of_least_norm(forces, closed)
-        pressures = forces / area
-        half, (phi, m) = self.solid.ell / 2, H.turned(forces, surface)
-        psi, moment = np.array((phi[1], -phi[0])) / half, np.array((m[1], -m[0])) / area * half
-        return SurfaceCells(
-            self,
-            found.load if load is None else load,
-            found.approach,
-            grid,
-            pressures,
-            psi,
-            surface[0],
-            other,
-            moment,
-            closed_corners(forces, closed),
-            found.kkt,
-            found.products,
-        )
+        touching = closed_corners(forces, closed)
+        return replace(state, pressures=forces / state.grid.area, opposite=other, closed=touching)
 
     # the window
-
-    def _given_window(self) -> Grid | None:
-        """Returns the period, the window of the options, or None."""
-        left, right = self.options.window or (0.0, 0.0)
-        side = self.period or right - left
-        return Grid(1, side, ((left + right) / 2,) * 2) if side else None
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
         second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
@@ -229,11 +160,6 @@ class SurfaceSolver(Solver):
         needed = (plain, softer * plain) if approach is None else approach
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
-    def gaps(self, x1: Array, x2: Array) -> Array:
-        """Returns the initial gaps at places, array (corners, ...)."""
-        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
-        return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
-
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
         """Returns the square about the contact and a box, array (2, 2)."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
@@ -241,7 +167,7 @@ class SurfaceSolver(Solver):
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
         for _ in range(TRIES):
             grid = Grid(FEW, side / FEW, tuple(middle))
-            state = self._solved(grid, load, approach, COARSE_RESIDUAL / FEW, None)
+            state = self.solved(grid, load, approach, self.loose / FEW)
             outside = self._touching(state, picture)[0]
             box = _around(np.vstack((box, outside)))
             held = _around(np.vstack((box, _pressing(state))))
@@ -296,43 +222,9 @@ class SurfaceSolver(Solver):
             u = u - v1 @ loads[1] - v2 @ loads[2]
             rows = (v1, w[0], w[1]), (v2, w[1], w[2])
             phi = np.array([sum(part @ load for part, load in zip(row, loads)) for row in rows])
-        if (counter := self._flexibility(grid).counter) is not None:
+        if (counter := self.prepared(grid)[0].counter) is not None:
             u = u + counter.at(state.pressures * area, grid.axes, x1, x2)
         return u, phi
-
-
-def _require_repeating(period: float | None, obstacle: Any, law: LawLike, over_surface: SurfaceLaw) -> None:
-    """Raises BadArgument unless obstacle and psi0 fit the period."""
-    own = getattr(obstacle, "period", None)
-    if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
-        raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
-    if period is None:
-        return
-    if not _repeats(partial(heights, obstacle), period):
-        raise BadArgument("obstacle", obstacle, f"must repeat with the period, {period:g}")
-    if not _repeats(over_surface.tilt, period):
-        raise BadArgument("psi0", getattr(law, "psi0", None), f"must repeat with the period, {period:g}")
-
-
-def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
-    """Returns whether values, arrays (..., places), agree on opposite edges of a period."""
-    along = period * np.linspace(-0.5, 0.5, 65)
-    edge = np.full_like(along, period / 2)
-    inside = values(*(x.ravel() for x in np.meshgrid(along, along)))
-    finite = inside[np.isfinite(inside)]
-    most = EQUAL * np.ptp(finite) if finite.size else 0.0
-    pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
-    return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
-
-
-def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
-    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""
-    places = fine.grid.places
-    pressure, first, second = (
-        np.linalg.norm(coarse.interpolated(one, *places) - other)
-        for one, other in zip((coarse.total, *coarse.micromoment), (fine.total, *fine.micromoment))
-    )
-    return float(max(pressure, np.hypot(first, second) / fine.solver.solid.ell) / np.linalg.norm(fine.total))
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
@@ -344,7 +236,7 @@ def _share_of_spots(state: SurfaceCells, least: float) -> float:
     return float(state.total[(sizes < least) & (state.total > 0)].sum() / state.total.sum())
 
 
-def _estimate(changes: list[float]) -> float:
+def _of_changes(changes: list[float]) -> float:
     """Returns the error of the last grid from successive changes.
 
     Alike errors that fall by a ratio r leave r - 1 times the finer one as change, independent ones of the

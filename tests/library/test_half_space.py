@@ -222,7 +222,7 @@ def test_work_of_one_load_on_the_displacement_of_another_is_mutual(law, period):
     rng = np.random.default_rng(7)
     for second in (OTHER, CLASSICAL):
         solver = problem(law, second, lambda x1, x2: 0 * x1 + 0 * x2, period).solver
-        H = solver._flexibility(Grid(16, 1 / 16, (0.0, 0.0)))
+        H = solver.flexibility(Grid(16, 1 / 16))
         f, g = rng.random((2, len(H.offsets), 16, 16))
         for matrix in (H, H.counter):
             assert np.sum(f * (matrix @ g)) == pytest.approx(np.sum(g * (matrix @ f)), rel=1e-12)
