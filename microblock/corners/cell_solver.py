@@ -193,7 +193,7 @@ class CellSolver(Solver):
         if not np.isfinite(g0).any():
             raise BadArgument("obstacle", self.obstacle, "has a finite height over no cell")
         if start is not None:
-            start = grid.area * np.array([start.interpolated(one, *grid.places) for one in start.pressures])
+            start = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=start, rtol=residual)
         surface, half = H.surface(found.forces), self.solid.ell / 2
         phi, m = H.turned(found.forces, surface)

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from ..model.types import AnyArray as Array
-from .convolution import Waves, convolution, embedded, free_period
+from .convolution import Waves, embedded
 from .rounding import PATHS
 
 NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
@@ -213,8 +213,8 @@ def flexibility(offsets, tilt, clamped, width, rest, symbol, cells, counter=None
         (count, ...), the upper triangle of R, or where psi = 0 its first column
     """
     count, d, one, periodic = tilt.shape[-1], tilt.ndim - 1, len(offsets) == 1, rest is not None
-    length = count if periodic else free_period(count, d)
     near = count if periodic else next_fast_len(count, real=True)
+    length = near if periodic else 2 * near
     turns = range(1, 1 + d)
     if periodic:
         whole = smooth(symbol, length, width, d, rest)
@@ -227,7 +227,7 @@ def flexibility(offsets, tilt, clamped, width, rest, symbol, cells, counter=None
             for j in range(i, 1 + d):
                 whole[i][j] = whole[j][i] = embedded(next(parts), length, *np.not_equal(odd[i], odd[j]))
     aside = Waves((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
-    response = convolution([whole[0][:1]] if one else whole, (length,) * d, not periodic)
+    response = Waves((length,) * d, [whole[0][:1]] if one else whole)
     shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
     displaced, _, rotated = np.ravel(shortest * symbol(shortest)[:3])
     short = np.array((1.0, *[rotated / displaced] * d))
@@ -241,7 +241,7 @@ def flexibility(offsets, tilt, clamped, width, rest, symbol, cells, counter=None
             own = (exchanged(R, turns) if clamped else R)[0, 0]
             return Waves((near,) * d, [[1 / (own if counter is None else own + counter.smooth)]])
         R = R if counter is None else counter.added(R, displaced)
-        return convolution(exchanged(R, range(len(R))), (near,) * d, False, len(R) - d)
+        return Waves((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
 
     return Flexibility(offsets, tilt, response, back, aside, clamped, counter, short)
 

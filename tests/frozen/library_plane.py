@@ -5,7 +5,7 @@ import numpy as np
 import microblock as mb
 from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
-from microblock.corners import active_set, convolution, projected_gradients
+from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
 from microblock.halfplane import averages, carried, coalescence, first_zones, kernels, shear_cells
 from microblock.halfplane.cells import flexibility
@@ -120,9 +120,7 @@ def of_products():
                 values[" aside"] = own.aside and own.aside(forces)
                 row = f"product{words} {name}{body}"
                 found |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
-    first, second, third = (np.cos(part + np.arange(2**15 + 1)) + 2 for part in range(3))
-    long = convolution.convolution([(first, second), (second, third)], (2**16,), True)
-    return found | {"long convolution": digest(long(np.sin(np.arange(2 * 2**15)).reshape(2, -1)))}
+    return found
 
 
 def of_gradients():
