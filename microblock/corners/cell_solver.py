@@ -134,13 +134,13 @@ class CellSolver(Solver):
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
         return self.usual_rtol if rtol is None else rtol
 
-    def within(self, window, load, approach, goal, missed, initial=None, progress=False, coarsest=None):
+    def within(self, window, load, approach, goal, missed, initial=None, progress=False):
         """The solution in a window on the first grid with an estimate below the goal, and places that a wider
         window must hold. `missed` returns such places of a solution, array (k, dimensions), notes, and
         whether something between cells would touch.
         """
         nodes, least, reached = self.options.nodes, np.inf, None
-        sizes = halvings(nodes, self.few) if nodes else doublings(coarsest or self.coarsest, self.most)
+        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, self.most)
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
 

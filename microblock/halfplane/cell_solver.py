@@ -1,12 +1,14 @@
 """Contact on uniform cells, matrix-free: large rough problems, and periodic ones."""
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from ..corners import on_cells
 from ..corners.cell_solver import CellSolution, CellSolver
 from ..corners.on_cells import Grid
+from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged
 from ..model import picture
 from ..model.deformable import body_of, shape_of
@@ -15,9 +17,9 @@ from ..model.obstacles import heights
 from ..model.problem import Problem, level_surface
 from ..model.state import corner_gaps
 from ..model.zones import contact_zones, distance_to_ends, runs
-from .cells import flexibility, tilt
+from .counter import CounterCells
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane
+from .kernels import HalfPlane, at_rest, symbol
 
 
 class LineCells(CellSolution):
@@ -170,3 +172,31 @@ def _repeated(obstacle, period):
     if not callable(height):
         return obstacle  # refused by name in `obstacles.gap`
     return lambda x: height((np.asarray(x, float) + period / 2) % period - period / 2)
+
+
+def flexibility(body, law, grid, counter=None):
+    """The `Flexibility` of a law's corners on a Grid, with a second body of the solid `counter`."""
+    solid, count, width, shifts = body.solid, grid.count, grid.width, law.shifts(body.solid.ell)
+    offsets, periodic = np.array([[-2 * shift] for shift in law.shifts(1.0)]), body.period is not None
+    other = counter and CounterCells.on(counter, shifts, width, count, periodic)
+
+    def cells():
+        found = body.cells(count, width, (3, 4) if law.clamps_rotation else (0, 1, 2))
+        if law.clamps_rotation:  # kernel 4 is -m, over 1/ell instead of c, from a unit force
+            found[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
+        return found
+
+    rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
+    tilts, clamped = tilt(law, offsets, *grid.axes), law.clamps_rotation
+    return on_cells.flexibility(offsets, tilts, clamped, width, rest, waves, cells, other)
+
+
+def tilt(law, offsets, x):
+    """t at x, array (1, n), or of one corner (0, n)."""
+    if len(offsets) == 1:
+        return np.empty((0, len(x)))
+    tilts = np.array(list(law.levers(x).values())) + offsets
+    if np.ptp(tilts, axis=0).max() > PATHS:
+        words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
+        raise BadArgument("law", law, words)
+    return tilts[:1]

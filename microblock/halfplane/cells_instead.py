@@ -27,9 +27,9 @@ def by_cells(solver, found, load, rtol, failure):
             f"{failure}; more than {cells.most} cells would be needed to see all features of the obstacle"
         ) from None
     try:
-        goal, first = rtol if rtol >= OFFERED / 10 else OFFERED, cells.coarsest
-        first *= 2 ** max(0, int(np.ceil(np.log2(least / first))) - 2)
-        state, _ = cells.within(window, load, None, goal, cells.missed, coarsest=first)
+        goal = rtol if rtol >= OFFERED / 10 else OFFERED
+        cells.coarsest *= 2 ** max(0, int(np.ceil(np.log2(least / cells.coarsest))) - 2)
+        state, _ = cells.within(window, load, None, goal, cells.missed)
         if state.error_estimate > rtol:
             raise out_of_reach(rtol, min(state.error_estimate, failure.rtol_reached or np.inf), load=load)
     except MicroblockError as other:

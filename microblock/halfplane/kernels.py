@@ -18,7 +18,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..corners.compliance import Compliance
-from ..errors import BadArgument
+from ..errors import BadArgument, require_numbers
 from ..model.bodies import Unbounded
 from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
@@ -216,17 +216,9 @@ class HalfPlane(Unbounded):
         """
         if self.period is not None:
             raise BadArgument("period", self.period, "has no dense compliance: solve on Cells()")
-        try:
-            x = np.atleast_1d(np.asarray(x, float))
-        except (TypeError, ValueError, OverflowError) as failure:
-            raise BadArgument("x", x, "must be a sequence of numbers") from failure
+        x = require_numbers(x=x)
         width = np.diff(x)
-        if (
-            x.ndim != 1
-            or len(x) < 2
-            or not np.allclose(width, width[0], rtol=1e-9, atol=0)
-            or not width[0] > 0
-        ):
+        if len(x) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
         own = self.cells(len(x), width[0], (3,) if clamped else (0, 1, 2))
         apart = np.arange(len(x))[:, None] - np.arange(len(x))
@@ -282,16 +274,12 @@ def is_classical(solid):
 
 def normal_kernel(solid, distance):
     """Displacement under a unit line load at a distance (length/force)."""
-    c, scaled = (1 - solid.nu) / solid.mu, distance / solid.ell
-    if is_classical(solid):
-        return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
-    return c * kernels(solid.nu, solid.beta, solid.curvature)(scaled, (0,))[0]
+    table = kernels(solid.nu, solid.beta, solid.curvature)
+    return (1 - solid.nu) / solid.mu * table(distance / solid.ell, (0,))[0]
 
 
 def normal_symbol(solid, k):
     """U at the wavenumbers k > 0, array (n,), also of a classical solid."""
-    if is_classical(solid):
-        return (1 - solid.nu) / solid.mu / k
     return symbol(solid, k)[0]
 
 

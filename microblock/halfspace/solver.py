@@ -8,36 +8,63 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import label, minimum_filter
 
-from ..corners.cell_solver import EQUAL, CellSolver
+from ..corners import on_cells
+from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.projected_gradients import GridForces
 from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged
-from ..halfplane.kernels import is_classical
+from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import body_of
-from ..model.material import joint_modulus
+from ..model.material import Cosserat, joint_modulus
 from ..model.state import State, in_space
 from ..model.surfaces import heights, repeated
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
-from .cells import flexibility
 from .counter import FEW, Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
 from .picture import FINE, Picture
-from .state import SurfaceCells
 from .symbol import symbol
 
 TRIES = 60  # windows
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SurfaceCells(CellSolution):
+    """A solution on square cells, with pressures of least norm.
+
+    Attributes
+    ----------
+    closed : array (n, n) of int
+        Number of closed corners.
+    seen_width : float or None
+        As of `microblock.State`.
+    """
+
+    closed: Array | None = None
+    seen_width: float | None = None
+
+    def pressure(self, corner: int, places: Array) -> Array:
+        """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
+        return self.between(self.pressures[corner], places)
+
+    def between(self, values: Array, places: Array) -> Array:
+        """Returns values on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        return self.interpolated(values, *places.T[:2])
+
+    def counter_displacement(self, places: Array) -> Array:
+        """Returns the displacement along x3 of a second body at places, array (k,)."""
+        return self.between(self.opposite, places)
 
 
 class SurfaceSolver(CellSolver):
@@ -225,6 +252,32 @@ class SurfaceSolver(CellSolver):
         if (counter := self.prepared(grid)[0].counter) is not None:
             u = u + counter.at(state.pressures * area, grid.axes, x1, x2)
         return u, phi
+
+
+def flexibility(
+    solid: Cosserat,
+    offsets: Array,
+    tilt: Array,
+    width: float,
+    periodic: bool,
+    clamped: bool,
+    counter: Counter | None = None,
+) -> Flexibility:
+    """Returns the Flexibility of corners on as many cells as there are tilts."""
+
+    def cells() -> Array:
+        found = kernels(solid).cells(tilt.shape[-1], width / solid.ell, clamped)
+        found *= (1 - solid.nu) / solid.mu / solid.ell
+        if clamped:
+            found[1:] *= width**2 / solid.ell * solid.mu / (1 - solid.nu)
+        return found
+
+    rest = at_rest(solid) if periodic else None
+
+    def waves(k: Array) -> Array:
+        return np.array(symbol(solid, k))
+
+    return on_cells.flexibility(offsets, tilt, clamped, width, rest, waves, cells, counter)
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:

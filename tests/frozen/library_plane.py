@@ -8,7 +8,7 @@ from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
 from microblock.halfplane import averages, carried, coalescence, first_zones, kernels, shear_cells
-from microblock.halfplane.cells import flexibility
+from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_memory import Memory

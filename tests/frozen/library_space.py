@@ -19,7 +19,7 @@ from microblock.fem.condensation import condensed
 from microblock.fem.facets import ContactNodes
 from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import counter, kernels, symbol
-from microblock.halfspace.cells import flexibility
+from microblock.halfspace.solver import flexibility
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given

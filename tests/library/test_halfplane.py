@@ -15,7 +15,7 @@ import microblock as mb
 from microblock import Cosserat, HalfPlane, Microblock, Microclamped, Unilateral
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
-from microblock.halfplane.cells import flexibility
+from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.kernels import Kernels, clamped, symbol
 
 DIGITS = 60
