@@ -313,11 +313,6 @@ def roots(solid, k):
     return s, rate / (s + k) * rate
 
 
-def step(nu):
-    """Half of the jump of Y at x = 0 as seen from far away, over c."""
-    return (1 - 2 * nu) / (4 * (1 - nu))
-
-
 def gap_kernel(problem, distance, target, source):
     """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
     table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)

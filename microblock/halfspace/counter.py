@@ -33,7 +33,6 @@ from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
-FEW = 48  # squares along an axis: cells of a window that is looked for, loads that act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
@@ -122,16 +121,6 @@ class Counter:
         inside = slice(self.beyond, len(u2) - self.beyond)
         return u2[inside, inside]
 
-    def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
-        """Returns the gaps at places, array (corners, k), from forces at these centres of cells."""
-        whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
-        centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
-        y1, y2, pressed = as_points(*centres, whole)
-        nearest = width / (4 * np.arcsinh(1))  # where a point displaces as a cell does its own centre
-        corners = self.ell / 2 * self.offsets
-        away = (np.hypot(x1[:, None] + a - y1, x2[:, None] + b - y2) for a, b in corners)
-        return np.array([kernel(self.solid, np.maximum(r, nearest)) @ pressed for r in away])
-
     @cached_property
     def smooth(self) -> Array:
         """U2 at the wavenumbers of the preconditioner, all positive."""
@@ -156,26 +145,6 @@ class Counter:
         """Returns what short waves displace, twist and turn, over the first body's displacement."""
         seen = (self._corners**2).mean(axis=(1, 2)) * short_waves(self.solid)[0] / displaced
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
-
-
-def as_points(x1: Array, x2: Array, forces: Array, *others: Array) -> list[Array]:
-    """Returns x1, x2 and sums of loads on cells, arrays (n, n), at fewer points, arrays (k,)."""
-    i, j = np.nonzero(forces)
-    part = -(-len(x1) // FEW)
-    which = np.unique(i // part * len(x1) + j // part, return_inverse=True)[1]
-    sums = [
-        np.bincount(which, values) for values in (x1[i], x2[j], *(one[i, j] for one in (forces, *others)))
-    ]
-    return [each / np.bincount(which) for each in sums[:2]] + sums[2:]
-
-
-def kernel(solid: Cosserat, r: Array) -> Array:
-    """Returns the displacement at distances r from a unit force (length per force)."""
-    c = (1 - solid.nu) / solid.mu
-    if is_classical(solid):
-        return c / (2 * np.pi * r)
-    found: Array = c / solid.ell * kernels(solid)(r / solid.ell)[0]
-    return found
 
 
 def _smooth(solid: Cosserat, length: int, width: float) -> Array:

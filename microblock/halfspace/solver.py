@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import label, minimum_filter
+from scipy.ndimage import label, map_coordinates, minimum_filter
 
 from ..corners import on_cells
 from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
@@ -28,13 +28,14 @@ from ..model.state import State, in_space
 from ..model.surfaces import heights, repeated
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
-from .counter import FEW, Counter, as_points
+from .counter import Counter
 from .half_space import HalfSpace
 from .kernels import kernels
 from .picture import FINE, Picture
 from .symbol import symbol
 
 TRIES = 60  # windows
+FEW = 48  # cells along an axis of a window that is looked for
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
@@ -208,50 +209,43 @@ class SurfaceSolver(CellSolver):
         raise NotConverged(NO_WINDOW)
 
     def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places with a negative gap, outside of the window, and between cells: arrays (k, 2)."""
-        low, grid = picture.low(state.approach), state.grid
+        """Returns places with the most negative gaps, beside the window and between cells: arrays (k, 2)."""
+        low, grid, least = picture.low(state.approach), state.grid, picture.lowest[2]
         if self.period:
             low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
-        away = np.abs(low[:, :2] - grid.middle)
-        out = away.max(axis=1) > grid.side / 2
-        inside, outside = low[~out], low[out]
-        r = np.maximum(np.hypot(*away[out].T), grid.width)
-        gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)  # over a point load
-        outside = outside[np.argsort(gaps)[:256]]
-        least = picture.lowest[2]
-        outside = outside[self._overlap(state, least, outside, *self._surface_at(state, *outside[:, :2].T))]
-        i, j = grid.nearest(*inside[:, :2].T)
-        cells = self.gaps(*grid.places).min(axis=0)
-        near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
+        out = np.abs(low[:, :2] - grid.middle).max(axis=1) > grid.side / 2
+        outside, inside = low[out, :2], low[~out]
+        (i, j), (H, g0) = grid.nearest(*inside[:, :2].T), self.prepared(grid)
+        near = minimum_filter(g0.min(axis=0), 3, mode="nearest" if self.period is None else "wrap")[i, j]
         tip = inside[:, 2] < near - (state.approach - least) / 20
-        inside, (psi1, psi2) = inside[tip], state.psi[:, i[tip], j[tip]]
-        u = (state.displacement + state.opposite)[i[tip], j[tip]]
-        phi = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1) * np.array((-psi2, psi1))
-        inside = inside[self._overlap(state, least, inside, u, phi)]
-        return outside[:, :2], inside[:, :2]
+        inside, added = inside[tip, :2], (H @ (state.pressures * grid.area))[:, i[tip], j[tip]]
 
-    def _overlap(self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array) -> Array:
-        """Returns whether gaps under u and phi are negative, boolean (k,)."""
-        law, (x1, x2) = self.surface_law, places[:, :2].T
-        gaps = self.gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
-        gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
-        return np.asarray(gaps.min(axis=0) < -EQUAL * (state.approach - least))
+        def negative(places: Array, added: Array) -> Array:
+            gaps = (self.gaps(*places.T) - state.approach + added).min(axis=0)
+            deepest = np.argsort(gaps)[:256]
+            return np.asarray(places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]])
 
-    def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
-        """Returns u of both bodies, array (n,) or (corners, n), and phi, array (2, n), at places outside."""
-        solid, law, (grid, area) = self.solid, self.surface_law, (state.grid, state.grid.width**2)
-        scale, (M1, M2) = area * (1 - solid.nu) / solid.mu / solid.ell, 2 / solid.ell * state.micromoment
-        y1, y2, *loads = as_points(*grid.axes, scale * state.total, -scale * M2, scale * M1)
-        away = (x1[:, None] - y1) / solid.ell, (x2[:, None] - y2) / solid.ell
-        own, v1, v2, *w = kernels(solid).components(*away, law.clamped)
-        u, phi = own @ loads[0], np.zeros((2, len(x1)))
-        if law.psi0:
-            u = u - v1 @ loads[1] - v2 @ loads[2]
-            rows = (v1, w[0], w[1]), (v2, w[1], w[2])
-            phi = np.array([sum(part @ load for part, load in zip(row, loads)) for row in rows])
-        if (counter := self.prepared(grid)[0].counter) is not None:
-            u = u + counter.at(state.pressures * area, grid.axes, x1, x2)
-        return u, phi
+        return negative(outside, self.beyond(state, outside)), negative(inside, added)
+
+    def beyond(self, state: SurfaceCells, places: Array) -> Array:
+        """Returns what a state adds to gaps at places outside of its window, array (corners, k), by its
+        forces on larger squares, in shares at the four next to each.
+        """
+        found, rest = np.zeros((len(state.pressures), len(places))), np.ones(len(places), bool)
+        side, forces = state.grid.side, state.pressures * state.grid.area
+        while rest.any():
+            side *= 2
+            grid = Grid(2 * FEW, side / (2 * FEW), state.grid.middle)
+            steps, loads = grid.steps(*state.grid.places), np.zeros((len(forces), grid.count, grid.count))
+            first = np.floor(steps).astype(int)
+            for way in np.ndindex(2, 2):
+                share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
+                np.add.at(loads, (slice(None), first[0] + way[0], first[1] + way[1]), share * forces)
+            own = rest & (np.abs(places - grid.middle).max(axis=1) < (side - grid.width) / 2)
+            where = grid.steps(*places[own].T)
+            found[:, own] = [map_coordinates(one, where, order=1) for one in self.flexibility(grid) @ loads]
+            rest &= ~own
+        return found
 
 
 def flexibility(

@@ -48,7 +48,6 @@ def of_shear_kernels():
             **{f"kernel {name} {i} at x/ell={x:g}": v for i, values in table for x, v in zip(places, values)},
             **{f"second antiderivative {name} {i}": digest(each) for i, each in enumerate(twice)},
             **{f"cells {name} {part}": digest(values[few]) for part, values in cells},
-            f"step {name}": kernels.step(solid.nu),
         }
     for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
         found[f"normal kernel {name}"] = digest(kernels.normal_kernel(own, places))
