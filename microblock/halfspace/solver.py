@@ -232,16 +232,15 @@ class SurfaceSolver(CellSolver):
         forces on larger squares, in shares at the four next to each.
         """
         found, rest = np.zeros((len(state.pressures), len(places))), np.ones(len(places), bool)
-        side, forces = state.grid.side, state.pressures * state.grid.area
+        away, forces = np.abs(places - state.grid.middle).max(axis=1), state.pressures * state.grid.area
         while rest.any():
-            side *= 2
-            grid = Grid(2 * FEW, side / (2 * FEW), state.grid.middle)
+            grid = Grid(2 * FEW, 2 * away[rest].min() / FEW, state.grid.middle)
             steps, loads = grid.steps(*state.grid.places), np.zeros((len(forces), grid.count, grid.count))
             first = np.floor(steps).astype(int)
             for way in np.ndindex(2, 2):
                 share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
                 np.add.at(loads, (slice(None), first[0] + way[0], first[1] + way[1]), share * forces)
-            own = rest & (np.abs(places - grid.middle).max(axis=1) < (side - grid.width) / 2)
+            own = rest & (away < (grid.side - grid.width) / 2)
             where = grid.steps(*places[own].T)
             found[:, own] = [map_coordinates(one, where, order=1) for one in self.flexibility(grid) @ loads]
             rest &= ~own
