@@ -52,7 +52,7 @@ class CellSolution(Solution):
     iterations: int
     error_estimate: float | None = None  # type: ignore[assignment]
     notes: tuple = ()
-    opposite: Array | None = None
+    opposite: Any = None
 
     method = "cells"
 

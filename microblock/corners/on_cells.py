@@ -246,7 +246,7 @@ def flexibility(offsets, tilt, clamped, width, rest, symbol, cells, counter=None
     return Flexibility(offsets, tilt, response, back, aside, clamped, counter, short)
 
 
-def wavenumbers(length: int, width: float, d: int) -> tuple[list[Array], Array]:
+def wavenumbers(length: int, width: float, d: int) -> tuple[Any, Array]:
     """Returns wavenumbers along each axis of a period, and k, array (length, ..., length//2 + 1); at k = 0
     half of the smallest stands for the mean.
     """

@@ -216,12 +216,12 @@ class HalfPlane(Unbounded):
         """
         if self.period is not None:
             raise BadArgument("period", self.period, "has no dense compliance: solve on Cells()")
-        x = require_numbers(x=x)
-        width = np.diff(x)
-        if len(x) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
+        places = require_numbers(x=x)
+        width = np.diff(places)
+        if len(places) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
-        own = self.cells(len(x), width[0], (3,) if clamped else (0, 1, 2))
-        apart = np.arange(len(x))[:, None] - np.arange(len(x))
+        own = self.cells(len(places), width[0], (3,) if clamped else (0, 1, 2))
+        apart = np.arange(len(places))[:, None] - np.arange(len(places))
         near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell / 2
         if clamped:
             matrix = np.block([[own[0, near], 0 * near], [0 * near, 0 * near]])
@@ -229,7 +229,7 @@ class HalfPlane(Unbounded):
             U, V, W = own
             # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
             matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
-        return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
+        return Compliance(*level_surface(places), np.full(len(places), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array

@@ -52,7 +52,7 @@ class SurfaceCells(CellSolution):
         As of `microblock.State`.
     """
 
-    closed: Array | None = None
+    closed: Any = None
     seen_width: float | None = None
 
     def pressure(self, corner: int, places: Array) -> Array:
@@ -239,7 +239,8 @@ class SurfaceSolver(CellSolver):
             first = np.floor(steps).astype(int)
             for way in np.ndindex(2, 2):
                 share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
-                np.add.at(loads, (slice(None), first[0] + way[0], first[1] + way[1]), share * forces)
+                index: Any = slice(None), first[0] + way[0], first[1] + way[1]
+                np.add.at(loads, index, share * forces)
             own = rest & (away < (grid.side - grid.width) / 2)
             where = grid.steps(*places[own].T)
             found[:, own] = [map_coordinates(one, where, order=1) for one in self.flexibility(grid) @ loads]

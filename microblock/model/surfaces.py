@@ -41,7 +41,7 @@ class Sphere(Checked):
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths)."""
-        return (x1**2 + x2**2) / (2 * self.R)
+        return np.asarray((x1**2 + x2**2) / (2 * self.R))
 
 
 @dataclass(frozen=True)
