@@ -150,11 +150,10 @@ class LineSolver(CellSolver):
     def missed(self, state):
         """Nothing; raises NotConverged if the contact goes on beyond the window."""
         pressed, grid = state.pressures[:, [0, -1]] > 0, state.grid
-        outside = state.x[[0, -1]] + grid.width * np.array((-1, 1))
+        ends = grid.middle[0] + grid.side / 2 * np.array((-1, 1))
+        outside = ends + grid.width / 2 * np.array((-1, 1))
         if self.period is None and np.any(pressed) and np.any(pressed & np.isfinite(self.gaps(outside))):
-            raise NotConverged(
-                f"the contact reaches the end of the window {tuple(outside.tolist())}; widen it"
-            )
+            raise NotConverged(f"the contact reaches the end of the window {tuple(ends.tolist())}; widen it")
         return (), state.notes, False
 
     def completed(self, state, H, found):

@@ -55,7 +55,8 @@ def symbol_of_roots(solid, k, s, s_minus_k):
 
 def at_rest(solid: Cosserat) -> float:
     """Returns W for k -> 0, where an even moment rotates all blocks alike (length per stress)."""
-    return solid.layer_length / (4 * solid.curvature * solid.mu)
+    longest = min(solid.layer_length, solid.ell / RATES[0])  # of a classical solid it is inf
+    return longest / (4 * solid.curvature * solid.mu)
 
 
 def clamped(U, V, W):
