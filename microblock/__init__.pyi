@@ -9,11 +9,6 @@ from .errors import NotConverged as NotConverged
 from .fem.body import Body as Body
 from .halfplane.kernels import HalfPlane as HalfPlane
 from .halfspace.half_space import HalfSpace as HalfSpace
-from .halfspace.obstacles import Cone as Cone
-from .halfspace.obstacles import Ellipsoid as Ellipsoid
-from .halfspace.obstacles import FlatPunch as FlatPunch
-from .halfspace.obstacles import RoughSurface as RoughSurface
-from .halfspace.obstacles import Sphere as Sphere
 from .model.archive import load as load
 from .model.bodies import Block as Block
 from .model.deformable import Deformable as Deformable
@@ -40,6 +35,11 @@ from .model.obstacles import Rough as Rough
 from .model.obstacles import Wave as Wave
 from .model.obstacles import Wedge as Wedge
 from .model.state import State as State
+from .model.surfaces import Cone as Cone
+from .model.surfaces import Ellipsoid as Ellipsoid
+from .model.surfaces import FlatPunch as FlatPunch
+from .model.surfaces import RoughSurface as RoughSurface
+from .model.surfaces import Sphere as Sphere
 from .view.widgets import explore as explore
 
 __version__: str

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import microblock as mb
-from microblock.halfspace.solver import Grid
+from microblock.corners.on_cells import Grid
 
 RTOL = 0.05
 FINER = 4  # times as many cells along each axis
@@ -92,7 +92,7 @@ def errors(problem, state):
     state = state.solution
     grid = state.grid
     fine = Grid(FINER * grid.count, grid.width / FINER, grid.middle)
-    exact = problem.solver._solved(fine, state.load, None, 1e-7, state)
+    exact = problem.solver.solved(fine, state.load, None, 1e-7, state)
     places = fine.places
     pressure, first, second = (
         np.linalg.norm(state.interpolated(own, *places) - other)

@@ -23,9 +23,10 @@ import pandas as pd
 from tqdm import tqdm
 
 import microblock as mb
+from microblock.corners.cell_solver import halvings
+from microblock.corners.on_cells import Grid
 from microblock.data.records import versions
 from microblock.errors import require_choice
-from microblock.halfplane.cell_solver import halvings
 from microblock.halfplane.kernels import gap_kernel, kernels
 
 from . import chart, growth, peers
@@ -111,9 +112,11 @@ def cells(problem, nodes):
         values = state.pressure, state.micromoment / problem.solid.ell
         return lambda x: tuple(np.interp(x, state.x, one, left=0, right=0) for one in values)
 
-    return answered(
-        contact, None, lambda: [contact.solver.prepare(size) for size in halvings(nodes)], along_cells
-    )
+    def prepared():
+        for size in halvings(nodes):
+            contact.solver.prepared(Grid(size, 2 * outer / size, (0.0,)))
+
+    return answered(contact, None, prepared, along_cells)
 
 
 @dataclass(frozen=True)

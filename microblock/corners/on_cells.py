@@ -4,23 +4,68 @@ With the normal displacement u, rotations phi times ell/2, corners at s and tilt
 
     p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`; (p, m) to (u, phi) is a convolution. Four
-corners of a block have three degrees of freedom: without a second body H has a null space.
+is the flexibility H of (a) in `microblock.corners.active_set`. Four corners of a block have three degrees of
+freedom: without a second body H has a null space.
+
+In Fourier space (u, phi) = D R D^H (p, m) with D = diag(1, -i, ...) and R real and symmetric. With the
+direction e of a wave R is [[U, V e], [V e, W_par + (W - W_par) e e]], where W_par turns about axes along e.
+Without images R is that of cells in a period of twice the length.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from ..model.types import AnyArray as Array
+from .convolution import Waves, embedded
 from .rounding import PATHS
 
 NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Equal cells, as many along each axis: number, width and middle."""
+
+    count: int
+    width: float
+    middle: tuple[float, ...] = (0.0, 0.0)
+
+    @cached_property
+    def axes(self) -> tuple[Array, ...]:
+        """Centres along each axis, arrays (count,)."""
+        x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
+        return tuple(middle + x for middle in self.middle)
+
+    @property
+    def places(self) -> tuple[Array, ...]:
+        """Coordinates of all centres, arrays (count, ...)."""
+        return np.meshgrid(*self.axes, indexing="ij")
+
+    @property
+    def side(self) -> float:
+        """Of all cells together (length)."""
+        return self.count * self.width
+
+    @property
+    def area(self) -> float:
+        """Of a cell (length or length^2)."""
+        return float(self.width ** len(self.middle))
+
+    def steps(self, *x: Array) -> Array:
+        """Returns places in cells from the first one on, array (d, ...)."""
+        apart = [one - own[0] for one, own in zip(x, self.axes)]
+        return np.array(np.broadcast_arrays(*apart)) / self.width
+
+    def nearest(self, *x: Array) -> Array:
+        """Returns the numbers of the nearest cells, array (d, ...) of int."""
+        return np.clip(np.rint(self.steps(*x)).astype(int), 0, self.count - 1)
 
 
 @dataclass(frozen=True)
@@ -152,3 +197,97 @@ def twisted(forces: Array, share: Array, where: Array) -> Array:
     """Forces, array (4, ...), plus a share of NONE at some blocks, cut where a force becomes 0."""
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
     return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)
+
+
+def flexibility(offsets, tilt, clamped, width, rest, symbol, cells, counter=None):
+    """The Flexibility of corners on as many cells as there are tilts.
+
+    Parameters
+    ----------
+    offsets, tilt, clamped, counter
+        As of `Flexibility`.
+    width : float, of a cell
+    rest : float or None, W on a period for k -> 0; None without images
+    symbol : function of wavenumbers k, array (n,), that returns U, V, W and W_par, or U, V, W
+    cells : function that returns averages of the response over cells 0, 1, ... cells away, arrays
+        (count, ...), the upper triangle of R, or where psi = 0 its first column
+    """
+    count, d, one, periodic = tilt.shape[-1], tilt.ndim - 1, len(offsets) == 1, rest is not None
+    near = count if periodic else next_fast_len(count, real=True)
+    length = near if periodic else 2 * near
+    turns = range(1, 1 + d)
+    if periodic:
+        whole = smooth(symbol, length, width, d, rest)
+        whole[0, 0][(0,) * d] = 0
+        whole = exchanged(whole, turns) if clamped else whole
+    else:
+        parts, odd = iter(cells()), [[row == axis for axis in turns] for row in range(1 + d)]
+        whole = [[None] * (1 + d) for _ in odd]
+        for i in range(1 if clamped else 1 + d):
+            for j in range(i, 1 + d):
+                whole[i][j] = whole[j][i] = embedded(next(parts), length, *np.not_equal(odd[i], odd[j]))
+    aside = Waves((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
+    response = Waves((length,) * d, [whole[0][:1]] if one else whole)
+    shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
+    displaced, _, rotated = np.ravel(shortest * symbol(shortest)[:3])
+    short = np.array((1.0, *[rotated / displaced] * d))
+    if counter is not None and len(offsets) == len(NONE):
+        short = counter.with_short(short, displaced)
+
+    @cache
+    def back():
+        R = smooth(symbol, near, width, d, rest)
+        if one:
+            own = (exchanged(R, turns) if clamped else R)[0, 0]
+            return Waves((near,) * d, [[1 / (own if counter is None else own + counter.smooth)]])
+        R = R if counter is None else counter.added(R, displaced)
+        return Waves((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
+
+    return Flexibility(offsets, tilt, response, back, aside, clamped, counter, short)
+
+
+def wavenumbers(length: int, width: float, d: int) -> tuple[Any, Array]:
+    """Returns wavenumbers along each axis of a period, and k, array (length, ..., length//2 + 1); at k = 0
+    half of the smallest stands for the mean.
+    """
+    step = 2 * np.pi / (length * width)
+    along = [np.fft.fftfreq(length, 1 / length) * step] * (d - 1) + [np.arange(length // 2 + 1) * step]
+    ways = np.meshgrid(*along, indexing="ij", sparse=True)
+    k = np.sqrt(sum(way**2 for way in ways))
+    k[(0,) * d] = step / 2
+    return ways, k
+
+
+def smooth(symbol, length, width, d, rest=None):
+    """R of the symbol on a period, positive definite: array (1 + d, 1 + d, ...)."""
+    ways, k = wavenumbers(length, width, d)
+    U, V, *W = np.reshape(symbol(k.ravel()), (-1, *k.shape)) / width**d
+    mean, first = (0,) * d, np.array([way[(0,) * d] for way in W])
+    V[mean] = 0
+    for way in W:
+        way[mean] = first.mean() if rest is None else rest / width**d
+    along, even = [np.broadcast_to(way / k, k.shape) for way in ways], length % 2 == 0
+    odd = [one.copy() for one in along]
+    for axis, one in enumerate(odd):
+        np.moveaxis(one, axis, 0)[length // 2 :][:even] = 0  # of the shortest wave cells see no odd part
+    apart, R = W[0] - W[-1], np.empty((1 + d, 1 + d, *k.shape))
+    R[0, 0] = U
+    for i in range(d):
+        R[0, 1 + i] = R[1 + i, 0] = V * odd[i]
+        for j in range(d):
+            R[1 + i, 1 + j] = W[-1] + apart * along[i] ** 2 if i == j else apart * odd[i] * odd[j]
+    return R
+
+
+def exchanged(R, which):
+    """The matrices R, array (m, m, ...), with the numbered loads in place of what they displace, by pivots:
+    of all numbers the inverse.
+    """
+    R = np.array(R)
+    for j in which:
+        pivot, column = R[j, j].copy(), R[:, j].copy()
+        row = R[j] / pivot
+        R -= column[:, None] * row
+        R[j], R[:, j] = -row, column / pivot
+        R[j, j] = 1 / pivot
+    return R

@@ -11,13 +11,13 @@ import numpy as np
 
 from .. import cost
 from ..errors import BadArgument, require_finite, require_flag, require_kind, require_whole
-from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
+from ..model.surfaces import heights
 from ..threads import bounded
 from . import contact_term, supports
 from .bulk import Bulk

@@ -12,8 +12,8 @@ from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
+from ..corners.surface_law import on_surface
 from ..errors import BadArgument, require_choice, require_kind
-from ..halfspace.surface_law import on_surface
 from ..model.law import check as check_law
 from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange

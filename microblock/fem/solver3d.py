@@ -5,8 +5,8 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import projected_gradients
+from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument
-from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
 from .condensation import Flexibility3D, condensed

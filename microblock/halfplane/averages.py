@@ -4,13 +4,12 @@ The average is a second difference of the kernel's second antiderivative F, tabu
 points replace it.
 """
 
-from functools import partial
 from itertools import product
 
 import numpy as np
 
 from ..model.quadrature import gauss_rule
-from .kernels import NEAREST, Kernels, is_classical, kernels, step
+from .kernels import Kernels, kernels
 
 
 class SecondAntiderivatives(Kernels):
@@ -26,25 +25,12 @@ class SecondAntiderivatives(Kernels):
         return np.where(small, series, (np.expm1(-large) + large) / large**2)
 
 
-def _tables(solid):
-    if not is_classical(solid):
-        material = solid.nu, solid.beta, solid.curvature
-        return kernels(*material), kernels(*material, SecondAntiderivatives)
-
-    def table(x, which, twice):
-        x, share = np.asarray(x, float), step(solid.nu)
-        logs = np.log(np.maximum(np.abs(x), NEAREST))
-        even, odd = (-(logs / 2 - 0.75) / np.pi, share / 2) if twice else (-logs / np.pi, share)
-        return np.array([even if number == 0 else odd * np.sign(x) for number in which])
-
-    return partial(table, twice=False), partial(table, twice=True)
-
-
 def averaged(solid, apart, source, target, which):
     """Kernels averaged over cells of the widths `source` and `target` at distances: array (len(which), ...)
     of lengths per force.
     """
-    once, twice = _tables(solid)
+    material = solid.nu, solid.beta, solid.curvature
+    once, twice = kernels(*material), kernels(*material, SecondAntiderivatives)
     apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
     # beyond 16 widths of the larger cell two Gauss points on either leave 1e-9
     found, far = np.zeros((len(which), *apart.shape)), np.abs(apart) > 16 * np.maximum(source, target)

@@ -8,27 +8,28 @@ from ..errors import MicroblockError, NotConverged, out_of_reach
 from ..model.history import History
 from ..model.methods import Cells
 from ..model.state import State
-from .cell_solver import FIRST, CellSolver, around
+from .cell_solver import LineSolver, around
 
 OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
-    """The CellSolution under a Picture after a failure of panels; NotConverged if cells miss rtol, too."""
+    """The LineCells under a Picture after a failure of panels; NotConverged if cells miss rtol, too."""
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
         raise failure from None
     window = around(found, solver.solid.ell)
     # a feature shows on some of 12 cells on the shortest polynomial; 2^17 cells take some ten seconds
-    sizes, width = FIRST * 2 ** np.arange(11), window[1] - window[0]
-    most, least = sizes[-1], 12 * width / min(found.lengths.min(initial=np.inf), width)
-    cells = CellSolver(solver.contact, Cells(window=window))
-    if least > most:
+    cells = LineSolver(solver.contact, Cells())
+    cells.most, least = 2**17, 12 * window.side / min(found.lengths.min(initial=np.inf), window.side)
+    if least > cells.most:
         raise NotConverged(
-            f"{failure}; more than {most} cells would be needed to see all features of the obstacle"
+            f"{failure}; more than {cells.most} cells would be needed to see all features of the obstacle"
         ) from None
     try:
-        state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))
+        goal = rtol if rtol >= OFFERED / 10 else OFFERED
+        cells.coarsest *= 2 ** max(0, int(np.ceil(np.log2(least / cells.coarsest))) - 2)
+        state, _ = cells.within(window, load, None, goal, cells.missed)
         if state.error_estimate > rtol:
             raise out_of_reach(rtol, min(state.error_estimate, failure.rtol_reached or np.inf), load=load)
     except MicroblockError as other:
@@ -40,7 +41,7 @@ def by_cells(solver, found, load, rtol, failure):
 def cells_follow(solver, pairs, coupled, rtol, progress, failure):
     """The History on cells after a failure of panels; raises NotConverged as `by_cells`."""
     try:
-        found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
+        found = LineSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
     except NotConverged as other:
         raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from None
     note = f"cells instead of panels ({failure})"

@@ -1,13 +1,17 @@
-"""Normal displacement of the second body of a contact line from pressures under the corners."""
+"""Normal displacement of the second body of a contact line from pressures under the corners, also by FFT on
+equal cells (docs/theory/two_bodies.md).
+"""
 
-from dataclasses import replace
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
-from ..errors import BadArgument
-from ..model.deformable import body_of
+from ..corners.on_cells import wavenumbers
 from .averages import normal_averages
-from .kernels import normal_kernel
+from .kernels import normal_kernel, normal_symbol
 from .panels import response
 
 
@@ -31,17 +35,55 @@ def counter_response(problem, panels, places):
     return (matrix[:, :half] + matrix[:, half:] if problem.mirror else matrix), known
 
 
-def require_same_period(body, obstacle):
-    """Raises BadArgument for a second body of another period."""
-    counter = body_of(obstacle)
-    if counter is not None and counter.period != body.period:
-        raise BadArgument(
-            "period", counter.period, f"of the second body must be that of the first, {body.period}"
-        )
-
-
 def counter_flexibility(problem, x, widths):
     """Gaps of all corners from pressures of cells by way of the second body: array (corners n, corners n)."""
     places = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
     return normal_averages(problem.counter, places[:, None] - places, widths, widths[:, None])
+
+
+@dataclass(frozen=True)
+class CounterCells:
+    """Gaps of all corners from their forces on equal cells, by way of the second body: that of corner a gets
+    U2 exp(-i k (s_a - s_b)) from the force of corner b.
+
+    Attributes
+    ----------
+    length : cells of the period
+    spectra : array (corners, corners, length//2 + 1), of gap a from force b
+    smooth, phase : arrays, U2 and k times half the way between the corners, of the preconditioner
+    """
+
+    length: int
+    spectra: np.ndarray
+    smooth: np.ndarray
+    phase: np.ndarray
+
+    @classmethod
+    def on(cls, solid, shifts, width, count, periodic):
+        """Of a solid, on cells of a width."""
+        length, near = count, count
+        if not periodic:
+            length, near = (next_fast_len(parts * count, real=True) for parts in (2, 1))
+        (way,), k = wavenumbers(near, width, 1)
+        ways = np.array([[one - other for other in shifts] for one in shifts])
+        smooth = normal_symbol(solid, k) / width
+        if periodic:
+            spectra = np.where(way == 0, 0.0, smooth) * np.exp(-1j * way * ways[..., None])
+            if length % 2 == 0:
+                spectra[..., -1] = spectra[..., -1].real
+        else:
+            cells = np.fft.fftfreq(length, 1 / length)
+            apart = np.where(np.abs(cells) < count, cells, 0.0) * width
+            kernels = normal_averages(solid, apart - ways[..., None], width, width)
+            spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
+        return cls(length, spectra, smooth, way * np.ptp(shifts) / 2)
+
+    def __matmul__(self, forces):
+        waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
+        return irfft(waves, self.length)[:, : forces.shape[1]]
+
+    def added(self, R, displaced):
+        """R of a body with corners, plus this one's."""
+        corners = np.array((np.cos(self.phase), np.sin(self.phase)))
+        return R + self.smooth * corners[:, None] * corners

@@ -18,7 +18,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..corners.compliance import Compliance
-from ..errors import BadArgument
+from ..errors import BadArgument, require_numbers
 from ..model.bodies import Unbounded
 from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
@@ -51,6 +51,12 @@ def symbol_of_roots(solid, k, s, s_minus_k):
             c * solid.ell**2 / 4 * (1 / (g * (1 - solid.nu)) + k * s_minus_k) / (s * D),
         )
     )
+
+
+def at_rest(solid: Cosserat) -> float:
+    """Returns W for k -> 0, where an even moment rotates all blocks alike (length per stress)."""
+    longest = min(solid.layer_length, solid.ell / RATES[0])  # of a classical solid it is inf
+    return longest / (4 * solid.curvature * solid.mu)
 
 
 def clamped(U, V, W):
@@ -211,20 +217,12 @@ class HalfPlane(Unbounded):
         """
         if self.period is not None:
             raise BadArgument("period", self.period, "has no dense compliance: solve on Cells()")
-        try:
-            x = np.atleast_1d(np.asarray(x, float))
-        except (TypeError, ValueError, OverflowError) as failure:
-            raise BadArgument("x", x, "must be a sequence of numbers") from failure
-        width = np.diff(x)
-        if (
-            x.ndim != 1
-            or len(x) < 2
-            or not np.allclose(width, width[0], rtol=1e-9, atol=0)
-            or not width[0] > 0
-        ):
+        places = require_numbers(x=x)
+        width = np.diff(places)
+        if len(places) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
-        own = self.cells(len(x), width[0], (3,) if clamped else (0, 1, 2))
-        apart = np.arange(len(x))[:, None] - np.arange(len(x))
+        own = self.cells(len(places), width[0], (3,) if clamped else (0, 1, 2))
+        apart = np.arange(len(places))[:, None] - np.arange(len(places))
         near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell / 2
         if clamped:
             matrix = np.block([[own[0, near], 0 * near], [0 * near, 0 * near]])
@@ -232,7 +230,7 @@ class HalfPlane(Unbounded):
             U, V, W = own
             # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
             matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
-        return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
+        return Compliance(*level_surface(places), np.full(len(places), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array
@@ -277,16 +275,12 @@ def is_classical(solid):
 
 def normal_kernel(solid, distance):
     """Displacement under a unit line load at a distance (length/force)."""
-    c, scaled = (1 - solid.nu) / solid.mu, distance / solid.ell
-    if is_classical(solid):
-        return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
-    return c * kernels(solid.nu, solid.beta, solid.curvature)(scaled, (0,))[0]
+    table = kernels(solid.nu, solid.beta, solid.curvature)
+    return (1 - solid.nu) / solid.mu * table(distance / solid.ell, (0,))[0]
 
 
 def normal_symbol(solid, k):
     """U at the wavenumbers k > 0, array (n,), also of a classical solid."""
-    if is_classical(solid):
-        return (1 - solid.nu) / solid.mu / k
     return symbol(solid, k)[0]
 
 
@@ -318,11 +312,6 @@ def roots(solid, k):
     rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
     return s, rate / (s + k) * rate
-
-
-def step(nu):
-    """Half of the jump of Y at x = 0 as seen from far away, over c."""
-    return (1 - 2 * nu) / (4 * (1 - nu))
 
 
 def gap_kernel(problem, distance, target, source):

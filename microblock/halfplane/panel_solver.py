@@ -13,7 +13,6 @@ from ..model.problem import Problem
 from ..model.solver import Solver
 from . import search
 from .cells_instead import OFFERED, by_cells, cells_follow
-from .counter import require_same_period
 from .edges import coalescence
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
@@ -35,7 +34,6 @@ class PanelSolver(Solver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        require_same_period(self.body, self.obstacle)
         require_pure_force(self.law, self.solid.ell)
         self.require_lowest()
 

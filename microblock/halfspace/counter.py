@@ -16,24 +16,23 @@ displace besides.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
 from scipy.sparse import csr_array
 
-from ..corners.on_cells import NONE
+from ..corners.convolution import Waves, embedded
+from ..corners.on_cells import NONE, wavenumbers
 from ..errors import BadArgument
-from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
-from .cells import wavenumbers
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
-FEW = 48  # squares along an axis: cells of a window that is looked for, loads that act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
@@ -53,6 +52,10 @@ class Counter:
         By a or b: shares on m cells of forces on n cells along an axis, ``beyond`` fewer on either side.
     response : Waves
         Of u2 to forces on m x m cells.
+    width : float
+        Of a cell (length).
+    near : int
+        Cells of the period of the preconditioner.
     beyond : int
     held, twisted : float
         Least and most twist of a block (length per force).
@@ -63,6 +66,8 @@ class Counter:
     offsets: Array
     shares: dict[float, Any]
     response: Waves
+    width: float
+    near: int
     beyond: int
     held: float
     twisted: float
@@ -90,7 +95,8 @@ class Counter:
         response = Waves((len(whole), len(whole)), [[whole]])
         held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
         twisted = held + float(np.max(whole * twist**2))
-        return cls(solid, ell, offsets, shares, response, beyond, held, twisted)
+        near = count if periodic else next_fast_len(count, real=True)
+        return cls(solid, ell, offsets, shares, response, width, near, beyond, held, twisted)
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n, n)."""
@@ -115,68 +121,34 @@ class Counter:
         inside = slice(self.beyond, len(u2) - self.beyond)
         return u2[inside, inside]
 
-    def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
-        """Returns the gaps at places, array (corners, k), from forces at these centres of cells."""
-        whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
-        centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
-        y1, y2, pressed = as_points(*centres, whole)
-        nearest = width / (4 * np.arcsinh(1))  # where a point displaces as a cell does its own centre
-        corners = self.ell / 2 * self.offsets
-        away = (np.hypot(x1[:, None] + a - y1, x2[:, None] + b - y2) for a, b in corners)
-        return np.array([kernel(self.solid, np.maximum(r, nearest)) @ pressed for r in away])
+    @cached_property
+    def smooth(self) -> Array:
+        """U2 at the wavenumbers of the preconditioner, all positive."""
+        return _smooth(self.solid, self.near, self.width)
 
-    def smooth(self, length: int, width: float) -> Array:
-        """Returns U2 at the wavenumbers of a period, all positive."""
-        return _smooth(self.solid, length, width)
+    @cached_property
+    def _corners(self) -> Array:
+        """What waves of u2 raise, twist and turn four corners by, array (4, ...)."""
+        (u, *phi), twist = _seen(self.ell, self.near, self.width)
+        return np.array((u, twist, *phi))
 
-    def with_inverse(
-        self, rows: list[list[Array]], length: int, width: float, displaced: float
-    ) -> list[list[Array]]:
-        """Returns the inverse of R of both bodies from that of the first.
-
-        Rows are u, w, phi1, phi2 in gap = u + a b w - a phi1 - b phi2; the second body adds U2 v v^T.
+    def added(self, R: Array, displaced: float) -> Array:
+        """Returns R of both bodies from that of the first, array (4, 4, ...), for u, w, phi1 and phi2 in
+        gap = u + a b w - a phi1 - b phi2.
         """
-        v, twist = _seen(self.ell, length, width)
-        U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)
-        answer = [sum(part * own for part, own in zip(row, v)) for row in rows]
-        whole = 1 / U2 + sum(own * each for own, each in zip(v, answer)) + twist**2 / held
-        answer.insert(1, twist / held)
-        nothing = np.zeros_like(U2)
-        found = [[*row[:1], nothing, *row[1:]] for row in rows]
-        found.insert(1, [nothing, nothing + 1 / held, nothing, nothing])
-        pairs = zip(found, answer)
-        return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
+        both = np.insert(np.insert(R, 1, 0.0, axis=0), 1, 0.0, axis=1)
+        both[1, 1] = max(self.held, FLOOR * displaced / self.width)
+        both += self.smooth * self._corners[:, None] * self._corners
+        return both
 
-    def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
+    def with_short(self, short: Array, displaced: float) -> Array:
         """Returns what short waves displace, twist and turn, over the first body's displacement."""
-        v, twist = _seen(self.ell, length, width)
-        seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
-        seen *= short_waves(self.solid)[0] / displaced
+        seen = (self._corners**2).mean(axis=(1, 2)) * short_waves(self.solid)[0] / displaced
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
 
 
-def as_points(x1: Array, x2: Array, forces: Array, *others: Array) -> list[Array]:
-    """Returns x1, x2 and sums of loads on cells, arrays (n, n), at fewer points, arrays (k,)."""
-    i, j = np.nonzero(forces)
-    part = -(-len(x1) // FEW)
-    which = np.unique(i // part * len(x1) + j // part, return_inverse=True)[1]
-    sums = [
-        np.bincount(which, values) for values in (x1[i], x2[j], *(one[i, j] for one in (forces, *others)))
-    ]
-    return [each / np.bincount(which) for each in sums[:2]] + sums[2:]
-
-
-def kernel(solid: Cosserat, r: Array) -> Array:
-    """Returns the displacement at distances r from a unit force (length per force)."""
-    c = (1 - solid.nu) / solid.mu
-    if is_classical(solid):
-        return c / (2 * np.pi * r)
-    found: Array = c / solid.ell * kernels(solid)(r / solid.ell)[0]
-    return found
-
-
 def _smooth(solid: Cosserat, length: int, width: float) -> Array:
-    k = wavenumbers(length, width)[2]
+    k = wavenumbers(length, width, 2)[1]
     return normal_symbol(solid, k.ravel()).reshape(k.shape) / width**2
 
 
@@ -191,7 +163,7 @@ def _weights(shift: float) -> tuple[Array, Array]:
 def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Array], Array]:
     """Returns (u, phi1, phi2) and twist of four corners under waves of u2."""
     ways, weights = _weights(ell / 2 / width)
-    turns = (np.exp(1j * width * k[..., None] * ways) @ weights for k in wavenumbers(length, width)[:2])
+    turns = (np.exp(1j * width * k[..., None] * ways) @ weights for k in wavenumbers(length, width, 2)[0])
     (c1, s1), (c2, s2) = ((turn.real, turn.imag) for turn in turns)
     return (c1 * c2, s1 * c2, c1 * s2), -s1 * s2
 

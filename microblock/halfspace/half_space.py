@@ -9,14 +9,14 @@ import numpy as np
 from ..halfplane.kernels import is_classical
 from ..model.bodies import Unbounded
 from ..model.methods import Cells
-from .obstacles import heights
+from ..model.surfaces import heights
 from .symbol import require_stable
 
 
 class HalfSpace(Unbounded):
     """The half-space x3 < 0 of one solid.
 
-    Obstacles are those of `microblock.halfspace.obstacles`, or any ``height(x1, x2)`` of two arrays.
+    Obstacles are those of `microblock.model.surfaces`, or any ``height(x1, x2)`` of two arrays.
     Approaches count from the surface far away, on a period from its mean.
 
     Parameters

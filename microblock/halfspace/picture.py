@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..corners.cell_solver import EQUAL
 from ..errors import BOUNDED, BadArgument
 from ..model.quadrature import gauss_rule
 from ..model.types import AnyArray as Array
@@ -28,7 +29,6 @@ NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squa
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
-EQUAL = 1e-6  # of their range in question: heights that differ less are the same
 SAME = 0.25  # of the disc's radius, between two valleys
 
 RISES = "rise in every direction"

@@ -8,50 +8,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import label, minimum_filter
+from scipy.ndimage import label, map_coordinates, minimum_filter
 
-from ..corners import projected_gradients
-from ..corners.on_cells import Flexibility
-from ..errors import NOT_YET, BadArgument, NotConverged, out_of_reach
-from ..halfplane.counter import require_same_period
-from ..halfplane.kernels import is_classical
+from ..corners import on_cells
+from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
+from ..corners.on_cells import Flexibility, Grid
+from ..corners.projected_gradients import GridForces
+from ..corners.surface_law import closed_corners, on_surface
+from ..errors import NOT_YET, BadArgument, NotConverged
+from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import body_of
-from ..model.material import joint_modulus
-from ..model.refinement import levels
-from ..model.solver import Solver
+from ..model.material import Cosserat, joint_modulus
 from ..model.state import State, in_space
+from ..model.surfaces import heights, repeated
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike, LawLike
-from .cells import flexibility
-from .counter import FEW, Counter, as_points
+from ..model.types import ContactLike
+from .counter import Counter
 from .half_space import HalfSpace
 from .kernels import kernels
-from .obstacles import heights, repeated
-from .picture import EQUAL, FINE, Picture
-from .state import Grid, SurfaceCells
-from .surface_law import SurfaceLaw, closed_corners, on_surface
+from .picture import FINE, Picture
 from .symbol import symbol
 
-MOST = 1024  # cells a side of the finest grid that rtol may ask for
-COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
 TRIES = 60  # windows
+FEW = 48  # cells along an axis of a window that is looked for
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
-class SurfaceSolver(Solver):
+@dataclass(frozen=True, repr=False, eq=False)
+class SurfaceCells(CellSolution):
+    """A solution on square cells, with pressures of least norm.
+
+    Attributes
+    ----------
+    closed : array (n, n) of int
+        Number of closed corners.
+    seen_width : float or None
+        As of `microblock.State`.
+    """
+
+    closed: Any = None
+    seen_width: float | None = None
+
+    def pressure(self, corner: int, places: Array) -> Array:
+        """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
+        return self.between(self.pressures[corner], places)
+
+    def between(self, values: Array, places: Array) -> Array:
+        """Returns values on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        return self.interpolated(values, *places.T[:2])
+
+    def counter_displacement(self, places: Array) -> Array:
+        """Returns the displacement along x3 of a second body at places, array (k,)."""
+        return self.between(self.opposite, places)
+
+
+class SurfaceSolver(CellSolver):
     """States of a HalfSpace; its `options` are `Cells`, with nodes along each axis."""
 
-    usual_rtol = 1e-2
     most_corners = None
     counter_bodies = (HalfSpace,)
     in_space = "cells"
+    dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
@@ -59,14 +82,19 @@ class SurfaceSolver(Solver):
             raise BadArgument(
                 "beta", self.solid.beta, "must hold the rotation of blocks: a second body alone may have 0"
             )
-        require_same_period(self.body, self.obstacle)
         self.surface_law = on_surface(self.law)
-        self.period: float | None = self.body.period  # type: ignore[attr-defined]
-        if self.period is not None and options.window is not None:
-            raise BadArgument("window", options.window, "belongs to a half-space without images")
-        if options.nodes is not None and options.nodes > 2 * MOST:
-            raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
-        _require_repeating(self.period, self.obstacle, self.law, self.surface_law)
+        self.offsets, self.tilt = self.surface_law.offsets, self.surface_law.tilt
+        if options.nodes is not None and options.nodes > 2 * self.most:
+            raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * self.most}")
+        own = getattr(self.obstacle, "period", None)
+        if own is not None and self.period is None:
+            raise BadArgument("period", None, f"must be a multiple of that of the obstacle, {own}")
+        self.require_repeating(lambda x1, x2: heights(self.obstacle, x1, x2))
+
+    @property
+    def besides(self) -> str:
+        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
+        return "fix Cells(nodes=...)" + apart * (self.period is None)
 
     def solve(
         self,
@@ -77,19 +105,15 @@ class SurfaceSolver(Solver):
         progress: bool = False,
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        nodes = self.options.nodes
-        if nodes is not None and rtol is not None:
-            raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
-        similar = isinstance(initial, SurfaceCells) and len(initial.pressures) == len(self.surface_law.names)
-        near, goal = initial if similar else None, self.usual_rtol if rtol is None else rtol
-        fixed = self._given_window()
+        goal, fixed = self.goal(rtol), self.given_window()
         picture = self._picture(load, approach, fixed)
         box, window = _around(picture.deepest), fixed
         for _ in range(TRIES):
             if window is None:
                 window = self._window(picture, load, approach, box)
                 picture.look_about(window)
-            state, outside = self._refined(picture, window, load, approach, goal, near, progress)
+            missed = partial(self.missed, picture)
+            state, outside = self.within(window, load, approach, goal, missed, initial, progress)
             if not len(outside):
                 # in a disc of so many rows there is a sample
                 return replace(state, seen_width=8**0.5 * window.side / FINE)
@@ -105,122 +129,57 @@ class SurfaceSolver(Solver):
         cells = {"shape": shape, "x1": x1, "x2": x2, "width": width, "opposite": opposite}
         return in_space(solution, points, np.full(len(points), width**2), **cells)
 
-    def _refined(
-        self,
-        picture: Picture,
-        window: Grid,
-        load: float | None,
-        approach: float | None,
-        goal: float,
-        near: SurfaceCells | None,
-        progress: bool,
-    ) -> tuple[SurfaceCells, Array]:
-        """Returns the state of a window on the first grid with an estimate below the goal, and places that a
-        wider window must hold, array (k, 2).
+    def missed(self, picture: Picture, state: SurfaceCells) -> tuple[Array, tuple[str, ...], bool]:
+        """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
+        cells would touch.
         """
-        most, last = self.options.nodes or MOST, self.options.residual
-        reached: tuple[float, Any, tuple[str, ...]] = np.inf, None, ()
-        sizes = [most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= 32 * part]
+        cut = self.period is None and _reaches(state, 1)
+        outside, hidden = self._touching(state, picture)
+        if self.given_window() is None and (cut or len(outside)):
+            return np.vstack((_pressing(state), outside)), (), False
+        return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
-        def solved(count: int, before: Any) -> Any:
-            grid, residual = Grid(count, window.side / count, window.middle), COARSE_RESIDUAL / count
-            return self._solved(grid, load, approach, last if count == most else residual, before or near)
+    def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
+        """Returns the error of a grid from successive changes, the load on spots, and the residual as short
+        waves feel it.
+        """
+        return _of_changes(changes) + _share_of_spots(before, SPOT) + state.residual * state.grid.count
 
-        for count, state, before, changes in levels(solved, sizes, _change, progress):
-            if before is not None:
-                loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
-                estimate = _estimate(changes) + _share_of_spots(before, SPOT) + loose
-                state = replace(state, error_estimate=estimate)
-            if count < most and (self.options.nodes or len(changes) < 2):
-                continue
-            cut = self.period is None and _reaches(state, 1)
-            outside, hidden = self._touching(state, picture)
-            if self._given_window() is None and (cut or len(outside)):
-                return state, np.vstack((_pressing(state), outside))
-            notes, estimate = _warnings(cut, outside, hidden), state.error_estimate
-            seen = np.inf if len(hidden) else estimate
-            if self.options.nodes or seen <= goal:
-                if state.residual > last:
-                    state = self._solved(state.grid, load, approach, last, state)
-                return replace(state, error_estimate=estimate, notes=notes), np.empty((0, 2))
-            if seen <= reached[0]:
-                reached = seen, state, notes
-            finer = np.log2(MOST / count)
-            if (
-                _estimate(changes) > goal * 4**finer or _share_of_spots(before, SPOT / 2 / 4**finer) > goal
-            ):  # out of reach of MOST
-                break
-        least, state, notes = reached
-        why = "; ".join((f" on {state.grid.count} x {state.grid.count} cells", *notes))
-        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
-        ways = "fix Cells(nodes=...)" + apart * (self.period is None)
-        raise out_of_reach(goal, least, why, ways, load=state.load)
+    def hopeless(self, changes: list[float], before: SurfaceCells, goal: float, finer: int) -> bool:
+        """Returns whether grids so many times finer miss the goal."""
+        return _of_changes(changes) > goal * finer**2 or _share_of_spots(before, SPOT / 2 / finer**2) > goal
 
-    @cached_property
-    def _kept(self) -> dict[Any, Flexibility]:
-        return {}
+    def turned(self, own: Array) -> Array:
+        """Returns rotations about x1 and x2 of phi, array (2, ...)."""
+        return np.array((own[1], -own[0]))
 
-    def _flexibility(self, grid: Grid) -> Flexibility:
-        law, cells = self.surface_law, (grid.width, grid.count, self.period is not None)
-        tilt = law.tilt(*grid.places)
-        if cells not in self._kept:
-            self._kept.clear()  # the last one alone: they are large
-            second = body_of(self.obstacle)
-            counter = second and Counter.on(second.solid, self.solid.ell, law.offsets, *cells)
-            self._kept[cells] = flexibility(
-                self.solid, law.offsets, tilt, grid.width, cells[-1], law.clamped, counter
-            )
-        return replace(self._kept[cells], tilt=tilt)
+    def gaps(self, x1: Array, x2: Array) -> Array:
+        """Returns the initial gaps at places, array (corners, ...)."""
+        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
+        return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
-    def _solved(
-        self,
-        grid: Grid,
-        load: float | None,
-        approach: float | None,
-        residual: float,
-        start: SurfaceCells | None,
-    ) -> SurfaceCells:
-        g0 = self.gaps(*grid.places)
-        H, area = self._flexibility(grid), grid.width**2
-        first = None
-        if start is not None:
-            i, j = start.grid.nearest(*grid.places)
-            first = area * start.pressures[:, i, j]
-        found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
+    def flexibility(self, grid: Grid) -> Flexibility:
+        """Returns the Flexibility of a grid."""
+        law, cells, second = self.surface_law, (grid.width, self.period is not None), body_of(self.obstacle)
+        counter = second and Counter.on(
+            second.solid, self.solid.ell, law.offsets, grid.width, grid.count, cells[1]
+        )
+        return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
+
+    def completed(self, state: SurfaceCells, H: Flexibility, found: GridForces) -> SurfaceCells:
+        """Returns a state with pressures of least norm, closed corners and a second body."""
         if not found.load > 0:
-            raise BadArgument("approach", approach, NOT_YET)
-        surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
-        if H.counter is not None:
-            other = H.counter.above(forces)
-        least = min(2 * found.kkt, COARSE_RESIDUAL / grid.count)  # beyond that touching is a matter of force
-        closed = found.gaps <= least * np.ptp(surface[0] + other)
+            raise BadArgument("approach", found.approach, NOT_YET)
+        forces = found.forces
+        other = np.zeros(forces.shape[1:]) if H.counter is None else H.counter.above(forces)
+        least = min(2 * found.kkt, self.loose / state.grid.count)  # beyond that touching is a matter of force
+        closed = found.gaps <= least * np.ptp(state.displacement + other)
         if H.counter is None:
             forces = self.surface_law.of_least_norm(forces, closed)
-        pressures = forces / area
-        half, (phi, m) = self.solid.ell / 2, H.turned(forces, surface)
-        psi, moment = np.array((phi[1], -phi[0])) / half, np.array((m[1], -m[0])) / area * half
-        return SurfaceCells(
-            self,
-            found.load if load is None else load,
-            found.approach,
-            grid,
-            pressures,
-            psi,
-            surface[0],
-            other,
-            moment,
-            closed_corners(forces, closed),
-            found.kkt,
-            found.products,
-        )
+        touching = closed_corners(forces, closed)
+        return replace(state, pressures=forces / state.grid.area, opposite=other, closed=touching)
 
     # the window
-
-    def _given_window(self) -> Grid | None:
-        """Returns the period, the window of the options, or None."""
-        left, right = self.options.window or (0.0, 0.0)
-        side = self.period or right - left
-        return Grid(1, side, ((left + right) / 2,) * 2) if side else None
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
         second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
@@ -229,11 +188,6 @@ class SurfaceSolver(Solver):
         needed = (plain, softer * plain) if approach is None else approach
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
-    def gaps(self, x1: Array, x2: Array) -> Array:
-        """Returns the initial gaps at places, array (corners, ...)."""
-        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
-        return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
-
     def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
         """Returns the square about the contact and a box, array (2, 2)."""
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
@@ -241,7 +195,7 @@ class SurfaceSolver(Solver):
         middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
         for _ in range(TRIES):
             grid = Grid(FEW, side / FEW, tuple(middle))
-            state = self._solved(grid, load, approach, COARSE_RESIDUAL / FEW, None)
+            state = self.solved(grid, load, approach, self.loose / FEW)
             outside = self._touching(state, picture)[0]
             box = _around(np.vstack((box, outside)))
             held = _around(np.vstack((box, _pressing(state))))
@@ -255,84 +209,69 @@ class SurfaceSolver(Solver):
         raise NotConverged(NO_WINDOW)
 
     def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places with a negative gap, outside of the window, and between cells: arrays (k, 2)."""
-        low, grid = picture.low(state.approach), state.grid
+        """Returns places with the most negative gaps, beside the window and between cells: arrays (k, 2)."""
+        low, grid, least = picture.low(state.approach), state.grid, picture.lowest[2]
         if self.period:
             low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
-        away = np.abs(low[:, :2] - grid.middle)
-        out = away.max(axis=1) > grid.side / 2
-        inside, outside = low[~out], low[out]
-        r = np.maximum(np.hypot(*away[out].T), grid.width)
-        gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)  # over a point load
-        outside = outside[np.argsort(gaps)[:256]]
-        least = picture.lowest[2]
-        outside = outside[self._overlap(state, least, outside, *self._surface_at(state, *outside[:, :2].T))]
-        i, j = grid.nearest(*inside[:, :2].T)
-        cells = self.gaps(*grid.places).min(axis=0)
-        near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
+        out = np.abs(low[:, :2] - grid.middle).max(axis=1) > grid.side / 2
+        outside, inside = low[out, :2], low[~out]
+        (i, j), (H, g0) = grid.nearest(*inside[:, :2].T), self.prepared(grid)
+        near = minimum_filter(g0.min(axis=0), 3, mode="nearest" if self.period is None else "wrap")[i, j]
         tip = inside[:, 2] < near - (state.approach - least) / 20
-        inside, (psi1, psi2) = inside[tip], state.psi[:, i[tip], j[tip]]
-        u = (state.displacement + state.opposite)[i[tip], j[tip]]
-        phi = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1) * np.array((-psi2, psi1))
-        inside = inside[self._overlap(state, least, inside, u, phi)]
-        return outside[:, :2], inside[:, :2]
+        inside, added = inside[tip, :2], (H @ (state.pressures * grid.area))[:, i[tip], j[tip]]
 
-    def _overlap(self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array) -> Array:
-        """Returns whether gaps under u and phi are negative, boolean (k,)."""
-        law, (x1, x2) = self.surface_law, places[:, :2].T
-        gaps = self.gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
-        gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
-        return np.asarray(gaps.min(axis=0) < -EQUAL * (state.approach - least))
+        def negative(places: Array, added: Array) -> Array:
+            gaps = (self.gaps(*places.T) - state.approach + added).min(axis=0)
+            deepest = np.argsort(gaps)[:256]
+            return np.asarray(places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]])
 
-    def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
-        """Returns u of both bodies, array (n,) or (corners, n), and phi, array (2, n), at places outside."""
-        solid, law, (grid, area) = self.solid, self.surface_law, (state.grid, state.grid.width**2)
-        scale, (M1, M2) = area * (1 - solid.nu) / solid.mu / solid.ell, 2 / solid.ell * state.micromoment
-        y1, y2, *loads = as_points(*grid.axes, scale * state.total, -scale * M2, scale * M1)
-        away = (x1[:, None] - y1) / solid.ell, (x2[:, None] - y2) / solid.ell
-        own, v1, v2, *w = kernels(solid).components(*away, law.clamped)
-        u, phi = own @ loads[0], np.zeros((2, len(x1)))
-        if law.psi0:
-            u = u - v1 @ loads[1] - v2 @ loads[2]
-            rows = (v1, w[0], w[1]), (v2, w[1], w[2])
-            phi = np.array([sum(part @ load for part, load in zip(row, loads)) for row in rows])
-        if (counter := self._flexibility(grid).counter) is not None:
-            u = u + counter.at(state.pressures * area, grid.axes, x1, x2)
-        return u, phi
+        return negative(outside, self.beyond(state, outside)), negative(inside, added)
 
-
-def _require_repeating(period: float | None, obstacle: Any, law: LawLike, over_surface: SurfaceLaw) -> None:
-    """Raises BadArgument unless obstacle and psi0 fit the period."""
-    own = getattr(obstacle, "period", None)
-    if own is not None and (period is None or abs(period / own - round(period / own)) > EQUAL):
-        raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
-    if period is None:
-        return
-    if not _repeats(partial(heights, obstacle), period):
-        raise BadArgument("obstacle", obstacle, f"must repeat with the period, {period:g}")
-    if not _repeats(over_surface.tilt, period):
-        raise BadArgument("psi0", getattr(law, "psi0", None), f"must repeat with the period, {period:g}")
+    def beyond(self, state: SurfaceCells, places: Array) -> Array:
+        """Returns what a state adds to gaps at places outside of its window, array (corners, k), by its
+        forces on larger squares, in shares at the four next to each.
+        """
+        found, rest = np.zeros((len(state.pressures), len(places))), np.ones(len(places), bool)
+        away, forces = np.abs(places - state.grid.middle).max(axis=1), state.pressures * state.grid.area
+        while rest.any():
+            grid = Grid(2 * FEW, 2 * away[rest].min() / FEW, state.grid.middle)
+            steps, loads = grid.steps(*state.grid.places), np.zeros((len(forces), grid.count, grid.count))
+            first = np.floor(steps).astype(int)
+            for way in np.ndindex(2, 2):
+                share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
+                index: Any = slice(None), first[0] + way[0], first[1] + way[1]
+                np.add.at(loads, index, share * forces)
+            own = rest & (away < (grid.side - grid.width) / 2)
+            where = grid.steps(*places[own].T)
+            found[:, own] = [map_coordinates(one, where, order=1) for one in self.flexibility(grid) @ loads]
+            rest &= ~own
+        return found
 
 
-def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
-    """Returns whether values, arrays (..., places), agree on opposite edges of a period."""
-    along = period * np.linspace(-0.5, 0.5, 65)
-    edge = np.full_like(along, period / 2)
-    inside = values(*(x.ravel() for x in np.meshgrid(along, along)))
-    finite = inside[np.isfinite(inside)]
-    most = EQUAL * np.ptp(finite) if finite.size else 0.0
-    pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
-    return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
+def flexibility(
+    solid: Cosserat,
+    offsets: Array,
+    tilt: Array,
+    width: float,
+    periodic: bool,
+    clamped: bool,
+    counter: Counter | None = None,
+) -> Flexibility:
+    """Returns the Flexibility of corners on as many cells as there are tilts."""
 
+    def cells() -> Array:
+        found = kernels(solid).cells(tilt.shape[-1], width / solid.ell, clamped)
+        found *= (1 - solid.nu) / solid.mu / solid.ell
+        if clamped:
+            found[1:] *= width**2 / solid.ell * solid.mu / (1 - solid.nu)
+        return found
 
-def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
-    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""
-    places = fine.grid.places
-    pressure, first, second = (
-        np.linalg.norm(coarse.interpolated(one, *places) - other)
-        for one, other in zip((coarse.total, *coarse.micromoment), (fine.total, *fine.micromoment))
-    )
-    return float(max(pressure, np.hypot(first, second) / fine.solver.solid.ell) / np.linalg.norm(fine.total))
+    rest = at_rest(solid) if periodic else None
+
+    def waves(k: Array) -> Array:
+        return np.array(symbol(solid, k))
+
+    return on_cells.flexibility(offsets, tilt, clamped, width, rest, waves, cells, counter)
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
@@ -344,7 +283,7 @@ def _share_of_spots(state: SurfaceCells, least: float) -> float:
     return float(state.total[(sizes < least) & (state.total > 0)].sum() / state.total.sum())
 
 
-def _estimate(changes: list[float]) -> float:
+def _of_changes(changes: list[float]) -> float:
     """Returns the error of the last grid from successive changes.
 
     Alike errors that fall by a ratio r leave r - 1 times the finer one as change, independent ones of the

@@ -55,11 +55,6 @@ def spread_rate(solid: Cosserat) -> float:
     return 4 * solid.eta / (solid.ell**2 * (solid.alpha_prime + solid.beta_prime + solid.curvature))
 
 
-def at_rest(solid: Cosserat) -> float:
-    """Returns W = W_par for k -> 0 (length per stress)."""
-    return solid.layer_length / (4 * solid.curvature * solid.mu)
-
-
 def require_stable(solid: Cosserat) -> None:
     """Raises BadArgument for elliptic moduli, (13), that let the surface turn without a moment."""
     k = np.geomspace(1e-6, 1e6, 1201) / solid.ell

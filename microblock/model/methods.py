@@ -84,7 +84,7 @@ class Cells(Checked):
     window: Interval | None = None
     residual: float = field(default=1e-9, metadata=checked(require_positive))
 
-    solver = "halfplane.cell_solver.CellSolver"
+    solver = "halfplane.cell_solver.LineSolver"
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -75,9 +75,13 @@ class Solver:
             )
 
     def _require_counter_body(self) -> None:
-        """Raises BadArgument for an obstacle whose body this method does not know."""
+        """Raises BadArgument for an obstacle whose body this method does not know, or of another period."""
         counter = body_of(self.obstacle)
         if counter is None or isinstance(counter, self.counter_bodies):
+            periods = [getattr(one, "period", None) for one in (counter, self.body)]
+            if counter is not None and periods[0] != periods[1]:
+                words = f"of the second body must be that of the first, {periods[1]}"
+                raise BadArgument("period", periods[0], words)
             return
         known = " or ".join(one.__name__ for one in self.counter_bodies)
         raise BadArgument(

@@ -7,16 +7,9 @@ from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
 from cases.commands.size_effect import edge_coefficients
 from microblock.corners import active_set, projected_gradients
-from microblock.halfplane import (
-    averages,
-    carried,
-    coalescence,
-    convolution,
-    first_zones,
-    kernels,
-    shear_cells,
-)
-from microblock.halfplane.cells import CellGrid
+from microblock.corners.on_cells import Grid
+from microblock.halfplane import averages, carried, coalescence, first_zones, kernels, shear_cells
+from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_memory import Memory
@@ -56,7 +49,6 @@ def of_shear_kernels():
             **{f"kernel {name} {i} at x/ell={x:g}": v for i, values in table for x, v in zip(places, values)},
             **{f"second antiderivative {name} {i}": digest(each) for i, each in enumerate(twice)},
             **{f"cells {name} {part}": digest(values[few]) for part, values in cells},
-            f"step {name}": kernels.step(solid.nu),
         }
     for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
         found[f"normal kernel {name}"] = digest(kernels.normal_kernel(own, places))
@@ -115,11 +107,11 @@ def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
     found, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
     for words, period, count in (("", None, 40), (" of a period", 1.0, 41), (" of a long line", None, 300)):
-        grid = CellGrid(mb.HalfPlane(solid_of(), period), -0.5, 0.5, count)
+        grid, line = Grid(count, 1 / count, (0.0,)), mb.HalfPlane(solid_of(), period)
         for name, law in LAWS.items():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
             for body, second in bodies.items():
-                own = grid.flexibility(law, second)
+                own = flexibility(line, law, grid, second)
                 values = {
                     "": own @ forces,
                     " back": own.precondition(own @ forces),
@@ -128,18 +120,17 @@ def of_products():
                 values[" aside"] = own.aside and own.aside(forces)
                 row = f"product{words} {name}{body}"
                 found |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
-    first, second, third = (np.cos(part + np.arange(2**15 + 1)) + 2 for part in range(3))
-    long = convolution.convolution((first, second, third), 2**16, True)
-    return found | {"long convolution": digest(long(np.sin(np.arange(2 * 2**15)).reshape(2, -1)))}
+    return found
 
 
 def of_gradients():
     """A state on cells by products alone, and the same by exchange of faces."""
-    grid, found = CellGrid(mb.HalfPlane(solid_of()), -0.6, 0.6, 60), {}
+    (line, grid), found = (mb.HalfPlane(solid_of()), Grid(60, 0.02, (0.0,))), {}
+    (x,) = grid.axes
     for name, law in LAWS.items():
-        own = grid.flexibility(law)
+        own = flexibility(line, law, grid)
         gaps = np.array(list(law.initial_gaps(
-            np.column_stack((grid.x, 0 * grid.x)), np.tile([0.0, 1.0], (60, 1)), 0.085, mb.Cylinder(R=10.0)
+            np.column_stack((x, 0 * x)), np.tile([0.0, 1.0], (60, 1)), 0.085, mb.Cylinder(R=10.0)
         ).values()))  # fmt: skip
         products = projected_gradients.solve(own, gaps, load=1.0, rtol=1e-13)
         found[f"gradients {name}"] = digest(products.forces)

@@ -11,15 +11,15 @@ import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
+from microblock.corners.surface_law import on_surface
 from microblock.fem import meshes, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
 from microblock.fem.condensation import condensed
 from microblock.fem.facets import ContactNodes
-from microblock.halfplane.kernels import normal_symbol
+from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import counter, kernels, symbol
-from microblock.halfspace.cells import flexibility
-from microblock.halfspace.surface_law import on_surface
+from microblock.halfspace.solver import flexibility
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given
@@ -280,7 +280,7 @@ def of_kernels():
                 for part, own in zip(parts, values)
                 for i, j in ((0, 0), (13, 5))
             },
-            f"symbol {name} W at rest": symbol.at_rest(solid),
+            f"symbol {name} W at rest": at_rest(solid),
         }
     return found
 
@@ -289,21 +289,16 @@ FORCES = np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
 
 
 def of_second_bodies():
-    """The response of second bodies: symbol, point load, shares, products."""
-    found, offsets, x = {}, on_surface(mb.Microblock()).offsets, 0.11 * np.arange(8)
+    """The response of second bodies: symbol, shares, products."""
+    found, offsets = {}, on_surface(mb.Microblock()).offsets
     for name, options in (("softer", given.SOFTER), ("classical", given.CLASSICAL)):
         solid = mb.Cosserat(**options)
         waves = zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS)))
-        points = zip(given.DISTANCES, counter.kernel(solid, np.array(given.DISTANCES)))
         values = {f"symbol at k={k:g}": value for k, value in waves}
-        values |= {f"point load at r={r:g}": value for r, value in points}
         for where, periodic in (("alone", False), ("on a period", True)):
             own = counter.Counter.on(solid, 0.3, offsets, 0.11, 8, periodic)
             values |= {f"{where} gap {i}": gap[3, 5] for i, gap in enumerate(own @ FORCES)}
             values[f"{where} pressed"] = own.pressed(FORCES)[4, 6]
-        far = counter.Counter.on(solid, 0.3, offsets, 0.11, 8, False)
-        gaps = far.at(FORCES, (x, x), np.array([2.0]), np.array([-1.5]))
-        values |= {f"far away gap {i}": gap[0] for i, gap in enumerate(gaps)}
         found |= {f"second {name} {part}": value for part, value in values.items()}
     return found
 
@@ -355,18 +350,6 @@ def of_surfaces():
             for c, i in np.ndindex(own.shape)
         },
     }
-
-
-def outside():
-    """The surface beyond the cells, at which contacts elsewhere are looked for: u and phi of corners."""
-    found, places = {}, (np.array([1.4, -2.0]), np.array([-1.7, 0.3]))
-    for problem in given.SPACES[:3]:
-        state = solve(problem)
-        u, phi = state.problem.solver._surface_at(state.solution, *places)
-        found |= {f"{problem['name']} outside u {number}": value for number, value in enumerate(u)}
-        if len(state.pressures) > 1:
-            found |= {f"{problem['name']} outside phi{i} {j}": phi[i, j] for i, j in np.ndindex(2, 2)}
-    return found
 
 
 def refusals_of_bodies():

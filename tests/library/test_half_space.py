@@ -9,10 +9,9 @@ from scipy.linalg import schur
 from scipy.special import j0
 
 import microblock as mb
+from microblock.corners.on_cells import Grid
 from microblock.halfplane.kernels import normal_symbol, short_waves
 from microblock.halfplane.kernels import symbol as plane_symbol
-from microblock.halfspace.counter import kernel
-from microblock.halfspace.solver import Grid
 from microblock.halfspace.symbol import along
 from tests.half_space_scenes import on_cells
 
@@ -208,11 +207,17 @@ def point_load(solid, r):
     return np.array([short / each + rest @ j0(middle * each) for each in r]) / (2 * np.pi)
 
 
-def test_the_table_of_a_point_load_is_the_hankel_transform_of_the_symbol():
-    """What beyond the last wavenumber is left out falls with its square."""
-    r = np.array([0.02, 0.1, 0.5, 2.0])
+def test_far_away_a_contact_displaces_as_a_point_load():
+    """Both bodies, by the Hankel transform of their symbols; beside it the contact is as wide as 1/100 of the
+    distance: 1e-4 and what the transform leaves out, which falls with the square of the last wavenumber.
+    """
+    places = np.array([[2.0, 0.5], [0.3, -5.0], [20.0, 30.0]])
     for second in (OTHER, CLASSICAL):
-        assert kernel(second, r) == pytest.approx(point_load(second, r), rel=1e-5)
+        touching = problem(mb.Unilateral(), second, mb.Sphere(R=0.1), nodes=32)
+        state = touching.solve(load=0.01)
+        added = touching.solver.beyond(state.solution, places)[0] / state.load
+        r = np.hypot(*places.T)
+        assert added == pytest.approx(point_load(SOLID, r) + point_load(second, r), rel=1e-3)
 
 
 @pytest.mark.parametrize("period", [None, 1.0])
@@ -222,7 +227,7 @@ def test_work_of_one_load_on_the_displacement_of_another_is_mutual(law, period):
     rng = np.random.default_rng(7)
     for second in (OTHER, CLASSICAL):
         solver = problem(law, second, lambda x1, x2: 0 * x1 + 0 * x2, period).solver
-        H = solver._flexibility(Grid(16, 1 / 16, (0.0, 0.0)))
+        H = solver.flexibility(Grid(16, 1 / 16))
         f, g = rng.random((2, len(H.offsets), 16, 16))
         for matrix in (H, H.counter):
             assert np.sum(f * (matrix @ g)) == pytest.approx(np.sum(g * (matrix @ f)), rel=1e-12)

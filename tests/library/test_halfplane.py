@@ -14,7 +14,8 @@ from scipy.special import k0
 import microblock as mb
 from microblock import Cosserat, HalfPlane, Microblock, Microclamped, Unilateral
 from microblock.corners import active_set, projected_gradients
-from microblock.halfplane.cells import CellGrid
+from microblock.corners.on_cells import Grid
+from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.kernels import Kernels, clamped, symbol
 
 DIGITS = 60
@@ -308,16 +309,17 @@ def test_states_of_cells_agree_with_pivoting(name):
         (300, mb.Cylinder(1.0)),
         (300, SimpleNamespace(height=jagged)),
     ):
-        cells = CellGrid(HalfPlane(solid), -1.0, 1.3, count)
-        H, g0, _ = cells.body.compliance(cells.x, clamped=law.clamps_rotation).corner_system(law, obstacle)
+        grid, body = Grid(count, 2.3 / count, (0.15,)), HalfPlane(solid)
+        H, g0, _ = body.compliance(*grid.axes, clamped=law.clamps_rotation).corner_system(law, obstacle)
         for load in (0.01, 0.5):
             expected = active_set.solve(H, g0, load=load)
             gaps = g0.reshape(len(law.corners), -1)
-            found = projected_gradients.solve(cells.flexibility(law), gaps, load=load, rtol=1e-12)
+            found = projected_gradients.solve(flexibility(body, law, grid), gaps, load=load, rtol=1e-12)
             assert np.abs(found.forces.ravel() - expected.forces).max() <= 1e-9 * expected.forces.max()
             assert found.approach == pytest.approx(expected.approach, rel=1e-10, abs=1e-12)
-    periodic = CellGrid(HalfPlane(solid, 2.3), -1.0, 1.3, 121)
-    H, g0 = periodic.flexibility(law), np.tile(mb.Wave(0.1, 2.3).height(periodic.x), (len(law.corners), 1))
+    grid = Grid(121, 2.3 / 121, (0.15,))
+    H = flexibility(HalfPlane(solid, 2.3), law, grid)
+    g0 = np.tile(mb.Wave(0.1, 2.3).height(*grid.axes), (len(law.corners), 1))
     at_load = projected_gradients.solve(H, g0, load=0.05, rtol=1e-12)
     again = projected_gradients.solve(H, g0, approach=at_load.approach, rtol=1e-12)
     assert again.forces == pytest.approx(at_load.forces, abs=1e-9 * at_load.forces.max())

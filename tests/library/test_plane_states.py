@@ -325,7 +325,7 @@ def test_a_grid_is_refined_until_the_tolerance_holds():
 
 def test_what_cells_advise_works(monkeypatch):
     """The rtol that is advised is reached, and no method is advised that a period does not take."""
-    monkeypatch.setattr("microblock.halfplane.cell_solver.MOST", 2048)
+    monkeypatch.setattr("microblock.halfplane.cell_solver.LineSolver.most", 2048)
     here = mb.Contact(PERIOD, WAVE, mb.Microblock())
     with pytest.raises(mb.NotConverged, match="ask for rtol=") as failure:
         here.solve(load=0.5, rtol=1e-6)

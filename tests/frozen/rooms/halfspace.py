@@ -18,6 +18,5 @@ def rows():
         yield f"{problem['name']} cells", len(state.x1), "count"
     names = "kernels", "second_bodies", "products", "surfaces", "least_norm"
     yield from rows_of("definition", *(getattr(library_space, f"of_{name}") for name in names))
-    others = library_space.outside, library_space.warned
-    yield from rows_of("discrete", lambda: library_space.that_travel("cells"), *others)
+    yield from rows_of("discrete", lambda: library_space.that_travel("cells"), library_space.warned)
     yield from rows_refused(library_space.refusals_of_spaces)

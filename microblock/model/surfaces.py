@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive
-from ..model.obstacles import SelfAffine, evaluated, real
-from ..model.quadrature import in_blocks
-from ..model.types import AnyArray as Array
+from .obstacles import SelfAffine, evaluated, real
+from .quadrature import in_blocks
+from .types import AnyArray as Array
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Sphere(Checked):
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths)."""
-        return (x1**2 + x2**2) / (2 * self.R)
+        return np.asarray((x1**2 + x2**2) / (2 * self.R))
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,12 @@ from typing import cast
 
 import numpy as np
 
-from ..corners.on_cells import NONE, of_least_norm, twisted
 from ..errors import BadArgument
 from ..model.law import ACTS_IN, Microblock, surface_tilt
+from ..model.surfaces import heights
 from ..model.types import AnyArray as Array
 from ..model.types import LawLike, Tilt
-from .obstacles import heights
+from .on_cells import NONE, of_least_norm, twisted
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
 

@@ -1,0 +1,241 @@
+"""Contact on equal cells of a surface, matrix-free, on grids from coarse to fine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from ..errors import BadArgument, out_of_reach
+from ..model.refinement import levels
+from ..model.solver import Solver
+from ..model.state import Solution
+from ..model.types import AnyArray as Array
+from ..model.zones import distance
+from . import projected_gradients
+from .on_cells import Grid
+
+EQUAL = 1e-6  # of their range, heights that differ less are the same
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CellSolution(Solution):
+    """A solution on equal cells of a line or a surface.
+
+    Attributes
+    ----------
+    solver : CellSolver
+    grid : Grid
+    load, approach : force of a period, approach over the mean of the surface where it has one
+    pressures : array (corners, n, ...)
+    micromoment, psi : arrays (n,) or (2, n, n), M or the reaction to psi = 0, and psi
+    displacement : array (n, ...), into the body
+    residual : `GridForces.kkt` of `microblock.corners.projected_gradients`
+    iterations : products with the flexibility
+    error_estimate : float, or None without a coarser grid
+    notes : sentences
+    opposite : displacement of a second body, or None: in the plane under the corners, array (corners, n)
+    """
+
+    solver: Any
+    grid: Grid
+    load: float
+    approach: float
+    pressures: Array
+    micromoment: Array
+    psi: Array
+    displacement: Array
+    residual: float
+    iterations: int
+    error_estimate: float | None = None  # type: ignore[assignment]
+    notes: tuple = ()
+    opposite: Any = None
+
+    method = "cells"
+
+    @property
+    def unknowns(self):
+        return self.pressures.size
+
+    @property
+    def period(self):
+        return self.solver.body.period
+
+    @cached_property
+    def total(self):
+        """Total pressure (stress)."""
+        return np.sum(self.pressures, axis=0)
+
+    @property
+    def energy(self):
+        """Elastic energy of both bodies: half the work of the corner forces."""
+        gaps = self.solver.gaps(*self.grid.places)
+        lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
+        return float(np.sum(self.pressures * lowered) * self.grid.area / 2)
+
+    def interpolated(self, values, *x):
+        """Values on cells, array (n, ...), between their centres; 0 beyond."""
+        places, n, periodic = self.grid.steps(*x), self.grid.count, self.period is not None
+        found = map_coordinates(values, places, order=1, mode="grid-wrap" if periodic else "nearest")
+        return np.where(periodic | np.all(np.abs(places - (n - 1) / 2) <= n / 2, axis=0), found, 0.0)
+
+
+class CellSolver(Solver):
+    """Base of solvers on equal cells along one axis or two; their `options` are `Cells`.
+
+    A solver has `gaps` and `tilt` at places, `flexibility` of a Grid, `turned`, the rotations of phi, and
+    `estimate` from changes.
+
+    Attributes
+    ----------
+    dimensions : int, axes of the surface
+    coarsest, most : int, cells along an axis of the first grid and the last that rtol may ask for
+    few : int, at which halving a given number of cells ends
+    loose : float, residual of coarser grids over their cells along an axis
+    solution : class of its solutions
+    """
+
+    usual_rtol = 1e-2
+
+    def __init__(self, contact, options):
+        super().__init__(contact, options)
+        self.period = self.body.period
+        if self.period is not None and options.window is not None:
+            raise BadArgument(
+                "window", options.window, "belongs to a surface without images; here it is the period"
+            )
+
+    def require_repeating(self, height):
+        """Raises BadArgument unless the height of places and psi0 fit the period."""
+        period, own, law = self.period, getattr(self.obstacle, "period", None), self.law
+        if own is not None and period is not None and abs(period / own - round(period / own)) > EQUAL:
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
+        along = (period or 0.0) * np.linspace(-0.5, 0.5, 257 if self.dimensions == 1 else 65)
+        places = np.meshgrid(*[along] * self.dimensions, indexing="ij")
+        psi0 = "psi0", getattr(law, "psi0", None), self.tilt
+        for name, given, values in () if period is None else (("obstacle", self.obstacle, height), psi0):
+            found = np.reshape(values(*map(np.ravel, places)), (-1, *places[0].shape))
+            most = EQUAL * np.ptp(found[np.isfinite(found)]) if np.isfinite(found).any() else 0.0
+            ends = [(found.take(0, axis), found.take(-1, axis)) for axis in range(1, found.ndim)]
+            if not all(np.allclose(one, other, rtol=0, atol=most) for one, other in ends):
+                raise BadArgument(name, given, f"must repeat with the period, {period:g}")
+
+    def given_window(self):
+        """The period or the window of the options as a Grid of one cell, or None."""
+        left, right = self.options.window or (0.0, 0.0)
+        side = self.period or right - left
+        return Grid(1, side, ((left + right) / 2,) * self.dimensions) if side else None
+
+    def goal(self, rtol):
+        if self.options.nodes is not None and rtol is not None:
+            raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
+        return self.usual_rtol if rtol is None else rtol
+
+    def within(self, window, load, approach, goal, missed, initial=None, progress=False):
+        """The solution in a window on the first grid with an estimate below the goal, and places that a wider
+        window must hold. `missed` returns such places of a solution, array (k, dimensions), notes, and
+        whether something between cells would touch.
+        """
+        nodes, least, reached = self.options.nodes, np.inf, None
+        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, self.most)
+        similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
+        near = initial if similar else None
+
+        def solved(count, before):
+            grid, last = Grid(count, window.side / count, window.middle), count == sizes[-1]
+            residual = self.options.residual if last else self.loose / count
+            try:
+                return self.solved(grid, load, approach, residual, before or near)
+            except BadArgument:  # an approach above the mean height that so few cells see
+                if last or count > 8 * sizes[0]:
+                    raise
+            return None
+
+        for count, state, before, changes in levels(solved, sizes, self.change, progress):
+            if changes:
+                state = replace(state, error_estimate=self.estimate(changes, before, state))
+            if count < sizes[-1] and (nodes or len(changes) < 2):
+                continue
+            outside, notes, unseen = missed(state)
+            state, seen = replace(state, notes=notes), np.inf if unseen else state.error_estimate
+            if nodes or seen <= goal or len(outside):
+                return state, outside
+            if seen <= least:
+                least, reached = seen, state
+            if self.hopeless(changes, before, goal, sizes[-1] // count):
+                break
+        words = " x ".join([str(reached.grid.count)] * self.dimensions)
+        why = "; ".join((f" on {words} cells", *reached.notes))
+        raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach)
+
+    def hopeless(self, changes, before, goal, finer):
+        """Whether grids so many times finer miss the goal."""
+        return False
+
+    @cached_property
+    def _kept(self):
+        return {}
+
+    def prepared(self, grid):
+        """(flexibility, initial gaps) of a grid; those of one window are kept."""
+        if any(one.middle != grid.middle or not np.isclose(one.side, grid.side) for one in self._kept):
+            self._kept.clear()
+        if grid not in self._kept:
+            self._kept[grid] = self.flexibility(grid), self.gaps(*grid.places)
+        return self._kept[grid]
+
+    def solved(self, grid, load, approach, residual, start=None):
+        """The solution on a grid, from the forces of another one."""
+        H, g0 = self.prepared(grid)
+        if not np.isfinite(g0).any():
+            raise BadArgument("obstacle", self.obstacle, "has a finite height over no cell")
+        if start is not None:
+            start = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
+        found = projected_gradients.solve(H, g0, load=load, approach=approach, start=start, rtol=residual)
+        surface, half = H.surface(found.forces), self.solid.ell / 2
+        phi, m = H.turned(found.forces, surface)
+        state = self.solution(
+            self,
+            grid,
+            found.load if load is None else load,
+            found.approach,
+            found.forces / grid.area,
+            self.turned(m) * half / grid.area,
+            self.turned(phi) / half,
+            surface[0],
+            found.kkt,
+            found.products,
+        )
+        return self.completed(state, H, found)
+
+    def change(self, coarse, fine):
+        """max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""
+        places, shape = fine.grid.places, fine.total.shape
+        (pressure, *moments), (total, *others) = (
+            [one.total, *one.micromoment.reshape(-1, *one.total.shape)] for one in (coarse, fine)
+        )
+        turned = [coarse.interpolated(one, *places) - other for one, other in zip(moments, others)]
+        parts = coarse.interpolated(pressure, *places) - total, np.linalg.norm(turned, axis=0), total
+        weights = np.broadcast_to(self.weights(*places), shape).ravel()
+        dp, dM, total = map(np.ravel, parts)
+        return distance(weights, dp, dM / self.solid.ell, total)
+
+    def weights(self, *x):
+        """Weights of the norm at places."""
+        return np.ones(1)
+
+
+def doublings(first, last):
+    """Numbers of cells along an axis, each twice the one before."""
+    return [int(first) * 2**n for n in range(1 + int(np.log2(last / first)))]
+
+
+def halvings(nodes, few=1024):
+    """Numbers of cells along an axis up to a given one, three at least."""
+    sizes = [nodes]
+    while sizes[-1] > 2 * few or len(sizes) < 3:
+        sizes.append((sizes[-1] + 1) // 2)
+    return sizes[::-1]

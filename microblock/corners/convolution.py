@@ -1,0 +1,58 @@
+"""Convolutions of real fields on equal cells with kernels that are known in Fourier space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import fft, ifft, irfft, rfft, rfftn
+
+from ..model.types import AnyArray as Array
+from ..threads import workers
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Real transforms of the whole period, `length` cells along each axis: D R D^H of the fields, D = 1 or
+    -i. `spectrum` are rows of R, real arrays (..., length//2 + 1), of which the first `even` rows and columns
+    belong to u and p.
+    """
+
+    length: tuple[int, ...]
+    spectrum: Sequence[Sequence[Array]]
+    even: tuple[int, int] = (1, 1)
+
+    def __call__(self, values: Array) -> Array:
+        shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}
+        waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
+        for axis, length in enumerate(self.length[:-1], start=1):
+            waves = fft(waves, length, axis=axis, **threads)
+        found = waves
+        if len(waves) > 1 or len(self.spectrum) > 1:
+            found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
+        step = max(1, 2**14 // waves[0, 0].size)  # waves that stay in the processor's cache
+        for first in range(0, len(waves[0]), step):
+            slab = slice(first, first + step)
+            wave = waves[:, slab]
+            wave[self.even[1] :] *= 1j
+            for own, row in zip(found[:, slab], self.spectrum):
+                np.multiply(row[0][slab], wave[0], out=own)
+                for part, other in zip(row[1:], wave[1:]):
+                    own += part[slab] * other
+            found[self.even[0] :, slab] *= -1j
+        for axis, count in enumerate(shape[:-1], start=1):
+            found = ifft(found, axis=axis, **threads)[(slice(None),) * axis + (slice(count),)]
+        answer: Array = irfft(found, self.length[-1], **threads)[..., : shape[-1]]
+        return answer
+
+
+def embedded(part: Array, length: int, *odd: bool) -> Array:
+    """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis."""
+    count, column = len(part), np.zeros((length,) * part.ndim)
+    column[(slice(count),) * part.ndim] = part
+    for axis, sign in enumerate(odd):
+        along = np.moveaxis(column, axis, 0)
+        along[:-count:-1] = (-1) ** sign * along[1:count]
+    waves = rfftn(column, overwrite_x=True)
+    return -waves.imag if sum(odd) % 2 else waves.real.copy()
