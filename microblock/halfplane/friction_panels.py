@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ..corners.friction_events import legs
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.events import Event
 from ..model.history import History
 from ..model.quadrature import gauss_rule
 from ..model.state import Solution, State
 from ..model.zones import common, contains, without
-from .friction_events import legs
 from .friction_memory import Memory
 from .kernels import kernels
 from .panel_solution import PanelSolution
