@@ -30,7 +30,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
         return None
     for count, terms, residual in WINDOWS:
         if len(y) >= count and np.all(y[:count] > 0):
-            powers: Array = (0.5 if slope < 1 else 1.5) + np.arange(terms)
+            powers = np.arange(terms, dtype=float) + (0.5 if slope < 1 else 1.5)
             shift, left = _fitted(cells[:count], y[:count], powers, width)
             if left <= residual:
                 found.append(shift)
