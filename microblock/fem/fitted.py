@@ -265,17 +265,6 @@ class FittedSolver(MeshFitter):
         parts = ((*ground.reach, max(map(abs, ground.reach)) / count),)
         return solver.condense(ground, solver.features(ground), parts, 0, order)
 
-    def edge_coefficients(self, zones, loads, order, levels):
-        """((K0, K1) at the innermost edge at each load, those at the outermost)."""
-        mesh, both = FittedMesh(self, loads[0], zones, order, levels), []
-        (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
-        inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)
-        for corner, edge, inward in (inner, (0, outer, -1)):
-            way = mesh.way(edge)
-            pressures = [mesh.pressures_under(self.share(load))[corner] for load in loads]
-            both.append([mesh.read(p, edge, inward, way, way) for p in pressures])
-        return both
-
 
 def _size(state):
     """L2 norm of the pressure of the computed part."""

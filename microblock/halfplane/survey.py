@@ -96,10 +96,10 @@ def _gaps(state, surface, corner):
     known = at(places[~contains(state.zones[corner], places)])
     known = np.concatenate((known, np.array((edges, *np.full((2, len(edges)), np.nan)))), axis=1)
     for _ in range(4):
-        x, gaps, _ = known = known[:, np.argsort(known[0], kind="stable")]
+        x, gaps, noise = known = known[:, np.argsort(known[0], kind="stable")]
         least = _minima(gaps)
         # what a parabola through three neighbours, and twice that, may fall below the middle one
-        least = least[2 * gaps[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
+        least = least[np.maximum(2 * gaps, noise)[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
         if not len(least):
             break
         more = np.linspace(x[least - 1], x[least + 1], 9).ravel()

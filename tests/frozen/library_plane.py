@@ -6,15 +6,7 @@ import microblock as mb
 from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
-from microblock.halfplane import (
-    averages,
-    carried,
-    coalescence,
-    convolution,
-    first_zones,
-    kernels,
-    shear_cells,
-)
+from microblock.halfplane import averages, carried, convolution, first_zones, kernels, shear_cells
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
@@ -331,13 +323,6 @@ def of_ways():
             yield f"{name} method", state.method, "outcome"
             yield f"{name} warnings", len(state.warnings), "outcome"
             yield f"{name} force", state.weights @ state.pressure, "discrete"
-    fitted = mb.Contact(mb.Block(solid_of()), cylinder, law)
-
-    def coefficients(inner, outer, loads):
-        return fitted.solver.edge_coefficients({0: ((inner, outer),), 1: ()}, loads, 4, 2)
-
-    load, _ = coalescence.load_at_inner_edge(coefficients, fitted.solid, 1e-3 * fitted.solid.ell, 0.1)
-    yield "coalescence fitted", load, "estimated", 1e-6  # a root, found to less
 
 
 def refusals():
