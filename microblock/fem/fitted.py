@@ -118,7 +118,7 @@ class FittedSolver(MeshFitter):
                 contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
                 zones = contact.solver.at(load, 0.1 * rtol, fallback=False).all_zones
         if zones is None:
-            zones, _ = list(first_zones(self.problem, load))[-1]
+            *_, zones = first_zones(self.problem, load)
         part = [(0.0 if self.symmetric else -math.inf, math.inf)]
         return {corner: tuple(common(own, part)) for corner, own in zones.items()}
 
