@@ -159,6 +159,13 @@ def test_rounding_next_to_coalescence_is_not_surveyed(monkeypatch):
     assert 0 < inner < 1e-10
 
 
+def test_overlaps_are_larger_than_rounding():
+    """Each overlap apart from all edges becomes a zone, whatever it is worth."""
+    here = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
+    state = edges.fit(here, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4)
+    assert all(each.depth > 1e-14 or not each.depth for each in survey(state).violations)
+
+
 def test_zones_meet_at_alpha_mid():
     """Below the event the load misses it by b^(2 s), the next term b^(4 s) is 1e-3 of it; states beside it
     hold their rtol.
