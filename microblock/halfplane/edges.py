@@ -63,9 +63,22 @@ def edge_coefficients(panels, q):
     """
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
-    k, found = np.arange(panels.order), {}
+    k = np.arange(panels.order)
     series = (2 * k + 1)[:, None] * legvander(2 * points - 1, panels.order - 1).T * weights
-    basis = np.array(((-1.0) ** k, (-1.0) ** k * (k - 1) * k * (k + 1) * (k + 2) / 4)) @ series
+    return _read(
+        panels, q, np.array(((-1.0) ** k, (-1.0) ** k * (k - 1) * k * (k + 1) * (k + 2) / 4)) @ series
+    )
+
+
+def mean_coefficients(panels, q):
+    """The same by the best two terms over each panel."""
+    points, weights = panels.points
+    terms = np.column_stack((np.ones_like(points), points**2))
+    return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
+
+
+def _read(panels, q, basis):
+    found = {}
     for number in np.flatnonzero(panels.root):
         constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]
         h = abs(panels.h[number])
@@ -129,23 +142,25 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
         edges = np.ravel(intervals).tolist()
         for i, edge in enumerate(edges):
             side, number = 1 - 2 * (i % 2), (corner, len(edges), i)
-            inside = (panels.corner == corner) & ((middle > edge) != (middle > edges[i + side]))
+            along, other = (middle - edge) * side, (edges[i + side] - edge) * side
+            inside = (panels.corner == corner) & (along > 0) & (along < other)
             rows.append([corner, edge, edge, forces[inside].sum() > 0])
             key = corner, edge, side
-            K0, K1 = found[key if key in found else (corner, -edge, -side)]  # of a half-line
+            key = key if key in found else (corner, -edge, -side)  # of a half-line
+            K0, K1 = found[key]
             if K0 >= 0 and edge in problem.ends.get(corner, ()):
                 continue
             known[number] = edge, K0
             place, last = before.get(number, (edge, np.inf))
-            if place != edge and (K1 <= 0 or abs(K0) > abs(last) / 2):
-                secant = 2 * (last - K0) * side / (place - edge)
-                K1 = secant if secant > 0 else K1
+            if K1 <= 0 or abs(K0) > abs(last) / 2:
+                K1 = 2 * (last - K0) * side / (place - edge) if place != edge else 0.0
+                K1 = K1 if K1 > 0 else mean_coefficients(panels, q)[key][1]
             if K1 > 0:
-                rows[-1][2] -= side * 2 * K0 / K1
+                rows[-1][2] = edge - side * 2 * K0 / K1
             elif abs(K0) > tolerance:
                 # half way to the next edge: outwards there may be none
-                next_one = i + side if K0 < 0 or not 0 <= i - side < len(edges) else i - side
-                rows[-1][2] -= np.copysign((edges[next_one] - edge) / 2, K0 * side)
+                room = other if K0 < 0 or not 0 <= i - side < len(edges) else (edge - edges[i - side]) * side
+                rows[-1][2] = edge - side * np.copysign(room, K0) / 2
     missed = max((abs(K0) for _, K0 in known.values()), default=0.0)
     return _sorted_out(problem, load, rows), missed, known
 
