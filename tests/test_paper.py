@@ -54,9 +54,11 @@ def sign_of_48():
 
 def coalescence():
     """alpha_mid, and the load at which zones meet for alpha = 0.25, over the largest."""
-    problem = hertz.problem()
-    load, error = problem.solver.coalescence()
-    assert error < 1e-7 * load  # twice that of alpha_mid: half of its last digit in the page
+    event = hertz.problem().path(load=hertz.P).events[-1]
+    load, error = event.load, event.load_error
+    assert (
+        event.kind == "merged" and error < 1e-7 * load
+    )  # twice that of alpha_mid: half of its last digit in the page
     return [0.25 / np.sqrt(load / hertz.P), load / hertz.P]
 
 

@@ -23,7 +23,7 @@ QUESTIONS = {
     "Do panels keep their promise where two zones touch?": (
         "event", "kind_of != 'touching'",
         "within 1e-4 of alpha_mid, rtol below 1e-6",
-        "ask for 1e-5, or for the load itself: problem.solver.coalescence()"),
+        "ask for 1e-5, or for the load itself: the event of problem.path()"),
     "Do panels keep their promise where the second corner begins to touch?": (
         "event", "kind_of == 'touching'",
         "nowhere",

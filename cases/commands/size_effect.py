@@ -13,6 +13,7 @@ import numpy as np
 
 import microblock as mb
 from microblock.corners import active_set
+from microblock.halfplane.kernels import coalescence_exponent
 
 from .. import size_effect
 from ..layers import problems
@@ -106,49 +107,43 @@ def classical_hardness(common):
 def by_panels(nu, beta):
     """((alpha_mid, its error), [(Gauss spacing over a_Hz of a panel of length ell, alpha_mid)])."""
     problem, _ = problems(1.0, nu, beta)
-    loads = {order: problem.solver.coalescence(order) for order in ORDERS}
-    alphas = {order: 1 / math.sqrt(2 * load / math.pi) for order, (load, _) in loads.items()}
-    finest, (load, error) = alphas[ORDERS[-1]], loads[ORDERS[-1]]
-    return (finest, finest * error / load / 2), [(finest / order, alphas[order]) for order in ORDERS]
+    load, error = event_of(problem)
+    loads = {order: meeting(problem.with_(method=mb.Panels(order=order)), load)[0] for order in ORDERS}
+    alphas = {order: 1 / math.sqrt(2 * met / math.pi) for order, met in loads.items()}
+    alpha = 1 / math.sqrt(2 * load / math.pi)
+    return (alpha, alpha * error / load / 2), [(alpha / order, alphas[order]) for order in ORDERS]
 
 
 def by_elements(nu, beta):
     """((alpha_mid in the limit of elements and domain, its error), [(h over a_Hz, alpha_mid)]).
 
-    The error is that of the extrapolation and of the order of the elements, from two meshes. h is that of
-    bilinear elements on a uniform mesh, of which the node on the axis closes at that load.
+    The error is that of the interpolation and of the order of the elements. h is that of bilinear elements on
+    a uniform mesh, of which the node on the axis closes at that load.
     """
-    problem, _ = problems(1.0, nu, beta, mb.Block)
-    (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ((7, 4), (9, 5)))
+    near, _ = event_of(problems(1.0, nu, beta)[0])
+    orders = (mb.Fitted(order=order) for order in (7, 9))
+    (coarse, _), (load, error) = (
+        meeting(problems(1.0, nu, beta, mb.Block, order)[0], near) for order in orders
+    )
     alpha = 1 / math.sqrt(2 * load / math.pi)
     return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
 
 
-def coalescence(solver, order, levels):
-    """Load at which the zones of a symmetric problem of a FittedSolver meet, and its error."""
-    from microblock.halfplane.coalescence import extrapolated
-    from microblock.halfplane.kernels import coalescence_exponent
-
-    def coefficients(inner, outer, loads):
-        zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
-        return edge_coefficients(solver, zones, loads, order, levels)
-
-    inner_edges, exponent = (1.5, 2.0, 2.5, 3.0, 3.5), coalescence_exponent(solver.solid)
-    return extrapolated(coefficients, solver.solid, inner_edges, lambda outer: exponent)
+def event_of(problem):
+    """Load at which the zones of a half-plane merge, and its error."""
+    (event,) = (event for event in problem.path(load=50.0).events if event.kind == "merged")
+    return event.load, event.load_error
 
 
-def edge_coefficients(solver, zones, loads, order, levels):
-    """((K0, K1) at the innermost edge at each load, those at the outermost), of a FittedSolver."""
-    from microblock.fem.fitted_mesh import FittedMesh  # here: panels do without ngsolve
-
-    mesh, both = FittedMesh(solver, loads[0], zones, order, levels, even=False), []
-    (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
-    inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)
-    for corner, edge, inward in (inner, (0, outer, -1)):
-        way = mesh.way(edge)
-        pressures = [mesh.pressures_under(solver.share(load))[corner] for load in loads]
-        both.append([mesh.read(p, edge, inward, way, way) for p in pressures])
-    return both
+def meeting(problem, near):
+    """Load near another at which zones meet on the axis, and its error, from states of a fixed order below
+    it: the load is smooth in b^(2 s) with an inner edge at the distance b.
+    """
+    loads = near * (1 - 3e-3 * np.arange(1, 5))
+    edges = np.array([problem.solve(load=load).zones["A"][0][0] for load in loads])
+    passed = edges ** (2 * coalescence_exponent(problem.body.solid))
+    load, other = (np.polyfit(passed[:count], loads[:count], count - 1)[-1] for count in (4, 3))
+    return float(load), float(abs(load - other))
 
 
 def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):

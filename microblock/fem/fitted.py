@@ -122,7 +122,8 @@ class FittedSolver(MeshFitter):
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
                 contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
                 return contact.solver.at(load, 0.1 * rtol, fallback=False).all_zones
-        return list(first_zones(self.problem, load))[-1][0]
+        *_, zones = first_zones(self.problem, load)
+        return zones
 
     def _levels(self, rtol, even):
         """Refinement levels from the one before the first that may reach rtol; or that of the fixed order."""

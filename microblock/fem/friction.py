@@ -7,9 +7,9 @@ import numpy as np
 from scipy import sparse
 
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
+from ..corners.friction_events import events
 from ..corners.nodal import zones_of
 from ..errors import BadArgument, out_of_reach, require_kind
-from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change

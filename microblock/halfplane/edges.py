@@ -12,8 +12,7 @@ from ..model.problem import half_line
 from ..model.progress import counted
 from ..model.zones import zone_edges
 from ..threads import released
-from .carried import decay, meeting_exponent
-from .coalescence import extrapolated
+from .carried import decay
 from .counter import counter_response
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
@@ -25,12 +24,12 @@ def tolerated(order):
     return 10 ** (-(order + 6) / 4)
 
 
-def solve_zones(problem, panels, loads):
-    """q and approach with closed gaps at each load, and q under rounded gaps."""
+def solve_zones(problem, panels, load):
+    """q and approach with closed gaps at a load, and q under rounded gaps."""
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
-    system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
+    system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, 2))
     system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
     if problem.counter is not None:
         by_counter = counter_response(problem, panels, x - np.array(problem.shifts)[corner])
@@ -38,18 +37,18 @@ def solve_zones(problem, panels, loads):
         raised = raised + by_counter[1]
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
-    right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]
-    right[count, :-1] = loads - sides * panels.log_size @ np.abs(panels.h)
-    terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * loads[0]
-    right[:count, -1] = 5e-15 * terms * (-1.0) ** np.arange(count)
+    right[:count, 0] = -(problem.initial_gap(corner, x) + raised)
+    right[count, 0] = load - sides * panels.log_size @ np.abs(panels.h)
+    terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * load
+    right[:count, 1] = 5e-15 * terms * (-1.0) ** np.arange(count)
     try:
         with released(count):
             solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
         raise NotConverged(
-            f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {loads[0]:g}"
+            f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {load:g}"
         ) from failure
-    return solution[:-1, :-1].T, solution[-1, :-1], solution[:-1, -1]
+    return solution[:-1, 0], float(solution[-1, 0]), solution[:-1, 1]
 
 
 def _share(panels, part, whole):
@@ -103,13 +102,13 @@ def fit(problem, load, zones, order, tolerance):
         counted()
         iterations += 1
         panels = make_panels(problem, zones, order)
-        (q,), (approach,), noise = solve_zones(problem, panels, (load,))
+        q, approach, noise = solve_zones(problem, panels, load)
         # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
         unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
         further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
         estimate = Estimate(None, float(missed / unit), _share(panels, noise, q))
         state = PanelSolution(
-            problem, load, zones, panels, q, float(approach), iterations, estimate, further=further
+            problem, load, zones, panels, q, approach, iterations, estimate, further=further
         )
         least = best.estimate.edges if best else np.inf
         idle = 0 if estimate.edges < least / 2 else idle + 1
@@ -217,24 +216,3 @@ def _require_finite_chain(problem, zones):
             f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's "
             "side apart, which panels do not follow: take Cells()"
         )
-
-
-def at_inner_edge(problem, order):
-    """`coefficients` of `coalescence.load_at_inner_edge` for a symmetric problem."""
-
-    def coefficients(inner, outer, loads):
-        panels = make_panels(problem, {0: ((inner, outer),)}, order)
-        found = [edge_coefficients(panels, q) for q in solve_zones(problem, panels, loads)[0]]
-        return [[each[key] for each in found] for key in ((0, float(inner), 1), (0, float(outer), -1))]
-
-    return coefficients
-
-
-def coalescence(problem, order=14):
-    """Load at which two symmetric zones of partial contact touch: (load, its error)."""
-
-    def exponent(outer):
-        return meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0)
-
-    inner_edges = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
-    return extrapolated(at_inner_edge(problem, order), problem.solid, inner_edges, exponent)

@@ -12,31 +12,24 @@ from .panels import short_enough
 
 
 def first_zones(problem, load):
-    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
-    finer each time; NotConverged if the obstacle asks for too many cells.
+    """Yields zones {corner number: ((left, right), ...)} of all corners, finer each time; NotConverged if the
+    obstacle asks for too many cells.
     """
-    cells, closed, of_all = _first_cells(problem), None, 2000
+    cells, closed, of_all, trials = _first_cells(problem), None, 2000, 0
     most, rounds = of_all / len(problem.law.corners), 10
     if len(cells) > most:
         raise NotConverged(
             f"more than {of_all} cells of varied size would be needed to see all features of the obstacle"
         )
-    trials = 0
     for number in range(rounds):
         forces, closed = _pressed(problem, load, cells, closed)
-        split, changing = _unresolved(closed), _changing(closed)
-        if not split.any() or number == rounds - 1 or _many(cells, split) > most:
-            zones = {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
-            yield zones, float((cells[:, 1] - cells[:, 0])[changing].max(initial=0.0))
-            trials, split = trials + 1, changing
-            if trials == 4 or _many(cells, split) > most:
+        parts = np.where(_unresolved(closed), 4, 1)
+        if parts.max() == 1 or number == rounds - 1 or parts.sum() > most:
+            yield {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
+            trials, parts = trials + 1, np.where(_changing(closed), 4, 1)
+            if trials == 4 or parts.sum() > most:
                 return
-        parts = np.where(split, 4, 1)
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)
-
-
-def _many(cells, split):
-    return len(cells) + 3 * np.count_nonzero(split)
 
 
 def _first_cells(problem):

@@ -9,7 +9,6 @@ import numpy as np
 from ..model.types import Array, Flags, Zones
 from ..model.zones import common, contact_zones, runs, without
 
-SKIPPED = 2  # cells at the edge that are not fitted to
 WINDOWS = ((6, 2, 5e-2), (16, 3, 2e-2))  # cells, powers, and residual at most, relative to each value
 
 
@@ -22,44 +21,37 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
     values : array (n,), means over the cells
     grows : bool, whether values may fall like r^(3/2)
     """
-    few = slice(SKIPPED, SKIPPED + WINDOWS[0][0])
-    if len(values[few]) < WINDOWS[0][0] or not np.all(values[few] > 0):
+    width, cells, y, found = float(np.ptp(cells[0])), cells[2:], values[2:], []  # the first two are off
+    few = slice(WINDOWS[0][0])
+    if len(y[few]) < WINDOWS[0][0] or not np.all(y[few] > 0):
         return None
-    slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(values[few]), 1)[0]
+    slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(y[few]), 1)[0]
     if slope > 0.85 and not (grows and slope > 1.15):  # neither 1/2 nor 3/2
         return None
-    power, found = 0.5 if slope < 1 else 1.5, []
     for count, terms, residual in WINDOWS:
-        own, y = cells[SKIPPED : SKIPPED + count], values[SKIPPED : SKIPPED + count]
-        if len(own) == count and np.all(y > 0):
-            shift, left = _fitted(own, y, power, terms)
+        if len(y) >= count and np.all(y[:count] > 0):
+            powers = np.arange(terms, dtype=float) + (0.5 if slope < 1 else 1.5)
+            shift, left = _fitted(cells[:count], y[:count], powers, width)
             if left <= residual:
                 found.append(shift)
-    width = float(np.ptp(cells[0]))
-    if not found or np.ptp(found) > width / 4 or abs(found[-1]) > width:
+    if not found or np.ptp(found) > width / 4 or abs(found[-1]) > 0.99 * width:
         return None
     # fits may agree and be off together
     return found[-1], width / 8 + float(np.ptp(found)) if len(found) > 1 else width
 
 
-def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
-    """(shift, relative residual) of powers of the distance + shift."""
-    unit = cells[-1, 1]
-    near, far = cells.T / unit
-    powers, shift = power + np.arange(terms)[:, None], 0.0
-    for _ in range(20):  # Gauss and Newton
-        a, b = near + shift, far + shift
-        if not 0 < a[0] < 2:
-            break
-        means = (b ** (powers + 1) - a ** (powers + 1)) / (powers + 1) / (b - a) / values
-        share = np.linalg.lstsq(means.T, np.ones(len(values)), rcond=None)[0]
-        left = 1 - share @ means
-        slopes = share @ (b**powers - a**powers) / (b - a) / values
-        step = np.linalg.lstsq(np.vstack((means, slopes)).T, left, rcond=None)[0][-1]
-        shift += step
-        if abs(step) < 1e-4 * (far[0] - near[0]):
-            return float(shift * unit), float(np.sqrt(np.mean(left**2)))
-    return np.inf, np.inf
+def _fitted(cells: Array, values: Array, powers: Array, most: float) -> tuple[float, float]:
+    """(shift, up to `most`, and relative residual) of powers of the distance + shift."""
+    from scipy.optimize import minimize_scalar  # here: half a second that most states do without
+
+    def residual(shift: float) -> float:
+        near, far = (cells.T + shift)[:, :, None] / cells[-1, 1]
+        means = (far ** (powers + 1) - near ** (powers + 1)) / (powers + 1) / (far - near) / values[:, None]
+        left = 1 - means @ np.linalg.lstsq(means, np.ones(len(values)), rcond=None)[0]
+        return float(np.sqrt(np.mean(left**2)))
+
+    best = minimize_scalar(residual, bounds=(-most, most), method="bounded", options={"xatol": 1e-9 * most})
+    return float(best.x), float(best.fun)
 
 
 def zones_on_cells(
@@ -107,13 +99,16 @@ def zones_on_cells(
         return min(np.ravel(found["contact"]).tolist(), key=lambda own: abs(own - end))
 
     own = {
-        number: [(edge(run, -1, ~flags, p), edge(run, 1, ~flags, p)) for run in _runs(cells, flags)]
-        for number, (flags, p) in enumerate(zip(closed, pressures))
+        corner: [(edge(run, -1, ~flags, p), edge(run, 1, ~flags, p)) for run in _runs(cells, flags)]
+        for corner, (flags, p) in enumerate(zip(closed, pressures))
     }
     found = contact_zones(own, corners)
-    ends = {run: (edge_of_stick(run, -1), edge_of_stick(run, 1)) for run in _runs(cells, stick)}
-    inner = [pair for run, pair in ends.items() if _is_zone(run, bound, shear)]
-    found["stick"], found["slip"] = common(inner, found["contact"]), found["contact"]
+    inner = [
+        (run, (edge_of_stick(run, -1), edge_of_stick(run, 1)))  # all of them for their doubts
+        for run in _runs(cells, stick)
+    ]
+    zones = [pair for run, pair in inner if _is_zone(run, bound, shear)]
+    found["stick"], found["slip"] = common(zones, found["contact"]), found["contact"]
     for left, right in found["stick"]:
         found["slip"] = without(found["slip"], left, right)
     return found, doubts

@@ -1,24 +1,26 @@
-"""Histories of frictional contact between equal bodies on panels by `friction_memory`."""
+"""Histories of frictional contact between equal bodies on panels: the shear traction is a sum of pressures
+without friction (docs/theory/friction.md),
 
-from __future__ import annotations
+    q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
+"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from ..corners.friction_events import legs
+from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.events import Event
 from ..model.history import History
 from ..model.quadrature import gauss_rule
-from ..model.state import Solution, State
+from ..model.state import State
 from ..model.zones import common, contains, without
-from .friction_events import legs
-from .friction_memory import Memory
 from .kernels import kernels
-from .panel_solution import PanelSolution
+from .panel_solution import OnPanels
 from .panels import response
 
 
@@ -37,46 +39,96 @@ def require_superposition(contact: Any, order: int | None) -> None:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """The integral of g, a polyline: loads along it lead to the same state without slip.
+
+    Attributes
+    ----------
+    loads, shears : arrays (n,), corners of the polyline from (0, 0) to (P, Q), loads ascending
+    stuck : the load whose contact has stuck since the pair before
+    """
+
+    loads: np.ndarray
+    shears: np.ndarray
+    stuck: float = 0.0
+
+    @property
+    def load(self):
+        return float(self.loads[-1])
+
+    def __call__(self, loads):
+        return np.interp(loads, self.loads, self.shears)
+
+    def left(self, loads, limit):
+        """Shear that slip to g = `limit`, f or -f, may still add under loads (ascending), array (n,)."""
+        return np.abs(limit * loads - self(loads))
+
+    @property
+    def parts(self):
+        """[(factor, load), ...] of the pressures of which q is the sum."""
+        g = np.diff(self.shears) / np.diff(self.loads)
+        factors, noise = g - np.append(g[1:], 0.0), PATHS * np.abs(g).max(initial=0.0)
+        return [
+            (each, load) for each, load in zip(factors.tolist(), self.loads[1:].tolist()) if abs(each) > noise
+        ]
+
+    def to(self, load, shear, friction):
+        """Returns the memory at the next pair; BadArgument where friction cannot bear the shear."""
+        load = self.load if abs(load - self.load) <= PATHS * load else load
+        if load > self.load:
+            if abs(shear - self.shears[-1]) > friction * (load - self.load) * (1 + PATHS):
+                raise BadArgument(
+                    "pairs",
+                    (load, shear),
+                    "must not add more shear force than friction times the normal force it adds: panels "
+                    "follow slip while the normal force is constant or falls; method=Cells() follows both",
+                )
+            return Memory(np.append(self.loads, load), np.append(self.shears, shear), load)
+        missing, stuck, least = shear - self(load), load, PATHS * friction * load
+        if abs(missing) > least:
+            limit = np.copysign(friction, missing)
+            target = abs(limit * load - shear)
+            stuck = (
+                float(np.interp(target, self.left(self.loads, limit), self.loads)) if target > least else 0.0
+            )
+        loads = np.unique((0.0, *self.loads[self.loads < stuck * (1 - PATHS)], stuck, load))
+        return Memory(loads, np.append(self(loads[:-1]), shear), stuck)
+
+
 class FrictionPanels:
     """Histories of one Contact of a PanelSolver through pairs, array (n, 2)."""
 
     def __init__(self, solver, pairs):
         require_superposition(solver.contact, solver.options.order)
         self.solver, self.pairs, self.friction = solver, pairs, float(solver.law.friction)
-        self.memories = [Memory()]
-        for P, Q in pairs:
-            self.memories.append(self.memories[-1].to(float(P), float(Q), self.friction))
+        self.memories, self._known = [Memory(np.zeros(1), np.zeros(1))], {}
+        for P, Q in pairs.tolist():
+            self.memories.append(self.memories[-1].to(P, Q, self.friction))
 
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol = asked = 1e-6 if rtol is None else rtol
-        worst = np.inf
-        for _ in range(2):  # shear is a sum of several states
-            try:
-                solutions = self._solutions(asked)
-            except NotConverged as failure:
-                if worst == np.inf:
-                    raise
-                raise out_of_reach(rtol, worst) from failure
-            worst = max(one.error_estimate for one in solutions)
-            if worst <= rtol:
-                return History(self.solver.contact, [State(one) for one in solutions], self._events())
-            asked = rtol * rtol / worst / 4
-        raise out_of_reach(rtol, worst)
+        rtol = 1e-6 if rtol is None else rtol
+        # errors of the shear traction over f are those of its parts times so much
+        sums = max(sum(abs(factor) for factor, _ in memory.parts) for memory in self.memories)
+        share = max(1.0, sums / self.friction)
+        self._rtol, dissipation, first, states = rtol / share, 0.0, [], []
+        try:
+            for before, memory in pairwise(self.memories):
+                # under a punch it is a difference of equal numbers
+                dissipation += max(0.0, self._dissipated(before, memory))
+                if not first or memory.load > first[-1].load:
+                    first.append(memory)
+                states.append(State(self._solution(memory, tuple(first), dissipation)))
+            self._require_growing()
+        except NotConverged as failure:
+            if failure.rtol_reached is None:
+                raise
+            raise out_of_reach(rtol, failure.rtol_reached * share, load=failure.reached) from failure
+        return History(self.solver.contact, states, self._events())
 
-    def _solutions(self, rtol):
-        self._rtol, self._known = rtol, {}
-        dissipation, first, found = 0.0, [], []
-        for memory in self.memories[1:]:
-            rubbed = sum(self.friction * abs(one.change) * self._rubbed(one) for one in memory.slipped)
-            dissipation += max(0.0, rubbed)  # under a punch it is a difference of equal numbers
-            if not first or memory.load > first[-1].load:
-                first.append(memory)
-            found.append(PanelFriction(self, memory, tuple(first), dissipation))
-        self._require_growing()
-        return found
-
-    def at(self, load) -> PanelSolution:
+    def at(self, load):
+        """The PanelSolution without friction at a load."""
         if load not in self._known:
             self._known[load] = self.solver.at(load, self._rtol, fallback=False)
         return self._known[load]
@@ -84,6 +136,56 @@ class FrictionPanels:
     def contact_at(self, load):
         """Contact zones at a load, [(left, right), ...]."""
         return self.at(load).zones_by_name["contact"]
+
+    def scalars(self, load):
+        """d, and the integrals of d over smaller loads and of p times height."""
+        if load == 0:
+            lowest = self.solver.problem.initial_gap(np.zeros(1, int), np.array([self._lowest]))
+            return np.array([float(lowest[0]), 0.0, 0.0])
+        one = self.at(load)
+        work = load * one.approach
+        return np.array([one.approach, work - one.energy, work - 2 * one.energy])
+
+    @property
+    def _lowest(self):
+        return self.solver._picture(float(self.pairs[:, 0].max())).lowest
+
+    def _solution(self, memory, first, dissipation):
+        own = self.at(memory.load)
+        given = {each.name: getattr(own, each.name) for each in fields(own)}
+        return PanelFriction(
+            **{**given, "estimate": None},
+            plain=self,
+            memory=memory,
+            first=first,
+            parts=[(factor, self.at(load)) for factor, load in memory.parts],
+            shear=float(memory.shears[-1]),
+            dissipation=dissipation,
+        )
+
+    def _dissipated(self, before, after):
+        """Work of friction from one memory to the next: f times the integral of ``P d' - d(P) + H'`` times
+        the change of g, over the loads whose contact slips, P the load under which that begins.
+        """
+        if after.stuck == after.load:
+            return 0.0
+        total, limit = 0.0, np.copysign(self.friction, after.shears[-1] - before(after.load))
+        bounds = np.union1d(after.stuck, before.loads[before.loads > after.stuck])
+        left = before.left(bounds, limit)
+        begins = np.interp(left, left[[0, -1]], (after.load, before.load))
+        for (low, P, less), (high, R, more) in pairwise(zip(bounds.tolist(), begins.tolist(), left)):
+            if more - less > PATHS * left[-1]:
+                total += self.friction * (more - less) / (high - low) * self._rubbed(low, high, P, R)
+        return max(0.0, float(total))  # under a punch it is a difference of equal numbers
+
+    def _rubbed(self, lower, upper, P, R):
+        """The integral from a load to another, under which slip begins at P and R."""
+        low, high, width = self.scalars(lower), self.scalars(upper), upper - lower
+        approach, area, height = high - low
+        if abs(R - P) <= 1e-9 * R:
+            return R * approach - self.scalars(R)[0] * width + height
+        slope, loads = (R - P) / width, (self.scalars(R) - self.scalars(P))[1]
+        return R * high[0] - P * low[0] - slope * area - loads / slope + height
 
     def _require_growing(self):
         """NotConverged unless contacts grow with the load."""
@@ -97,138 +199,79 @@ class FrictionPanels:
                         "no sum of pressures: take method=Cells()"
                     )
 
-    @property
-    def _lowest(self):
-        return self.solver._picture(float(self.pairs[:, 0].max())).lowest
-
-    def scalars(self, load):
-        """d, and the integrals of d over smaller loads and of p times height."""
-        if load == 0:
-            lowest = self.solver.problem.initial_gap(np.zeros(1, int), np.array([self._lowest]))
-            return np.array([float(lowest[0]), 0.0, 0.0])
-        one = self.at(load)
-        work = load * one.approach
-        return np.array([one.approach, work - one.energy, work - 2 * one.energy])
-
-    def _rubbed(self, one):
-        """Work of friction in a layer for g = 1: integral of P d' - d(P) + H'."""
-        low, high = self.scalars(one.lower), self.scalars(one.upper)
-        approach, area, height = high - low
-        P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
-        if abs(R - P) <= 1e-9 * R:
-            return R * approach - self.scalars(R)[0] * width + height
-        slope, loads = (R - P) / width, (self.scalars(R) - self.scalars(P))[1]
-        return R * high[0] - P * low[0] - slope * area - loads / slope + height
-
     def _events(self):
-        found, slipped = [], False
-
-        def note(memory, kind, zone, x):
-            found.append(Event(memory.load, 0.0, kind, zone, x, memory.shear, leg))
-
+        found, slips = [], [after.stuck < after.load for after in self.memories[1:]]
         for leg, (*_, turns, slides) in enumerate(legs(self.pairs, self.friction)):
             before, after = self.memories[leg : leg + 2]
-            ends = np.ravel(self.contact_at(after.load))
-            if not leg and after.stuck:
-                note(before, "born", "stick", self._lowest)
-            if turns and slipped:
-                note(before, "reversal", "slip", (ends[0] + ends[-1]) / 2)
-            if not slipped and (after.slipped or not after.stuck):
-                slipped = True
-                note(before, "first slip", "slip", ends[0])
-            if slides:
-                note(after, "full slip", "slip", (ends[0] + ends[-1]) / 2)
+            ends, slipped = np.ravel(self.contact_at(after.load)), any(slips[:leg])
+            middle = (ends[0] + ends[-1]) / 2
+            events = (
+                (not leg and after.stuck, before, "born", "stick", self._lowest),
+                (turns and slipped, before, "reversal", "slip", middle),
+                (slips[leg] and not slipped, before, "first slip", "slip", ends[0]),
+                (slides, after, "full slip", "slip", middle),
+            )
+            for happens, at, kind, zone, x in events:
+                if happens:
+                    found.append(Event(at.load, 0.0, kind, zone, x, float(at.shears[-1]), leg))
         return found
 
 
-def shear_kernel(problem, distance, target, source):
-    """Displacement -u.n of the surface (`target` 0), or ell/2 psi (1), under a unit shear force."""
+def both_shear_kernels(problem, distance, target, source):
+    """Displacement -u.n of the surface, and ell/2 psi, under a unit shear force: array (2, ...)."""
     solid = problem.solid
     along, even = kernels(solid.nu, solid.beta, solid.curvature)(distance / solid.ell, (5, 6))
-    return (1 - solid.nu) / solid.mu * ((1 - target) * along - target * even)
+    return (1 - solid.nu) / solid.mu * np.array((along, -even))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class PanelFriction(Solution):
-    """A state of a history as a sum of states without friction.
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class PanelFriction(OnPanels):
+    """A state of a history, that without friction at its load and a sum of others.
 
     Attributes
     ----------
     plain : FrictionPanels
     memory : Memory
     first : tuple of Memory, with the largest normal forces so far
-    dissipation : float
+    parts : [(factor, PanelSolution), ...], of the shear traction
     """
 
     plain: Any
     memory: Memory
     first: tuple
+    parts: list
+    shear: float
     dissipation: float
 
-    method = "panels"
-    tangential_approach = None
-
-    @property
-    def _own(self) -> PanelSolution:
-        return self.plain.at(self.memory.load)
-
     @cached_property
-    def _parts(self):
-        return self._parts_of(self.memory)
-
-    def _parts_of(self, memory):
-        """[(factor, state), ...] at a Memory."""
-        steps = zip(memory.bounds[1:], memory.shares, (*memory.shares[1:], 0.0))
-        return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
-
-    @property
-    def holders(self):
-        return self, self.memory, self._own
-
-    @property
-    def solver(self):
-        return self.plain.solver
-
-    @property
-    def problem(self):
-        return self._own.problem
-
-    @property
-    def approach(self):
-        return self._own.approach
+    def _states(self):
+        return [self.plain.at(self.load), *(one for _, one in self.parts)]
 
     @cached_property
     def error_estimate(self):
         """Of pressure and q/f: the sum over the parts."""
-        sums = sum(abs(factor) * one.error_estimate for factor, one in self._parts)
-        return max(self._own.error_estimate, sums / self.plain.friction)
+        sums = sum(abs(factor) * one.error_estimate for factor, one in self.parts)
+        return max(self._states[0].error_estimate, sums / self.plain.friction)
 
     @cached_property
     def residual(self):
         """Of the parts, the loads, and the friction bound over the largest pressure."""
         p, q, w = self.pressures[0], self.shear_traction, self.weights
         beyond = (np.abs(q) - self.plain.friction * p).max() / p.max()
-        missing = max(abs(w @ p - self.memory.load), abs(w @ q - self.memory.shear)) / self.memory.load
+        missing = max(abs(w @ p - self.load), abs(w @ q - self.shear)) / self.load
         return float(max(*(one.residual for one in self._states), beyond, missing))
 
     @cached_property
     def _rule(self):
-        contact = self._own.zones_by_name["contact"]
-        panels = [one.panels.whole(one.problem) for one in self._states]
-        ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
-        ends = np.unique(np.concatenate((ends, np.ravel(contact))))
-        size = contact[-1][1] - contact[0][0]
-        ends = ends[np.concatenate(([True], np.diff(ends) > 1e-12 * size))]
-        middle = (ends[1:] + ends[:-1]) / 2
-        inside = contains(contact, middle)
+        contact, panels = self.zones_by_name["contact"], [one.whole[0] for one in self._states]
+        ends = np.concatenate([np.ravel(contact), *(np.append(own.e, own.e + own.h) for own in panels)])
+        size, ends = np.ptp(contact), np.unique(ends)
+        ends = ends[np.diff(ends, prepend=-np.inf) > 1e-12 * size]
+        inside = contains(contact, (ends[1:] + ends[:-1]) / 2)
         left, right = ends[:-1][inside, None], ends[1:][inside, None]
         points, weights = gauss_rule(16)  # clustered towards both ends
         x = left + (right - left) * np.sin(np.pi / 2 * points) ** 2
         return x.ravel(), ((right - left) * np.pi / 2 * np.sin(np.pi * points) * weights).ravel()
-
-    @property
-    def _states(self):
-        return [self._own, *(one for _, one in self._parts)]
 
     @property
     def x(self):
@@ -242,21 +285,15 @@ class PanelFriction(Solution):
     def pressures(self):
         return self.pressure(0, self.x)[None]
 
-    def pressure(self, corner, x):
-        return self._own.pressure(corner, x)
-
-    def gap(self, corner, x):
-        return self._own.gap(corner, x)
-
     @cached_property
     def shear_traction(self):
-        return sum((factor * one.pressure(0, self.x) for factor, one in self._parts), np.zeros_like(self.x))
+        return sum((factor * one.pressure(0, self.x) for factor, one in self.parts), np.zeros_like(self.x))
 
     @cached_property
     def zones_by_name(self):
-        found, stuck = self._own.zones_by_name, self.memory.stuck
-        stick = common(self.plain.contact_at(stuck), found["contact"]) if stuck else []
+        found, stuck = self.plain.at(self.load).zones_by_name, self.memory.stuck
         slip = found["contact"]
+        stick = common(self.plain.contact_at(stuck), slip) if stuck else []
         for pair in stick:
             slip = without(slip, *pair)
         return {**found, "stick": stick, "slip": slip}
@@ -264,11 +301,13 @@ class PanelFriction(Solution):
     @cached_property
     def zone_errors(self):
         errors = {}
-        for load in filter(None, (self.memory.stuck, self.memory.load)):
+        for load in filter(None, (self.memory.stuck, self.load)):
             zones, error = self.plain.contact_at(load), self.plain.at(load).error_estimate
-            size = zones[-1][1] - zones[0][0]
+            size = np.ptp(zones)
             errors |= {
-                end: error * size / 2 * np.sqrt(size / (zone[1] - zone[0])) for zone in zones for end in zone
+                end: float(error * size / 2 * np.sqrt(size / (zone[1] - zone[0])))
+                for zone in zones
+                for end in zone
             }
         return {
             name: [tuple(errors[end] for end in zone) for zone in zones]
@@ -276,12 +315,12 @@ class PanelFriction(Solution):
         }
 
     def _displaced(self, memory):
-        found = np.zeros_like(self.x)
         start = self.problem.initial_gap(np.zeros(len(self.x), int), self.x) - self.plain.scalars(0)[0]
-        for factor, one in self._parts_of(memory):
-            outside = ~contains(one.zones_by_name["contact"], self.x)
+        found = np.zeros_like(self.x)
+        for factor, load in memory.parts:
+            outside = ~contains(self.plain.contact_at(load), self.x)
             found += factor * start
-            found[outside] -= factor * one.gap(0, self.x[outside])
+            found[outside] -= factor * self.plain.at(load).gap(0, self.x[outside])
         return found
 
     @cached_property
@@ -296,37 +335,32 @@ class PanelFriction(Solution):
 
     @cached_property
     def energy(self):
-        scalars = {one.load: self.plain.scalars(one.load) for _, one in self._parts}
-        total = 0.0
-        for factor, one in self._parts:
-            for other, another in self._parts:
-                low, high = sorted((one.load, another.load))
-                total += factor * other * (low * scalars[high][0] - scalars[low][2]) / 2
-        return float(self._own.energy) + total
+        total = self.plain.at(self.load).energy
+        for factor, one in self.parts:
+            for other, another in self.parts:
+                low, high = sorted((one, another), key=lambda state: state.load)
+                total += factor * other * (low.load * (high.approach - low.approach) / 2 + low.energy)
+        return float(total)
 
     @property
     def work(self):
         return self.energy + self.dissipation
 
-    def _of_shear(self, x, target):
-        found, targets = np.zeros_like(x), np.full_like(x, target)
-        for factor, one in self._parts:
-            matrix, known = response(one.problem, one.panels, x, targets, shear_kernel)
+    def gap(self, corner, x):
+        return self.plain.at(self.load).gap(corner, x)  # shear moves both surfaces alike
+
+    def _sheared(self, x):
+        found = np.zeros((2, len(x)))
+        for factor, one in self.parts:
+            matrix, known = response(one.problem, one.panels, x, np.zeros_like(x), both_shear_kernels)
             found += factor * (matrix @ one.q + known)
         return found
 
-    @cached_property
-    def displacement(self):
-        return self._own.displacement_at(self.x, np.zeros_like(self.x)) + self._of_shear(self.x, 0.0)
-
-    @cached_property
-    def psi(self):
-        return self._own.rotation(self.x) + 2 / self.problem.solid.ell * self._of_shear(self.x, 1.0)
-
-    @property
-    def micromoment(self):
-        return np.zeros_like(self.x)
+    def displacement_and_rotation(self, x):
+        displacement, rotation = super().displacement_and_rotation(x)
+        sheared, turned = self._sheared(x)
+        return displacement + sheared, rotation + 2 / self.problem.solid.ell * turned
 
     def counter_displacement(self, x):
         """Displacement of the second surface at x, array (n,); shear acts oppositely on it."""
-        return self._own.counter_displacement(x) - self._of_shear(x, 0.0)
+        return super().counter_displacement(x) - self._sheared(x)[0]

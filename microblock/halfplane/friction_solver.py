@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .. import cost
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
+from ..corners.friction_events import events
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.events import Event
@@ -23,7 +24,6 @@ from ..model.types import Array, Flags, Interval, ZoneErrors, Zones
 from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import zones_on_cells
-from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
 
 if TYPE_CHECKING:

@@ -37,8 +37,8 @@ class Estimate(ErrorParts):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PanelSolution(LineSolution):
-    """A solution on fitted panels.
+class OnPanels(LineSolution):
+    """Base of solutions on fitted panels.
 
     Attributes
     ----------
@@ -145,11 +145,9 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def displacement(self):
-        return self.displacement_at(self.x, np.zeros_like(self.x))
+        return self.displacement_and_rotation(self.x)[0]
 
     def rotation(self, x):
-        if self.problem.law.clamps_rotation:
-            return np.zeros_like(x)
         return self.displacement_and_rotation(x)[1]
 
     def displacement_and_rotation(self, x):
@@ -217,6 +215,10 @@ class PanelSolution(LineSolution):
             displacement=displacement,
             counter=None if self.problem.counter is None else self.counter_displacement,
         )
+
+
+class PanelSolution(OnPanels):
+    """A solution without friction, which knows the fields below."""
 
     @cached_property
     def fields(self):

@@ -8,12 +8,10 @@ from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import require_pure_force
-from ..model.methods import Panels
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import search
 from .cells_instead import OFFERED, by_cells, cells_follow
-from .edges import coalescence
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .panel_solution import PanelSolution
@@ -151,18 +149,3 @@ class PanelSolver(Solver):
                 f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {most:.0g} are in "
                 "reach: take a larger ell, or the unilateral law, from which this one hardly differs there"
             )
-
-    @property
-    def may_meet_on_axis(self):
-        return self.symmetric and len(self.law.corners) == 2 and not self.problem.ends
-
-    def coalescence(self, order=14):
-        """Load at which two symmetric zones touch on the axis, and its error."""
-        Panels(order=order)
-        if not self.may_meet_on_axis:
-            raise BadArgument(
-                "problem",
-                self.contact,
-                "must be a symmetric one of microblocks under an obstacle without ends",
-            )
-        return coalescence(self.problem, order)

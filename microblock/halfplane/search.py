@@ -46,7 +46,7 @@ def _trials(problem, load, near):
     if half_line(problem) and problem.picture.simple:
         half = picture.classical(problem, load, problem.picture.lowest)[0]
         yield {0: ((-half, half),)}
-    yield from (problem.computed(zones) for zones, _ in first_zones(problem, load))
+    yield from map(problem.computed, first_zones(problem, load))
 
 
 def _climb(problem, load, zones, rtol):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from ..corners.rounding import TERMS
 from ..model.problem import half_line
 from ..model.zones import contains, runs
 from .panels import panels_outside
@@ -99,12 +100,18 @@ def _gaps(state, surface, corner):
         x, gaps, _ = known = known[:, np.argsort(known[0], kind="stable")]
         least = _minima(gaps)
         # what a parabola through three neighbours, and twice that, may fall below the middle one
-        least = least[2 * gaps[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
+        above = np.maximum(gaps[least - 1], gaps[least + 1])
+        least = least[above - gaps[least] > np.maximum(gaps[least], _rounding(state))]
         if not len(least):
             break
         more = np.linspace(x[least - 1], x[least + 1], 9).ravel()
         known = np.concatenate((known, at(np.setdiff1d(more, x))), axis=1)
     return known[:, np.argsort(known[0], kind="stable")]
+
+
+def _rounding(state):
+    """Gaps (length) that are sums of larger terms."""
+    return TERMS * (abs(state.approach) + state.load / state.problem.E_star)
 
 
 def _minima(gaps):
@@ -122,7 +129,7 @@ def _overlaps(state, corner, x, gaps, noise, unit):
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
         gaps[doubtful] = state.gaps(corner, x[doubtful])
-    for first, last in runs(gaps < 0):
+    for first, last in runs(gaps < -_rounding(state)):
         before, after = max(first - 1, 0), min(last + 1, len(x) - 1)
         # next to an edge, where the gap begins with 0
         if doubtful[first : last + 1].all() and np.isnan(gaps[[before, after]]).any():

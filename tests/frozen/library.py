@@ -270,8 +270,11 @@ def path_of(problem):
 
 def coalescence_of(problem):
     """Load at which two zones of partial contact touch on the axis."""
-    solver = contact_of(problem).solver
-    return solver.coalescence()[0] if problem["method"] == "panels" else axis_closes(solver)
+    contact = contact_of(problem)
+    if problem["method"] != "panels":
+        return axis_closes(contact.solver)
+    (event,) = (event for event in contact.path(problem["load"]).events if event.kind == "merged")
+    return event.load
 
 
 SOLIDS = {

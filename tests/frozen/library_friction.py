@@ -7,9 +7,9 @@ import numpy as np
 import microblock as mb
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.follower import Follower, FrictionalContact
+from microblock.corners.friction_events import events
 from microblock.data import export
 from microblock.fem.friction import FrictionFacets
-from microblock.halfplane.friction_events import events
 from microblock.halfplane.friction_solver import FrictionSolver, Walk
 from microblock.model.history import History
 from microblock.model.state import State

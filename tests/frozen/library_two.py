@@ -60,10 +60,6 @@ def path_of(problem):
     return path.events, path.at
 
 
-def coalescence_of(problem):
-    return contact_of(problem).solver.coalescence()[0]
-
-
 def refusals():
     """{what is asked for: a call that must fail}."""
     solid, cylinder, law = mb.Cosserat(**problems.SOLID), mb.Cylinder(R=10.0), mb.Microblock()

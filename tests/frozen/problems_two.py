@@ -43,4 +43,3 @@ PATHS = [
     ),
     problem("two meshes path", "body", load=0.1, second=SOFTER, mesh="block", states=(0.05,)),
 ]
-COALESCENCE = [problem("two panels coalescence", "panels", solid=solid(ell=0.34), second=SOFTER)]

@@ -11,7 +11,8 @@ import pytest
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
-from microblock.halfplane import coalescence, edges, panel_solution
+from microblock.halfplane import edges, panel_solution
+from microblock.halfplane import survey as survey_module
 from microblock.halfplane.kernels import coalescence_exponent, symbol
 from microblock.halfplane.survey import survey
 from microblock.model.zones import moved_on
@@ -146,21 +147,38 @@ def test_zones_of_other_obstacles(ell, obstacle, law, load):
     assert state.weights @ state.pressure == pytest.approx(load, rel=1e-12)
 
 
+def test_rounding_next_to_coalescence_is_not_surveyed(monkeypatch):
+    """The inner edge is 1e-11 from the axis, and the gap beside it rounding, whose minima are no features."""
+
+    def minima(gaps, own=survey_module._minima):
+        assert len(gaps) < 2000
+        return own(gaps)
+
+    monkeypatch.setattr(survey_module, "_minima", minima)
+    ((inner, _),) = problem(1.0, mb.Microblock(), order=10).solve(load=2.2566363253310273).zones["A"]
+    assert 0 < inner < 1e-10
+
+
+def test_overlaps_are_larger_than_rounding():
+    """Each overlap apart from all edges becomes a zone, whatever it is worth."""
+    here = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
+    state = edges.fit(here, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4)
+    assert all(each.depth > 1e-14 or not each.depth for each in survey(state).violations)
+
+
 def test_zones_meet_at_alpha_mid():
-    """From both sides of coalescence, by two orders; the load misses it by b^(2 s), the next term b^(4 s);
-    states beside it hold their rtol.
+    """Below the event the load misses it by b^(2 s), the next term b^(4 s) is 1e-3 of it; states beside it
+    hold their rtol.
     """
     here = problem(1.0, mb.Microblock())
-    (first, error), (second, other) = (here.solver.coalescence(order) for order in (10, 14))
-    assert abs(first - second) <= error + other and max(error, other) < 1e-8 * first
+    event = here.path(load=4.0).events[-1]
+    assert (event.kind, event.zone) == ("merged", "contact") and event.load_error < 2e-8 * event.load
+    first = event.load
     assert 1 / np.sqrt(2 * first / np.pi) == pytest.approx(0.83431323, abs=2e-8)
-    coefficients = edges.at_inner_edge(here.solver.problem, 14)
-    loads = [
-        coalescence.load_at_inner_edge(coefficients, here.body.solid, 10.0**-digits, 1.4)[0]
-        for digits in (4.0, 4.5, 5.0)
-    ]
-    observed = np.log10((loads[0] - loads[1]) / (loads[1] - loads[2]))
-    assert observed == pytest.approx(coalescence_exponent(here.body.solid), abs=5e-4)
+    fixed = here.with_(method=mb.Panels(order=14))
+    near, far = (fixed.solve(load=first * (1 - share)).zones["A"][0][0] for share in (1e-3, 2e-3))
+    power = 2 * coalescence_exponent(here.body.solid)
+    assert np.log(2) / np.log(far / near) == pytest.approx(power, rel=5e-3)
     for share, zones in ((0.9999, 2), (1.01, 1)):
         state = here.solve(load=share * first)
         assert state.error_estimate <= 1e-3 and len(state.zones["contact"]) == zones

@@ -9,4 +9,4 @@ def rows():
     yield from rows_of_paths(problem for problem in problems.PATHS if problem["method"] == "panels")
     for problem in problems.COALESCENCE:
         if problem["method"] == "panels":
-            yield problem["name"], library.coalescence_of(problem), "estimated", 1e-6  # `coalescence`'s own
+            yield problem["name"], library.coalescence_of(problem), "estimated", 1e-6  # an event's own

@@ -7,6 +7,4 @@ from ..states import rows_of_paths, rows_of_states, rows_refused
 def rows():
     yield from rows_of_states(problems_two.STATES, library_two)
     yield from rows_of_paths(problems_two.PATHS, library_two)
-    for problem in problems_two.COALESCENCE:
-        yield problem["name"], library_two.coalescence_of(problem), "estimated", 1e-6  # `coalescence`'s own
     yield from rows_refused(library_two.refusals)

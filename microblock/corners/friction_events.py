@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..corners.follower import Change
 from ..model.events import Event
 from ..model.history import SLIDING
 from ..model.types import Array, Flags
 from ..model.zones import runs
+from .follower import Change
 
 
 def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bool]]:
