@@ -23,7 +23,7 @@ from .errors import (
     require_values,
 )
 from .model import law as laws
-from .model.bodies import Unbounded, over_surface, require_body, require_over, summary_of
+from .model.bodies import Unbounded, over_surface, require_body, require_over
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
@@ -31,7 +31,7 @@ from .model.material import Cosserat, Elastic
 from .model.problem import require_even
 from .model.progress import counting
 from .model.state import State
-from .model.summary import Row, Shown, Summary, short
+from .model.summary import Shown, Summary, short
 from .model.types import Array, BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 
@@ -377,13 +377,8 @@ class Contact(Shown):
         )
 
     def summary(self) -> Summary:
-        body = summary_of(self.body)
-        words = f"{short(self.obstacle)} on {type(self.body).__name__}, {short(self.law)}"
-        rows = (
-            Row("body", "", f"{type(self.body).__name__}: {body.brief}"),
-            Row("obstacle", "", short(self.obstacle)),
-            Row("law", "", short(self.law)),
-            Row("method", "", repr(self.solver.options)),
-            *body.rows,
-        )
+        body = type(self.body).__name__
+        words = f"{short(self.obstacle)} on {body}, {short(self.law)}"
+        parts = {**vars(self), "method": self.solver.options}
+        rows = [(name, short(parts[name]), "") for name in ("body", "obstacle", "law", "method")]
         return Summary("Contact problem", words, rows)

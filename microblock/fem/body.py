@@ -17,7 +17,7 @@ from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
-from ..model.summary import Row, Shown, Summary
+from ..model.summary import Shown, Summary
 from ..threads import bounded
 from . import contact_term, supports
 from .bulk import Bulk
@@ -210,20 +210,10 @@ class Body(Shown):
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
         free = self.space.FreeDofs().NumSet()
-        held = [
-            Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
-            for name, pattern in self.fixed.items()
-        ]
-        rows = (
-            Row("elements", "", self.mesh.ne, kinds),
-            Row("order", "", order),
-            Row("unknowns", "", free, "free"),
-            *(held or [Row("constrained", "", "nowhere")]),
-            *self.solid.summary().rows,
-        )
-        return Summary(
-            "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows
-        )
+        held = [(f"{name} constrained", held.replace("|", ", "), "") for name, held in self.fixed.items()]
+        rows = [*held, *self.solid.summary().rows]
+        brief = f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns"
+        return Summary("Cosserat body", brief, rows)
 
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument, of this argument, for no name."""

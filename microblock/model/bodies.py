@@ -5,7 +5,6 @@ A body is any object with these attributes; `docs/howto/extend.md` has one.
 solid      Cosserat
 methods    tuple of method classes that solve on it, the usual one first; see `microblock.model.methods`
 of         optional, ``of(solid)``: the same body of another solid, for sliders and ``with_(solid=...)``
-summary    optional, ``summary()``: the `Summary` that a terminal and a notebook show
 in_space   optional, True where obstacles have heights over a surface; then ``check(obstacle)`` raises
            BadArgument for others
 solvers    optional, {method class: Solver}, in place of the solvers that methods name
@@ -23,7 +22,7 @@ from ..errors import BadArgument, Checked, checked, require_kind, require_positi
 from . import obstacles
 from .material import Cosserat
 from .methods import Fitted, Uniform
-from .summary import Row, Shown, Summary, short
+from .summary import Shown, Summary
 
 AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
 
@@ -41,10 +40,8 @@ class Unbounded(Checked, Shown):
 
     def summary(self) -> Summary:
         moduli = self.solid.summary()
-        rows = (
-            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
-        )
-        return replace(moduli, title=type(self).__name__, rows=rows)
+        rows = [("period", self.period, "length"), *moduli.rows]
+        return Summary(type(self).__name__, moduli.brief, rows)
 
 
 @dataclass(frozen=True, repr=False)
@@ -89,7 +86,7 @@ class Block(Checked, Shown):
 
     def summary(self) -> Summary:
         words = "half-plane by finite elements" if self.size == math.inf else f"block of size {self.size:g}"
-        return Summary("Block", words, (Row("size", "", self.size, "length"), *self.solid.summary().rows))
+        return Summary("Block", words, [("size", self.size, "length"), *self.solid.summary().rows])
 
 
 def require_body(body: Any) -> None:
@@ -108,8 +105,3 @@ def over_surface(body: Any) -> bool:
 def require_over(body: Any, obstacle: Any) -> None:
     """Raises BadArgument unless the obstacle has heights over the body's line or surface."""
     (body.check if over_surface(body) else obstacles.check)(obstacle)
-
-
-def summary_of(body: Any) -> Summary:
-    """Returns what is shown of a body, of one without a summary its name."""
-    return body.summary() if hasattr(body, "summary") else Summary(type(body).__name__, short(body))

@@ -15,7 +15,7 @@ from ..errors import (
     require_whole,
 )
 from .plain_data import PlainData
-from .summary import Row, Shown, Summary, number, saved
+from .summary import Shown, Summary, number, saved
 from .types import ContactLike, Target
 
 if TYPE_CHECKING:
@@ -150,20 +150,10 @@ class LoadPath(Shown, PlainData):
 
     def summary(self) -> Summary:
         events: Sequence[Event] | None = self.__dict__.get("events")
-        listed = [
-            Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
-            for event in events or ()
-        ]
-        begun = [] if events is None else [Row("zones followed from load", "P", self.first)]
         words = "not yet looked for" if events is None else f"{len(events)}"
-        rows = (
-            Row("last load", "P", self.last, "force per thickness"),
-            Row("accuracy asked for", "rtol", self.rtol),
-            *begun,
-            Row("events", "", words),
-            *listed,
-        )
-        warnings = () if events is None else tuple(self.warnings)
+        rows: list[tuple[str, object, str]] = [("rtol", self.rtol, "")]
+        rows += [(f"{one.zone} {one.kind}", f"{one.load:.4g} at {one.x:.4g}", "") for one in events or ()]
+        warnings = () if events is None else self.warnings
         return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows, warnings)
 
 

@@ -12,7 +12,7 @@ from ..errors import BadArgument
 from .events import Event
 from .plain_data import PlainData
 from .state import Solution, State
-from .summary import Row, Shown, Summary, number, saved
+from .summary import Shown, Summary, number, saved
 from .types import Array, ContactLike, Target
 from .zones import distance
 
@@ -108,16 +108,11 @@ class History(Shown, PlainData):
         return saved(draw_history(self.states), file, self.warnings)
 
     def summary(self) -> Summary:
-        rows = [
-            Row(f"pair {index}", "P, Q", f"{number(one.load)}, {number(one.shear)}", "force per thickness")
-            for index, one in enumerate(self.states)
-        ]
-        rows += [
-            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.load)}, {number(event.shear)}")
-            for event in self.events
-        ]
+        pairs = [(f"pair {index}", one.load, one.shear) for index, one in enumerate(self.states)]
+        pairs += [(f"{event.zone}: {event.kind}", event.load, event.shear) for event in self.events]
+        rows = [(name, f"{number(P)}, {number(Q)}", "force per thickness") for name, P, Q in pairs]
         words = f"{len(self.states)} pairs, {len(self.events)} events"
-        return Summary("History", words, tuple(rows), tuple(self.warnings))
+        return Summary("History", words, rows, self.warnings)
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:

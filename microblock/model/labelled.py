@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import MissingExtra
 from .events import LoadPath
 from .history import History
-from .plain_data import QUANTITIES, Quantity
+from .plain_data import unit
 from .state import State
 
 
@@ -37,8 +37,8 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    _, unit, in_space = QUANTITIES.get(name, Quantity())
-    return {"units": unit if flat else in_space or unit} if unit else {}
+    own = unit(name, flat)
+    return {"units": own} if own else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
@@ -51,17 +51,17 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
     texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
     may_lack = "approach", "error_estimate", "tangential_approach", "seen_width"
     for name in state.listed:
-        value, unit = getattr(state, name), _unit(name, state.flat)
+        value, units = getattr(state, name), _unit(name, state.flat)
         if name == "pressures":
-            found[name] = ("corner", *along), np.reshape([*value.values()], (-1, *shape)), unit
+            found[name] = ("corner", *along), np.reshape([*value.values()], (-1, *shape)), units
         elif name == "zones":
             for zone, pairs in value.items():
-                found[f"zone_{zone}"] = (f"of_{zone}", "end"), np.reshape(pairs, (-1, 2)), unit
+                found[f"zone_{zone}"] = (f"of_{zone}", "end"), np.reshape(pairs, (-1, 2)), units
         elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
             more = ("component",) * (value.ndim - 1)
-            found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), unit
+            found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), units
         elif isinstance(value, (int, float)) or (value is None and name in may_lack):
-            found[name] = (), np.nan if value is None else value, unit
+            found[name] = (), np.nan if value is None else value, units
     known = {name: (name if name in along else "point", one, _unit("x")) for name, one in places.items()}
     return found, {**known, "corner": [*state.pressures], "end": ["left", "right"]}, texts
 

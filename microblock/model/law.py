@@ -15,14 +15,14 @@ With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import Any, cast
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
-from .summary import is_told
+from .summary import told
 from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
@@ -80,9 +80,7 @@ class _Coulomb(Law, Checked):
     friction: float = 0.0
 
     def __repr__(self) -> str:
-        known = [(each.name, getattr(self, each.name), each) for each in fields(cast(Any, self))]
-        listed = [f"{name}={value!r}" for name, value, each in known if is_told(each, value)]
-        return f"{type(self).__name__}({', '.join(listed)})"
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in told(self))})"
 
 
 def _not_negative(friction: float) -> None:
@@ -91,8 +89,7 @@ def _not_negative(friction: float) -> None:
         raise BadArgument("friction", friction, "must be 0 or positive")
 
 
-def _coefficient() -> float:
-    return field(default=0.0, metadata={"told": "if other than usual"} | checked(_not_negative))
+_coefficient = checked(_not_negative)
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,7 +122,7 @@ class Microblock(_Coulomb):
 
     psi0: float | Function | tuple[Tilt, Tilt] = 0.0
     psi0_in: str = field(default=ACTS_IN[0], metadata=checked(require_choice, ACTS_IN))
-    friction: float = _coefficient()
+    friction: float = field(default=0.0, metadata=_coefficient)
 
     corners = ("A", "B")
 
@@ -213,7 +210,7 @@ class Unilateral(_Coulomb):
     ('C',)
     """
 
-    friction: float = _coefficient()
+    friction: float = field(default=0.0, metadata=_coefficient)
 
     even = True
 

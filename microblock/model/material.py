@@ -21,7 +21,7 @@ from ..errors import (
     require_kind,
     require_positive,
 )
-from .summary import Row, Shown, Summary, number
+from .summary import Shown, Summary, number
 from .types import Array
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
@@ -145,13 +145,13 @@ class Cosserat(Shown):
 
     def summary(self) -> Summary:
         rows = (
-            Row("Young's modulus", "E", self.E, "stress"),
-            Row("Poisson's ratio", "&nu;", self.nu),
-            Row("size of a block", "&ell;", self.ell, "length"),
-            Row("coupling", "&beta;", self.beta, "0 to 2"),
-            Row("coupling modulus", "&mu;<sub>c</sub>", self.mu_c, "stress"),
-            Row("curvature coefficient", "&gamma;'", self.curvature),
-            Row("layer length", "L", self.layer_length, "length"),
+            ("E", self.E, "stress"),
+            ("nu", self.nu, ""),
+            ("ell", self.ell, "length"),
+            ("beta", self.beta, "0 to 2"),
+            ("mu_c", self.mu_c, "stress"),
+            ("curvature", self.curvature, ""),
+            ("layer_length", self.layer_length, "length"),
         )
         brief = f"E {number(self.E)}, nu {number(self.nu)}, ell {number(self.ell)}"
         return Summary("Cosserat solid", brief, rows)

@@ -143,6 +143,12 @@ class PlainData:
         save(self, file)
 
 
+def unit(name: str, flat: bool = True) -> str:
+    """Returns the unit of a quantity, in the plane or (not `flat`) in space."""
+    _, own, in_space = QUANTITIES.get(name, Quantity())
+    return own if flat else in_space or own
+
+
 def plain_data(value: Any) -> Any:
     """Returns a value as JSON has it, None for NaN or infinity."""
     if isinstance(value, PlainData):

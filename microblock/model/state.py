@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
 from .deformable import body_of
-from .material import Cosserat, Elastic, hertz_scales
-from .obstacles import Cylinder, gap, returned
-from .plain_data import QUANTITIES, PlainData, plain_data
+from .material import Cosserat, Elastic
+from .obstacles import gap, returned
+from .plain_data import QUANTITIES, PlainData, plain_data, unit
 from .sharp import of_samples
-from .summary import Row, Shown, Summary, call, intervals, number, saved
+from .summary import Shown, Summary, call, intervals, number, saved
 from .types import (
     Array,
     ContactLike,
@@ -782,7 +782,13 @@ class State(Shown, PlainData):
         return {**data, "profile": columns}
 
     def summary(self) -> Summary:
-        return _table(self)
+        contact = f"area {number(self.contact_area)}"
+        if self.flat:
+            contact = f"contact {intervals(self.zones['contact'])}"
+        brief = f"load {number(self.load)}, {contact}, error estimate {number(self.error_estimate)}"
+        names = [name for name in self.listed if name not in ("error_parts", "warnings")]
+        rows = [(name, getattr(self, name), unit(name, self.flat)) for name in names]
+        return Summary("Contact state", brief, rows, self.warnings)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
@@ -913,55 +919,3 @@ def _beyond_small_strain(state: State) -> list[str]:
     if width < 2 * ell:
         found.append("blocks are larger than the half-width of the contact")
     return found
-
-
-def _table(state: State) -> Summary:
-    corners = tuple(state.pressures) if len(state.pressures) > 1 else ()
-    named = {name: f"corner {name} closed" for name in corners}
-    named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
-    named |= {"contact": "contact"}
-    force, known = "force per thickness" if state.flat else "force", state.approach is not None
-    moments = np.linalg.norm(state.micromoment.reshape(len(state.weights), -1), axis=1)
-    rows = [
-        Row("method", "", state.method, f"{state.unknowns} unknowns"),
-        Row("load", "P", state.load, force),
-        Row("approach", "d", state.approach, "length" if known else "arbitrary on a half-plane"),
-        Row("largest nodal pressure", "p", float(state.pressure.max()), "stress"),
-        Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
-        Row("error estimate", "", state.error_estimate, "relative, of p and M in L2"),
-    ]
-    if state.flat:
-        turned = math.degrees(np.abs(state.rotation).max())
-        rows[5:5] = [
-            Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
-            *(Row(named[name], "", intervals(state.zones[name]), "x1, length") for name in named),
-            *scales(state.obstacle, state.solid, state.load),
-        ]
-    else:
-        rows += [
-            Row("area of contact", "", state.contact_area, "length^2"),
-            Row("narrowest summit seen", "", state.seen_width, "length"),
-            Row("largest relative residual", "", state.residual),
-        ]
-    if state.shear_traction is not None:
-        rows += [
-            Row("shear force", "Q", state.shear, "force per thickness"),
-            Row("largest shear traction", "|q|", float(np.abs(state.shear_traction).max()), "stress"),
-            Row("dissipation", "", state.dissipation, "energy per thickness"),
-        ]
-    contact = intervals(state.zones["contact"]) if state.flat else f"area {number(state.contact_area)}"
-    brief = f"load {number(state.load)}, contact {contact}, error estimate {number(state.error_estimate)}"
-    title = "Contact state" if state.shear is None else "Contact state with friction"
-    return Summary(title, brief, tuple(rows), tuple(state.warnings))
-
-
-def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:
-    """Returns rows with Hertz' scales, (50), for a cylinder."""
-    if not isinstance(obstacle, Cylinder):
-        return ()
-    a, p = hertz_scales(solid, obstacle.R, load)
-    return (
-        Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),
-        Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),
-        Row("size of a block", "&alpha; = &ell;/a<sub>Hz</sub>", solid.ell / a),
-    )

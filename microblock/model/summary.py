@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import Field, dataclass, field, fields, is_dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
 from html import escape
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -18,24 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class Row:
-    """A line of a table: name, symbol, value and unit."""
-
-    name: str
-    symbol: str
-    value: object
-    unit: str = ""
-
-
-@dataclass(frozen=True)
-class Summary:
-    """A title, a few words for one line, the rows of a table, and warnings."""
+class Summary(NamedTuple):
+    """A title, a few words for one line, the rows (name, value, unit) of a table, and warnings."""
 
     title: str
     brief: str
-    rows: tuple[Row, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
+    rows: Sequence[tuple[str, object, str]] = ()
+    warnings: Sequence[str] = ()
 
 
 def short(thing: object, longest: int = 60) -> str:
@@ -44,23 +33,19 @@ def short(thing: object, longest: int = 60) -> str:
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
-def call(thing: object, longest: int = 48) -> str:
+def told(thing: Any) -> list[tuple[str, Any]]:
+    """Returns the fields (name, value) of a dataclass that have another value than the usual."""
+    values = [(entry, getattr(thing, entry.name)) for entry in fields(thing)]
+    return [(entry.name, own) for entry, own in values if entry.default is MISSING or own != entry.default]
+
+
+def call(thing: object) -> str:
     """Returns an obstacle or a law as it is called, numbers in four digits."""
     if not is_dataclass(thing):
-        return short(thing, longest)
-    known = [(entry, getattr(thing, entry.name)) for entry in fields(thing)]
-    listed = ", ".join(
-        f"{entry.name}={_argument(value)}"
-        for entry, value in known
-        if is_told(entry, value) and (not isinstance(value, str) or value != entry.default)
-    )
+        return short(thing, 48)
+    listed = ", ".join(f"{name}={_argument(value)}" for name, value in told(thing))
     text = f"{type(thing).__name__}({listed})"
-    return text if len(text) <= longest else text[: longest - 4] + "...)"
-
-
-def is_told(entry: Field[Any], value: object) -> bool:
-    """Returns whether the repr shows a field: with the metadata `told` only if it is not the usual."""
-    return "told" not in entry.metadata or bool(value != entry.default)
+    return text if len(text) <= 48 else text[:44] + "...)"
 
 
 def _argument(value: object) -> str:
@@ -86,9 +71,15 @@ class Shown:
 
 
 def number(value: object) -> str:
-    """Returns a number in four digits, None as a dash."""
+    """Returns a number in four digits, None as a dash, of an array its range, of a mapping each value."""
     if value is None:
         return "-"
+    if isinstance(value, Mapping):
+        return "; ".join(f"{name} {number(one)}" for name, one in value.items())
+    if isinstance(value, np.ndarray):
+        return f"{number(value.min())} to {number(value.max())}"
+    if isinstance(value, list):
+        return intervals(value)
     if isinstance(value, (bool, str)) or not np.isscalar(value):
         return str(value)
     return f"{value:d}" if isinstance(value, (int, np.integer)) else format(value, ".4g")
@@ -107,8 +98,9 @@ def intervals(pairs: Iterable[Interval]) -> str:
 def html(summary: Summary) -> str:
     """Returns the table in HTML."""
     edge = "text-align:left;padding:1px 12px 1px 0;background:none;border:none"
-    lines = ("".join(f'<td style="{edge}">{cell}</td>' for cell in _cells(row)) for row in summary.rows)
-    rows = "".join(f'<tr style="background:none">{cells}</tr>' for cells in lines)
+    cells = ((name, f"{number(value)} {unit}".strip()) for name, value, unit in summary.rows)
+    lines = ("".join(f'<td style="{edge}">{escape(cell)}</td>' for cell in row) for row in cells)
+    rows = "".join(f'<tr style="background:none">{line}</tr>' for line in lines)
     warnings = "".join(
         f'<div style="color:#a04000;margin-top:2px">&#9888; {escape(text)}</div>' for text in summary.warnings
     )
@@ -117,12 +109,6 @@ def html(summary: Summary) -> str:
         f'<span style="color:#555">{escape(summary.brief)}</span>'
         f'<table style="border-collapse:collapse;margin:4px 0">{rows}</table>{warnings}</div>'
     )
-
-
-def _cells(row: Row) -> tuple[str, str, str]:
-    symbol = f"<i>{row.symbol}</i>" if row.symbol else ""  # symbols are ours and may hold <sub>
-    unit = f' <span style="color:#777">{escape(row.unit)}</span>' if row.unit else ""
-    return escape(row.name), symbol, escape(number(row.value)) + unit
 
 
 def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), caption: str = "") -> Figure:
