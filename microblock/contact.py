@@ -21,6 +21,7 @@ from .errors import (
     require_size,
     require_tolerance,
     require_values,
+    shown,
 )
 from .model import law as laws
 from .model.bodies import Unbounded, over_surface, require_body, require_over
@@ -31,7 +32,7 @@ from .model.material import Cosserat, Elastic
 from .model.problem import require_even
 from .model.progress import counting
 from .model.state import State
-from .model.summary import Shown, Summary, short
+from .model.summary import line
 from .model.types import Array, BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Contact(Shown):
+class Contact:
     """Contact of a body with an obstacle that comes down along -e2, a rigid one or a second body.
 
     Parameters
@@ -376,9 +377,5 @@ class Contact(Shown):
             method=self.method if method is None else method,
         )
 
-    def summary(self) -> Summary:
-        body = type(self.body).__name__
-        words = f"{short(self.obstacle)} on {body}, {short(self.law)}"
-        parts = {**vars(self), "method": self.solver.options}
-        rows = [(name, short(parts[name]), "") for name in ("body", "obstacle", "law", "method")]
-        return Summary("Contact problem", words, rows)
+    def __repr__(self) -> str:
+        return line("Contact problem", f"{shown(self.obstacle)} on {shown(self.body)}, {shown(self.law)}")

@@ -17,7 +17,7 @@ from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
-from ..model.summary import Shown, Summary
+from ..model.summary import line
 from ..threads import bounded
 from . import contact_term, supports
 from .bulk import Bulk
@@ -82,7 +82,7 @@ class Loads:
         return form.Assemble().vec.FV().NumPy().copy()
 
 
-class Body(Shown):
+class Body:
     """A linear Cosserat body: mesh, material, spaces and supports.
 
     In three dimensions its contact boundary is horizontal (normal e3), of quadrilaterals or of triangles of
@@ -124,7 +124,7 @@ class Body(Shown):
     >>> fields = body.solve(Loads(traction={"contact": (0, -1)}))
     >>> fields.u2(mesh(0.1, -0.1)) < 0
     True
-    >>> body                                  # in a notebook a table, with the moduli
+    >>> body
     <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
 
     A quarter of a block in space, between two planes of symmetry:
@@ -204,16 +204,12 @@ class Body(Shown):
             self.derived[key] = make()
         return self.derived[key]
 
-    def summary(self):
-        """What a notebook shows."""
+    def __repr__(self):
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
         free = self.space.FreeDofs().NumSet()
-        held = [(f"{name} constrained", held.replace("|", ", "), "") for name, held in self.fixed.items()]
-        rows = [*held, *self.solid.summary().rows]
-        brief = f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns"
-        return Summary("Cosserat body", brief, rows)
+        return line("Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns")
 
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument, of this argument, for no name."""

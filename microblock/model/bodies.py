@@ -22,13 +22,12 @@ from ..errors import BadArgument, Checked, checked, require_kind, require_positi
 from . import obstacles
 from .material import Cosserat
 from .methods import Fitted, Uniform
-from .summary import Shown, Summary
 
 AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
 
 
-@dataclass(frozen=True, repr=False)
-class Unbounded(Checked, Shown):
+@dataclass(frozen=True)
+class Unbounded(Checked):
     """Base of bodies without an end, of a solid and a period (or None)."""
 
     solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
@@ -38,14 +37,9 @@ class Unbounded(Checked, Shown):
         """Returns the same body of another solid."""
         return replace(self, solid=solid)
 
-    def summary(self) -> Summary:
-        moduli = self.solid.summary()
-        rows = [("period", self.period, "length"), *moduli.rows]
-        return Summary(type(self).__name__, moduli.brief, rows)
 
-
-@dataclass(frozen=True, repr=False)
-class Block(Checked, Shown):
+@dataclass(frozen=True)
+class Block(Checked):
     """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program makes
     its mesh.
 
@@ -83,10 +77,6 @@ class Block(Checked, Shown):
     def of(self, solid: Cosserat) -> Block:
         """Returns the same block of another solid."""
         return Block(solid, self.size)
-
-    def summary(self) -> Summary:
-        words = "half-plane by finite elements" if self.size == math.inf else f"block of size {self.size:g}"
-        return Summary("Block", words, [("size", self.size, "length"), *self.solid.summary().rows])
 
 
 def require_body(body: Any) -> None:

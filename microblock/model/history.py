@@ -12,7 +12,7 @@ from ..errors import BadArgument
 from .events import Event
 from .plain_data import PlainData
 from .state import Solution, State
-from .summary import Shown, Summary, number, saved
+from .summary import line, saved
 from .types import Array, ContactLike, Target
 from .zones import distance
 
@@ -55,7 +55,7 @@ def change(finer: Solution, coarser: Solution, weights: Array, ell: float, frict
     return distance(weights, p, M, fields[0][0], q)
 
 
-class History(Shown, PlainData):
+class History(PlainData):
     """The states of a frictional problem along a history of loads.
 
     Attributes
@@ -107,12 +107,8 @@ class History(Shown, PlainData):
             return saved(draw_loop(ax, self.states), file)
         return saved(draw_history(self.states), file, self.warnings)
 
-    def summary(self) -> Summary:
-        pairs = [(f"pair {index}", one.load, one.shear) for index, one in enumerate(self.states)]
-        pairs += [(f"{event.zone}: {event.kind}", event.load, event.shear) for event in self.events]
-        rows = [(name, f"{number(P)}, {number(Q)}", "force per thickness") for name, P, Q in pairs]
-        words = f"{len(self.states)} pairs, {len(self.events)} events"
-        return Summary("History", words, rows, self.warnings)
+    def __repr__(self) -> str:
+        return line("History", f"{len(self.states)} pairs, {len(self.events)} events", self.warnings)
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:

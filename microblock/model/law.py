@@ -15,14 +15,13 @@ With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, fields
+from typing import Any, cast
 
 import numpy as np
 
 from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
-from .summary import told
 from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
@@ -80,7 +79,9 @@ class _Coulomb(Law, Checked):
     friction: float = 0.0
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in told(self))})"
+        values = [(entry, getattr(self, entry.name)) for entry in fields(cast(Any, self))]
+        unusual = [f"{entry.name}={own!r}" for entry, own in values if own != entry.default]
+        return f"{type(self).__name__}({', '.join(unusual)})"
 
 
 def _not_negative(friction: float) -> None:

@@ -21,7 +21,6 @@ from ..errors import (
     require_kind,
     require_positive,
 )
-from .summary import Shown, Summary, number
 from .types import Array
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
@@ -30,7 +29,7 @@ Components: TypeAlias = tuple[tuple[Component, Component], tuple[Component, Comp
 
 
 @dataclass(frozen=True, init=False)
-class Cosserat(Shown):
+class Cosserat:
     """Linear isotropic Cosserat solid in plane strain.
 
     Parameters
@@ -143,19 +142,6 @@ class Cosserat(Shown):
         words += "".join(f", {name}={value}" for name, value in more.items() if value)
         return f"Cosserat({words})"
 
-    def summary(self) -> Summary:
-        rows = (
-            ("E", self.E, "stress"),
-            ("nu", self.nu, ""),
-            ("ell", self.ell, "length"),
-            ("beta", self.beta, "0 to 2"),
-            ("mu_c", self.mu_c, "stress"),
-            ("curvature", self.curvature, ""),
-            ("layer_length", self.layer_length, "length"),
-        )
-        brief = f"E {number(self.E)}, nu {number(self.nu)}, ell {number(self.ell)}"
-        return Summary("Cosserat solid", brief, rows)
-
     @property
     def mu(self) -> float:
         """Shear modulus (stress)."""
@@ -251,11 +237,6 @@ class Elastic(Cosserat):
 
     def __repr__(self) -> str:
         return f"Elastic(E={self.E}, nu={self.nu})"
-
-    def summary(self) -> Summary:
-        return Summary(
-            "Elastic solid", f"E {number(self.E)}, nu {number(self.nu)}", super().summary().rows[:2]
-        )
 
 
 def _components(gradient: Component) -> Components:

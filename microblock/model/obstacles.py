@@ -283,6 +283,9 @@ class Samples:
         if z.shape != x.shape:
             raise BadArgument("z", z, f"must hold {x.size} finite numbers, one for each x")
 
+    def __repr__(self) -> str:
+        return f"Samples({len(self.x)} points)"
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
             return NotImplemented

@@ -110,7 +110,7 @@ class PlainData:
         >>> data.pressures.dims, data.pressures.units, round(float(data.weights @ data.pressure), 9)
         (('corner', 'x'), 'stress', 1.0)
         """
-        from .labelled import data_set  # here: whoever does not ask for it does not load it
+        from .archive import data_set  # here: whoever does not ask for it does not load it
 
         return cast("xarray.Dataset", data_set(cast(Any, self)))
 
@@ -141,12 +141,6 @@ class PlainData:
         from .archive import save
 
         save(self, file)
-
-
-def unit(name: str, flat: bool = True) -> str:
-    """Returns the unit of a quantity, in the plane or (not `flat`) in space."""
-    _, own, in_space = QUANTITIES.get(name, Quantity())
-    return own if flat else in_space or own
 
 
 def plain_data(value: Any) -> Any:

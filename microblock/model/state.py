@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
+from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair, shown
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
-from .plain_data import QUANTITIES, PlainData, plain_data, unit
+from .plain_data import QUANTITIES, PlainData, plain_data
 from .sharp import of_samples
-from .summary import Shown, Summary, call, intervals, number, saved
+from .summary import intervals, line, number, saved
 from .types import (
     Array,
     ContactLike,
@@ -275,7 +275,7 @@ class LineSolution(Solution):
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class State(Shown, PlainData):
+class State(PlainData):
     """A contact state, of whatever body, law and method.
 
     Attributes
@@ -749,7 +749,7 @@ class State(Shown, PlainData):
         error = (
             "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
         )
-        return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
+        return f"{shown(self.obstacle)}, {shown(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the state as plain data for JSON, in full precision.
@@ -781,14 +781,10 @@ class State(Shown, PlainData):
             columns |= {"shear": data["shear_traction"], "slip": data["slip"]}
         return {**data, "profile": columns}
 
-    def summary(self) -> Summary:
-        contact = f"area {number(self.contact_area)}"
-        if self.flat:
-            contact = f"contact {intervals(self.zones['contact'])}"
-        brief = f"load {number(self.load)}, {contact}, error estimate {number(self.error_estimate)}"
-        names = [name for name in self.listed if name not in ("error_parts", "warnings")]
-        rows = [(name, getattr(self, name), unit(name, self.flat)) for name in names]
-        return Summary("Contact state", brief, rows, self.warnings)
+    def __repr__(self) -> str:
+        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
+        words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
+        return line("Contact state", words, self.warnings)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in

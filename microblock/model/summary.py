@@ -1,15 +1,10 @@
-"""How objects show themselves: a line in a terminal, a table in a notebook."""
+"""How results show themselves: in a line of a terminal, and in the file of a figure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, fields, is_dataclass
-from html import escape
-from numbers import Real
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import require_place, writing
 from .types import Interval, Target
@@ -18,71 +13,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Summary(NamedTuple):
-    """A title, a few words for one line, the rows (name, value, unit) of a table, and warnings."""
-
-    title: str
-    brief: str
-    rows: Sequence[tuple[str, object, str]] = ()
-    warnings: Sequence[str] = ()
+def line(title: str, words: str, warnings: Iterable[str] = ()) -> str:
+    """Returns what a terminal shows of a result, warnings below."""
+    return f"<{title}: {words}{''.join(f'{chr(10)}  warning: {text}' for text in warnings)}>"
 
 
-def short(thing: object, longest: int = 60) -> str:
-    """Returns the repr of a thing, cut if long; of a function its name."""
-    text: str = getattr(thing, "__name__", None) or " ".join(repr(thing).split())
-    return text if len(text) <= longest else text[: longest - 3] + "..."
-
-
-def told(thing: Any) -> list[tuple[str, Any]]:
-    """Returns the fields (name, value) of a dataclass that have another value than the usual."""
-    values = [(entry, getattr(thing, entry.name)) for entry in fields(thing)]
-    return [(entry.name, own) for entry, own in values if entry.default is MISSING or own != entry.default]
-
-
-def call(thing: object) -> str:
-    """Returns an obstacle or a law as it is called, numbers in four digits."""
-    if not is_dataclass(thing):
-        return short(thing, 48)
-    listed = ", ".join(f"{name}={_argument(value)}" for name, value in told(thing))
-    text = f"{type(thing).__name__}({listed})"
-    return text if len(text) <= 48 else text[:44] + "...)"
-
-
-def _argument(value: object) -> str:
-    if isinstance(value, np.ndarray):
-        return f"{value.size} numbers"
-    return f"{value:.4g}" if isinstance(value, Real) else short(value)
-
-
-class Shown:
-    """Base of objects that show themselves; `summary` says what is shown."""
-
-    def summary(self) -> Summary:
-        """Returns the Summary of this object."""
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        own = self.summary()
-        warnings = "".join(f"\n  warning: {text}" for text in own.warnings)
-        return f"<{own.title}: {own.brief}{warnings}>"
-
-    def _repr_html_(self) -> str:
-        return html(self.summary())
-
-
-def number(value: object) -> str:
-    """Returns a number in four digits, None as a dash, of an array its range, of a mapping each value."""
-    if value is None:
-        return "-"
-    if isinstance(value, Mapping):
-        return "; ".join(f"{name} {number(one)}" for name, one in value.items())
-    if isinstance(value, np.ndarray):
-        return f"{number(value.min())} to {number(value.max())}"
-    if isinstance(value, list):
-        return intervals(value)
-    if isinstance(value, (bool, str)) or not np.isscalar(value):
-        return str(value)
-    return f"{value:d}" if isinstance(value, (int, np.integer)) else format(value, ".4g")
+def number(value: float | None) -> str:
+    """Returns a number in four digits, None as a dash."""
+    return "-" if value is None else f"{value:.4g}"
 
 
 def intervals(pairs: Iterable[Interval]) -> str:
@@ -93,22 +31,6 @@ def intervals(pairs: Iterable[Interval]) -> str:
     if len(pairs) > 4:
         return f"{len(pairs)} intervals, {number(sum(right - left for left, right in pairs))} together"
     return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
-
-
-def html(summary: Summary) -> str:
-    """Returns the table in HTML."""
-    edge = "text-align:left;padding:1px 12px 1px 0;background:none;border:none"
-    cells = ((name, f"{number(value)} {unit}".strip()) for name, value, unit in summary.rows)
-    lines = ("".join(f'<td style="{edge}">{escape(cell)}</td>' for cell in row) for row in cells)
-    rows = "".join(f'<tr style="background:none">{line}</tr>' for line in lines)
-    warnings = "".join(
-        f'<div style="color:#a04000;margin-top:2px">&#9888; {escape(text)}</div>' for text in summary.warnings
-    )
-    return (
-        f'<div class="microblock"><b>{escape(summary.title)}</b> '
-        f'<span style="color:#555">{escape(summary.brief)}</span>'
-        f'<table style="border-collapse:collapse;margin:4px 0">{rows}</table>{warnings}</div>'
-    )
 
 
 def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), caption: str = "") -> Figure:

@@ -35,7 +35,7 @@ def pressed(body, load=1.0, obstacle=CYLINDER, law=LINE):
 
 def test_a_body_is_a_solid_and_methods():
     state = pressed(Springs())
-    assert "Springs" in repr(state.problem) and "<table" in state.problem._repr_html_()
+    assert "Springs" in repr(state.problem)
     assert state.method == "givencompliance" and not state.warnings
     with pytest.raises(mb.BadArgument, match="^solid = .*no of"):
         state.problem.with_(solid=mb.Cosserat(E=1, nu=0.3, beta=1, ell=0.1))

@@ -4,7 +4,6 @@ import copy
 import pickle
 import re
 from dataclasses import replace
-from html import escape
 
 import numpy as np
 import pytest
@@ -76,7 +75,7 @@ def test_progress_is_shown_by_every_method_where_it_is_asked_for(name, capsys):
 
 @pytest.mark.parametrize("kind", [kind for kind in PROBLEMS if kind != "in space by Newton"])
 def test_warnings_stand_in_what_a_state_says_of_itself(kind):
-    """In the terminal, the notebook and above the figure alike."""
+    """In the terminal and above the figure alike."""
     tilted = PROBLEMS[kind].with_(law=mb.Microblock(psi0=0.3))  # 17 degrees: beyond small angles
     state = tilted.solve(load=1.0 if kind == "fitted" else 1e-3)
     if kind == "half-space":  # which warns of nothing there
@@ -84,7 +83,7 @@ def test_warnings_stand_in_what_a_state_says_of_itself(kind):
     above = " ".join(state.plot().get_suptitle().split())
     assert state.warnings
     for text in state.warnings:
-        assert text in str(state) and escape(text) in state._repr_html_() and text in above
+        assert text in str(state) and text in above
 
 
 def test_warnings_of_a_history_are_those_of_its_states_once_each():
@@ -233,10 +232,9 @@ def test_what_a_user_gives_is_taken_as_it_is():
     with pytest.raises(mb.BadArgument, match="initial_gaps.*in the order A, B"):
         pressed(law=Turned(("A", "B"), ("B", "A")))
     # an obstacle that ends, although its height goes on: contact points lie half a block further
-    bounded = type("Bounded", (), {"ends": (-0.3, 0.3), "R": "no radius", "height": lambda self, x: x**2})()
+    bounded = type("Bounded", (), {"ends": (-0.3, 0.3), "height": lambda self, x: x**2})()
     state = pressed(bounded, load=100.0)
     assert np.ravel(state.zones["contact"])[[0, -1]] == pytest.approx([-0.35, 0.35], rel=1e-9)
-    assert "Hertz" not in state._repr_html_()  # an attribute R makes no cylinder
 
 
 # first touch
