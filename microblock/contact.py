@@ -24,7 +24,8 @@ from .errors import (
     shown,
 )
 from .model import law as laws
-from .model.bodies import Unbounded, over_surface, require_body, require_over
+from .model import obstacles
+from .model.bodies import Unbounded, over_surface, require_body
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
@@ -80,8 +81,8 @@ class Contact:
     def __post_init__(self) -> None:
         require_body(self.body)
         require_same_kind(self.body, self.obstacle)
-        require_over(self.body, self.obstacle)
         in_space = over_surface(self.body)
+        obstacles.check(self.obstacle, in_space)
         laws.check(self.law, in_space)
         solid, law = self.body.solid, self.law
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):

@@ -293,12 +293,12 @@ CALLS = {
 LEFT_OUT = {
     name
     for names in (
-        # take fields of NGSolve, which checks them
-        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy",
+        # takes fields of NGSolve, which checks them
+        "Body.energy",
         # parts of solvers, which call them with what is checked
         "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
         "Body.once "
-        "HalfSpace.check Body.check HalfPlane.cells HalfPlane.compliance.clamped",
+        "HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
         "Microblock.initial_rotation Law.arms Microblock.arms Microblock.levers Microblock.shifts "

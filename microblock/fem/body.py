@@ -11,7 +11,6 @@ import numpy as np
 
 from .. import cost
 from ..errors import BadArgument, require_finite, require_flag, require_kind, require_whole
-from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
@@ -194,10 +193,6 @@ class Body:
     def in_space(self):
         return self.mesh.dim == 3
 
-    def check(self, obstacle):
-        """BadArgument unless the obstacle has heights over a surface."""
-        heights(obstacle, np.zeros(2), np.zeros(2))
-
     def once(self, key, make):
         """What `make()` returns, made once for a key."""
         if key not in self.derived:
@@ -307,12 +302,13 @@ class Body:
             parts[PLACES[name]] = component
         return ng.CF(tuple(parts[:3])), ng.CF(tuple(parts[3:]))
 
-    def strains(self, components):
-        """Relative deformation (1) and curvature, 3 x 3; derivatives that are missing are 0."""
+    def strains(self, components, slopes=None):
+        """Relative deformation (1) and curvature, 3 x 3, from components and their gradients, or others,
+        `slopes`; derivatives that are missing are 0.
+        """
         dim, zero = self.mesh.dim, ng.CF(0)
         rows = [(zero,) * 3] * len(FIELDS3D)
-        for name, component in zip(self.names, components):
-            slope = ng.grad(component)
+        for name, slope in zip(self.names, map(ng.grad, components) if slopes is None else slopes):
             own = [zero] * (dim == 1) + [slope[i] for i in range(dim)]  # in 1D the only coordinate is x2
             rows[PLACES[name]] = (*own, zero)[:3]
         gradient, kappa = (ng.CF(sum(part, ()), dims=(3, 3)) for part in (rows[:3], rows[3:]))

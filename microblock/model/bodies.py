@@ -5,8 +5,7 @@ A body is any object with these attributes; `docs/howto/extend.md` has one.
 solid      Cosserat
 methods    tuple of method classes that solve on it, the usual one first; see `microblock.model.methods`
 of         optional, ``of(solid)``: the same body of another solid, for sliders and ``with_(solid=...)``
-in_space   optional, True where obstacles have heights over a surface; then ``check(obstacle)`` raises
-           BadArgument for others
+in_space   optional, True where obstacles have heights over a surface, functions of (x1, x2)
 solvers    optional, {method class: Solver}, in place of the solvers that methods name
 
 `GivenCompliance` asks besides for ``compliance(clamped)``, a `microblock.corners.compliance.Compliance`.
@@ -19,7 +18,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 from ..errors import BadArgument, Checked, checked, require_kind, require_positive
-from . import obstacles
 from .material import Cosserat
 from .methods import Fitted, Uniform
 
@@ -90,8 +88,3 @@ def require_body(body: Any) -> None:
 def over_surface(body: Any) -> bool:
     """Returns whether obstacles have heights over a surface."""
     return bool(getattr(body, "in_space", False))
-
-
-def require_over(body: Any, obstacle: Any) -> None:
-    """Raises BadArgument unless the obstacle has heights over the body's line or surface."""
-    (body.check if over_surface(body) else obstacles.check)(obstacle)

@@ -8,7 +8,8 @@ from typing import Any, cast
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
-from .bodies import over_surface, require_body, require_over
+from .bodies import over_surface, require_body
+from .obstacles import check
 from .types import Array, BodyLike, ObstacleLike
 
 
@@ -50,7 +51,7 @@ class Deformable:
         if isinstance(self.shape, Deformable):
             raise BadArgument("shape", self.shape, "must be that of the body, and is another body")
         try:
-            require_over(self.body, self.shape)
+            check(self.shape, over_surface(self.body))
         except BadArgument as failure:  # which is that of an obstacle
             raise BadArgument("shape", self.shape, failure.allowed) from failure
 

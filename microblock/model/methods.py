@@ -87,15 +87,13 @@ class Cells(Checked):
     """
 
     nodes: int | None = field(default=None, metadata=checked(require_whole, 32, 2**26))
-    window: Interval | None = None
+    window: Interval | None = field(default=None, metadata=checked(require_pair))
     residual: float = field(default=1e-9, metadata=checked(require_positive))
 
     solver = "halfplane.cell_solver.CellSolver"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.window is not None:
-            object.__setattr__(self, "window", require_pair(window=self.window))
         if self.residual >= 1:
             raise BadArgument("residual", self.residual, "must lie between 0 and 1")
 
