@@ -283,7 +283,8 @@ SOLIDS = {
 
 
 def of_materials():
-    found, place = {}, MakeStructured2DMesh(nx=1, ny=1)(0.5, 0.5)
+    found, mesh = {}, MakeStructured2DMesh(nx=1, ny=1)
+    place = mesh(0.5, 0.5)
     gradient = ng.CF((0.01, 0.002, 0, -0.004, -0.02, 0, 0, 0, 0), dims=(3, 3))
     gamma = contact_term.relative_deformation(gradient, ng.CF((0, 0, 0.005)))
     kappa = ng.CF((0, 0, 0, 0, 0, 0, 0.3, -0.2, 0), dims=(3, 3))
