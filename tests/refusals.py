@@ -300,10 +300,9 @@ LEFT_OUT = {
         "Body.once "
         "HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
-        "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
-        "Microblock.initial_rotation Law.arms Microblock.arms Microblock.levers Microblock.shifts "
-        "Unilateral.initial_gaps "
-        "Unilateral.levers Cone.height Cylinder.height Deformable.height Ellipsoid.height "
+        "Law.arms Law.initial_gaps Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
+        "Microblock.arms Microblock.initial_rotation Microblock.levers Microblock.places Unilateral.arms "
+        "Unilateral.levers Unilateral.places Cone.height Cylinder.height Deformable.height Ellipsoid.height "
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # results, which the program makes, and errors, which it raises

@@ -10,9 +10,9 @@ from ..corners import projected_gradients
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
-from ..model.law import require_pure_force
+from ..model.law import level_surface, require_pure_force
 from ..model.obstacles import heights
-from ..model.problem import Problem, level_surface
+from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.solver import Solver
 from ..model.state import Solution, corner_gaps
