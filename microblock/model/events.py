@@ -148,8 +148,7 @@ class LoadPath(PlainData):
         """
         from ..view.history_figure import draw_path  # here: whoever does not draw does not load matplotlib
 
-        drawing = draw_path(self, ax)
-        return saved(drawing, file) if ax is not None else saved(drawing, file, self.warnings)
+        return saved(draw_path(self, ax), file, () if ax else self.warnings)
 
     def __repr__(self) -> str:
         known = "events" in vars(self)  # which are searched for when they are asked for

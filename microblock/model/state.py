@@ -815,9 +815,8 @@ class State(PlainData):
         window = self._window(window)
         if not self.flat:
             return self._saved(surface_figure.draw(self, ax), file, ax)
-        if ax is not None:
-            return self._saved(state_figure.draw_curves(ax, self, window), file, ax)
-        return self._saved(state_figure.draw(self, window), file, ax)
+        drawing = state_figure.draw_curves(ax, self, window) if ax else state_figure.draw(self, window)
+        return self._saved(drawing, file, ax)
 
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
@@ -838,9 +837,8 @@ class State(PlainData):
         from ..view import blocks, surface_figure
 
         window = self._window(window)
-        if not self.flat:
-            return self._saved(surface_figure.draw_blocks(ax, self), file, ax)
-        return self._saved(blocks.draw(ax, self, window), file, ax)
+        drawing = blocks.draw(ax, self, window) if self.flat else surface_figure.draw_blocks(ax, self)
+        return self._saved(drawing, file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -863,7 +861,7 @@ class State(PlainData):
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
 
     def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
-        return saved(drawing, file, *(() if ax is not None else (self.warnings, self.caption + more)))
+        return saved(drawing, file, *(() if ax else (self.warnings, self.caption + more)))
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
