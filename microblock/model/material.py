@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from ..errors import (
     BadArgument,
     Inadmissible,
@@ -17,7 +14,6 @@ from ..errors import (
     require_kind,
     require_positive,
 )
-from .types import Array
 
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
 
@@ -252,11 +248,3 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     require_positive(R=R, P=P)
     a_Hz = math.sqrt(4 * P * R * (1 - solid.nu**2) / (math.pi * solid.E))
     return a_Hz, 2 * P / (math.pi * a_Hz)
-
-
-def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
-    """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
-    thickness and a half-width (length).
-    """
-    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
-    return 2 * load / (math.pi * half_width) * np.sqrt(rest)
