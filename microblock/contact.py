@@ -263,12 +263,13 @@ class Contact:
         """
         load, rtol = plain(load), plain(rtol)
         self._check(load, None, rtol, None, progress)
-        if self.solver.has_fitted_zones:
-            from .path import ZonePath  # here: a single state does without
-
-            return ZonePath(self, load, rtol, progress)
         with counting("load path", progress):
-            path = self.solver.path(load, rtol, progress)
+            if self.solver.has_fitted_zones:
+                from .path import ZonePath  # here: a single state does without
+
+                path: LoadPath = ZonePath(self, load, rtol)
+            else:
+                path = self.solver.path(load, rtol, progress)
             if progress:  # the events are what lasts
                 path.events
         return path

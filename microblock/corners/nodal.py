@@ -51,6 +51,12 @@ class AtNodes(Solution):
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
+    @cached_property
+    def energy(self):
+        """Elastic energy per thickness, half the work of the corners."""
+        depth = self.approach * self.normals[:, 1] - np.where(self.forces > 0, self.gaps, 0)
+        return float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
+
     def gap(self, corner, x):
         """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
         if not np.all(self.reaches(x)):
@@ -167,12 +173,6 @@ class NodalSolution(AtNodes):
                 )
                 found.append(words + "give its compliance at nodes beyond it")
         return found
-
-    @cached_property
-    def energy(self):
-        pressed = self.forces > 0
-        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
-        return float(np.sum(self.forces * depth) / 2)
 
 
 class NodalSolver(Solver):

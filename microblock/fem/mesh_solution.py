@@ -139,11 +139,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
     @cached_property
     def energy(self):
         """Elastic energy per thickness."""
-        if self.found is not None:
-            return float(self.found.energy())
-        pressed = self.forces > 0
-        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
-        return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
+        return super().energy if self.found is None else float(self.found.energy())
 
     def interpolated(self, values, x):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
