@@ -159,6 +159,8 @@ class Solution:
         Whether the contact ends somewhere.
     apart : boolean array (n - 1,) or None
         As of `State`.
+    period : float or None
+        Length after which the surface repeats.
     method : str
         Name of the method, without another word that of its class in small letters.
     """
@@ -167,6 +169,7 @@ class Solution:
     notes: tuple[str, ...] = ()
     has_edges: bool = True
     apart: Flags | None = None
+    period: float | None = None
 
     if TYPE_CHECKING:
 
@@ -185,11 +188,6 @@ class Solution:
     @property
     def error_estimate(self) -> float | None:
         return None if self.estimate is None else self.estimate.total
-
-    @property
-    def period(self) -> float | None:
-        """Length after which the surface repeats, or None."""
-        return None
 
     @property
     def points(self) -> Array:
