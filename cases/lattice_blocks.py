@@ -23,7 +23,6 @@ import microblock as mb
 from microblock.corners.compliance import Compliance
 from microblock.errors import require_positive
 from microblock.model.methods import GivenCompliance
-from microblock.model.summary import Summary
 
 
 @dataclass(frozen=True)
@@ -241,7 +240,3 @@ class BlockHalfPlane:
         slope = np.where(n == 0, 0, 1 / np.tan(angle) - 1 / angle) * np.pi / N
         bend = np.where(n == 0, 1 / 3, 1 / np.sin(angle) ** 2 - 1 / angle**2) * (np.pi / N) ** 2
         return 2 / (self.springs.E_star * np.pi) * np.array([[u, -slope / b], [slope / b, bend / b**2]])
-
-    def summary(self):
-        """What a notebook shows of the body."""
-        return Summary("Blocks", f"{len(self.x)} blocks of the surface")

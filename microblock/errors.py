@@ -205,7 +205,7 @@ def plain(value: Any) -> Any:
 
 class Checked:
     """Base of dataclasses whose numbers become Python's; "check" in a field's metadata is called with its
-    value, but for None where that is the default.
+    value, but for None where that is the default, and what that returns takes its place.
     """
 
     def __post_init__(self) -> None:
@@ -213,7 +213,8 @@ class Checked:
             value = plain(getattr(self, one.name))
             object.__setattr__(self, one.name, value)
             if "check" in one.metadata and (value is not None or one.default is not None):
-                one.metadata["check"](**{one.name: value})
+                checked = one.metadata["check"](**{one.name: value})
+                object.__setattr__(self, one.name, value if checked is None else checked)
 
 
 def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
@@ -373,11 +374,7 @@ def require_numbers(**arguments: Any) -> Any:
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
     """Returns (left, right) as floats; raises BadArgument unless finite, left < right."""
     ((name, value),) = arguments.items()
-    try:
-        left, right = value
-        require_finite(left=left, right=right)
-    except (TypeError, ValueError) as failure:  # a BadArgument is a ValueError
-        raise BadArgument(name, value, "must be (left, right), two finite numbers") from failure
-    if not left < right:
-        raise BadArgument(name, value, "must be (left, right), left < right")
-    return float(left), float(right)
+    found = require_numbers(**arguments)
+    if len(found) != 2 or not found[0] < found[1]:
+        raise BadArgument(name, value, "must be (left, right), two finite numbers, left < right")
+    return float(found[0]), float(found[1])

@@ -24,7 +24,6 @@ from .halfplane.panel_solver import PanelSolver
 from .halfplane.survey import survey
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem
-from .model.progress import counting
 from .model.state import State
 from .model.types import Array, ContactLike, Interval, Zones
 from .model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
@@ -40,8 +39,8 @@ SAMPLES = 33  # over a zone, between which its lowest point is searched
 class ZonePath(LoadPath):
     """The load path on fitted panels; arguments are as of `Contact.path`."""
 
-    def __init__(self, problem: ContactLike, last: float, rtol: float | None, progress: bool = False) -> None:
-        self._solver, self._progress = cast(PanelSolver, problem.solver), progress
+    def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
+        self._solver = cast(PanelSolver, problem.solver)
         super().__init__(problem, last, self._solver.usual_rtol if rtol is None else rtol)
 
     @bounded
@@ -81,10 +80,9 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded
     def events(self) -> list[Event]:
-        with counting("load path", self._progress):
-            found = _births(self._scan[0])
-            for low, high in zip(self._scan, self._scan[1:]):
-                found += self._between(low, high)
+        found = _births(self._scan[0])
+        for low, high in zip(self._scan, self._scan[1:]):
+            found += self._between(low, high)
         return sorted(found, key=lambda event: event.load)
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:

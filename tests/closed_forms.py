@@ -5,7 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microblock.model.material import hertz as hertz  # beside the others
+
+def hertz(x, load, half_width):
+    """Returns the pressure of a cylinder on a classical half-plane, (50)."""
+    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
+    return 2 * load / (math.pi * half_width) * np.sqrt(rest)
 
 
 def punch(x, load, half_width):
@@ -78,3 +82,19 @@ class Wavy:
             return self.mean + self.closure * np.cos(2 * phase)
         rest = self.mean / self.closure - np.sin(phase) ** 2
         return 2 * self.closure * np.abs(np.cos(phase)) * np.sqrt(np.maximum(rest, 0))
+
+
+def stress(solid, gradient, psi):
+    """Returns the force stress (16) in plane strain, rows ((s11, s12), (s21, s22)), of the displacement
+    gradient {(i, j)} or (2, 2, ...) and the microrotation; sigma_12 works on gamma_12 = u1,2 + psi.
+    """
+    (u11, u12), (u21, u22) = ((gradient[i, 0], gradient[i, 1]) for i in (0, 1))
+    pressure, shear = solid.lam * (u11 + u22), solid.mu * (u12 + u21)
+    skew = 2 * solid.mu_c * ((u12 - u21) / 2 + psi)
+    return (pressure + 2 * solid.mu * u11, shear + skew), (shear - skew, pressure + 2 * solid.mu * u22)
+
+
+def couple_stress(solid, kappa):
+    """Returns the couple stress m = gamma' ell^2 mu grad psi, (17), of the gradient of psi."""
+    stiffness = solid.curvature * solid.ell**2 * solid.mu
+    return stiffness * kappa[0], stiffness * kappa[1]

@@ -293,17 +293,16 @@ CALLS = {
 LEFT_OUT = {
     name
     for names in (
-        # take fields of NGSolve, which checks them
-        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy",
+        # takes fields of NGSolve, which checks them
+        "Body.energy",
         # parts of solvers, which call them with what is checked
         "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
         "Body.once "
-        "HalfSpace.check HalfPlane.cells HalfPlane.compliance.clamped",
+        "HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
-        "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
-        "Microblock.initial_rotation Law.arms Microblock.arms Microblock.levers Microblock.shifts "
-        "Unilateral.initial_gaps "
-        "Unilateral.levers Cone.height Cylinder.height Deformable.height Ellipsoid.height "
+        "Law.arms Law.initial_gaps Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
+        "Microblock.arms Microblock.initial_rotation Microblock.levers Microblock.places Unilateral.arms "
+        "Unilateral.levers Unilateral.places Cone.height Cylinder.height Deformable.height Ellipsoid.height "
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # results, which the program makes, and errors, which it raises

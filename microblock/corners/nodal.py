@@ -1,5 +1,6 @@
 """Contact of any body with a compliance at nodes: states, and the load path node by node."""
 
+from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from itertools import groupby
@@ -128,6 +129,12 @@ class NodalSolution(OfNodes):
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
+    @cached_property
+    def energy(self):
+        """Elastic energy per thickness, half the work of the corners."""
+        depth = self.approach * self.normals[:, 1] - np.where(self.forces > 0, self.gaps, 0)
+        return float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
+
     def gap(self, corner, x):
         """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
         if not np.all(self.reaches(x)):
@@ -172,6 +179,23 @@ class NodalSolution(OfNodes):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
         return zones_of(self.x, self.closed, self.law, self.apart)
 
+    def remarks(self):
+        """Sentences where the contact reaches the last node and the obstacle goes on."""
+        spacing, found = np.diff(self.x), []
+        for end, beyond in (
+            ((0, self.x[0] - spacing[0]), (-1, self.x[-1] + spacing[-1])) if len(spacing) else ()
+        ):
+            there = self.points[[end]] + [beyond - self.x[end], 0.0]
+            gaps = self.law.initial_gaps(
+                there, self.normals[[end]], self.compliance.ell, self.problem.obstacle
+            )
+            if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
+                words = (
+                    f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
+                )
+                found.append(words + "give its compliance at nodes beyond it")
+        return found
+
 
 class NodalSolver(Solver):
     """States of a body with a method ``compliance(clamped)`` that returns a Compliance."""
@@ -185,7 +209,9 @@ class NodalSolver(Solver):
 
     @cached_property
     def compliance(self):
-        return self.body.compliance(self.law.clamps_rotation)
+        found = self.body.compliance(self.law.clamps_rotation)
+        found.require_symmetric()
+        return found
 
     @property
     def nodes(self):
@@ -204,12 +230,23 @@ class NodalSolver(Solver):
         count = len(self.law.corners)
         alike = isinstance(initial, NodalSolution) and len(initial.closed) == count
         start = self._closed_near(initial).ravel() if alike else None
-        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
+        with self._naming():
+            found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         forces, closed = found.forces.reshape(count, -1), self.together(found.closed)
         load = found.load if load is None else load  # as it was asked for: the sum of the forces is rounded
         gaps, counts = gaps.reshape(count, -1), (found.kkt, found.iterations)
         at = load, found.approach
         return self.solution.of_forces(self, self.nodes, *at, forces, gaps, closed, *counts)
+
+    @contextmanager
+    def _naming(self):
+        """Context in which what is wrong with the flexibility of corners is so with the matrix."""
+        try:
+            yield
+        except BadArgument as failure:
+            if failure.name != "H":
+                raise
+            raise BadArgument("matrix", self.compliance.matrix, failure.allowed) from failure
 
     def _closed_near(self, other):
         """Corners closed at the nearest node of another solution."""
@@ -234,6 +271,8 @@ class NodalSolver(Solver):
                 "faces no node of the contact boundary: it has to be above it, and the boundary's outward "
                 "normal has to point up, along x2",
             )
+        if not np.isfinite(found[0]).all():
+            raise BadArgument("law", self.law, "must have finite levers at every node of the body")
         return found
 
     def together(self, closed):
@@ -254,7 +293,8 @@ class NodalPath(LoadPath):
     def nodal_events(self):
         """All `active_set.CornerEvent`, ascending in load; exact for the nodes."""
         flexibility, gaps, share = self._solver.system
-        return active_set.path(flexibility, gaps, [self.last], c=share).events
+        with self._solver._naming():
+            return active_set.path(flexibility, gaps, [self.last], c=share).events
 
     @cached_property
     def events(self):

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..errors import BadArgument
 from ..model.law import ACTS_IN, Microblock, surface_tilt
-from ..model.surfaces import heights
+from ..model.obstacles import heights
 from ..model.types import AnyArray as Array
 from ..model.types import LawLike, Tilt
 from .on_cells import NONE, of_least_norm, twisted

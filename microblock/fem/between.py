@@ -155,7 +155,7 @@ def of_body(state):
         return found
     problem = state.problem
     half = max((right - left) / 2 for left, right in stretches)
-    known = picture.within(problem, state.load, stretches, half, LOW * state.approach)
+    known = picture.within(problem, stretches, half, LOW * state.approach)
     problem = replace(problem, picture=known)
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
     found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)

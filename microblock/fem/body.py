@@ -16,8 +16,7 @@ from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
-from ..model.summary import Row, Shown, Summary
-from ..model.surfaces import heights
+from ..model.summary import line
 from ..threads import bounded
 from . import contact_term, supports
 from .bulk import Bulk
@@ -82,7 +81,7 @@ class Loads:
         return form.Assemble().vec.FV().NumPy().copy()
 
 
-class Body(Shown):
+class Body:
     """A linear Cosserat body: mesh, material, spaces and supports.
 
     In three dimensions its contact boundary is horizontal (normal e3), of quadrilaterals or of triangles of
@@ -124,7 +123,7 @@ class Body(Shown):
     >>> fields = body.solve(Loads(traction={"contact": (0, -1)}))
     >>> fields.u2(mesh(0.1, -0.1)) < 0
     True
-    >>> body                                  # in a notebook a table, with the moduli
+    >>> body
     <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
 
     A quarter of a block in space, between two planes of symmetry:
@@ -153,10 +152,8 @@ class Body(Shown):
     ):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
-        if mesh.dim == 3:
-            self.check = require_heights
-            if solid.beta > 0:  # else psi has nothing to do with u
-                require_stable(solid)
+        if mesh.dim == 3 and solid.beta > 0:  # else psi has nothing to do with u
+            require_stable(solid)
         require_kind(str, "the name of a boundary", contact=contact)
         require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
         require_flag(periodic=periodic)
@@ -192,32 +189,22 @@ class Body(Shown):
         require_kind(Cosserat, "a Cosserat", solid=solid)
         return self if solid == self.solid else self.on(self.mesh, solid=solid)
 
+    @property
+    def in_space(self):
+        return self.mesh.dim == 3
+
     def once(self, key, make):
         """What `make()` returns, made once for a key."""
         if key not in self.derived:
             self.derived[key] = make()
         return self.derived[key]
 
-    def summary(self):
-        """What a notebook shows."""
+    def __repr__(self):
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
         free = self.space.FreeDofs().NumSet()
-        held = [
-            Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
-            for name, pattern in self.fixed.items()
-        ]
-        rows = (
-            Row("elements", "", self.mesh.ne, kinds),
-            Row("order", "", order),
-            Row("unknowns", "", free, "free"),
-            *(held or [Row("constrained", "", "nowhere")]),
-            *self.solid.summary().rows,
-        )
-        return Summary(
-            "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows
-        )
+        return line("Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns")
 
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument, of this argument, for no name."""
@@ -315,12 +302,13 @@ class Body(Shown):
             parts[PLACES[name]] = component
         return ng.CF(tuple(parts[:3])), ng.CF(tuple(parts[3:]))
 
-    def strains(self, components):
-        """Relative deformation (1) and curvature, 3 x 3; derivatives that are missing are 0."""
+    def strains(self, components, slopes=None):
+        """Relative deformation (1) and curvature, 3 x 3, from components and their gradients, or others,
+        `slopes`; derivatives that are missing are 0.
+        """
         dim, zero = self.mesh.dim, ng.CF(0)
         rows = [(zero,) * 3] * len(FIELDS3D)
-        for name, component in zip(self.names, components):
-            slope = ng.grad(component)
+        for name, slope in zip(self.names, map(ng.grad, components) if slopes is None else slopes):
             own = [zero] * (dim == 1) + [slope[i] for i in range(dim)]  # in 1D the only coordinate is x2
             rows[PLACES[name]] = (*own, zero)[:3]
         gradient, kappa = (ng.CF(sum(part, ()), dims=(3, 3)) for part in (rows[:3], rows[3:]))
@@ -375,11 +363,6 @@ def _in_space(name, value, turns, dim):
     if len(parts) != count:
         raise BadArgument(name, value, f"must have {count} component{'s' * (count > 1)} on a body in {dim}D")
     return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
-
-
-def require_heights(obstacle):
-    """BadArgument unless the obstacle has heights over a surface."""
-    heights(obstacle, np.zeros(2), np.zeros(2))
 
 
 class Reaction(NamedTuple):

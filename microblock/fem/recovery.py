@@ -19,6 +19,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from ..errors import NotConverged, out_of_reach
+from . import contact_term
 from .between import of_body
 from .facets import outward
 from .meshes import elements_at
@@ -73,8 +74,7 @@ def _averaged(body, fields):
 def _energy_of_difference(body, fields, averaged):
     """Array (elements,)."""
     wrong = [ng.CF((mean[0], mean[1])) - ng.grad(field) for mean, field in zip(averaged, fields)]
-    gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
-    density = body.solid.energy(gradient, ng.CF(0), wrong[2])
+    density = contact_term.energy(body.solid, body.strains([ng.CF(0)] * len(wrong), wrong))
     return body.integrated(density.Compile(), element_wise=True).NumPy()
 
 
@@ -122,11 +122,11 @@ def _edges(state):
 
 def _traction(state, averaged):
     """Pressure -n.(sigma n) and couple m.n/ell on the boundary."""
-    solid, n = state.nodes.body.solid, outward(state.nodes.body.mesh)
-    gradient = ng.CF((*(averaged[0][i] for i in range(2)), *(averaged[1][i] for i in range(2))), dims=(2, 2))
-    sigma = ng.CF(tuple(sum(solid.stress(gradient, state.fields.psi), ())), dims=(2, 2))
-    m = ng.CF(solid.couple_stress(averaged[2]))
-    return ng.CF((-ng.InnerProduct(n, sigma * n), ng.InnerProduct(m, n) / solid.ell))
+    body = state.nodes.body
+    solid, n = body.solid, ng.CF((outward(body.mesh), 0))
+    gamma, kappa = body.strains(list(state.fields), averaged)
+    sigma, m = contact_term.stress(solid, gamma), contact_term.couple_stress(solid, kappa)
+    return ng.CF((-ng.InnerProduct(n, sigma * n), (m * n)[2] / solid.ell))
 
 
 def refine_until(solver, load, approach, rtol, progress=False):

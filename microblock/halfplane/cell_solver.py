@@ -12,9 +12,9 @@ from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged
 from ..model import picture
 from ..model.deformable import body_of, shape_of
-from ..model.law import require_pure_force
+from ..model.law import level_surface, require_pure_force
 from ..model.obstacles import heights
-from ..model.problem import Problem, level_surface
+from ..model.problem import Problem
 from ..model.state import corner_gaps
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .counter import CounterCells

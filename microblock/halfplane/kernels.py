@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, require_numbers
 from ..model.bodies import Unbounded
+from ..model.law import level_surface
 from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
-from ..model.problem import level_surface
 from ..model.quadrature import gauss_rule
 from ..model.types import Array
 from ..threads import bounded

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..model.problem import Problem, level_surface
+from ..model.law import level_surface
+from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones

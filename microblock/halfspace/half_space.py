@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
 from ..halfplane.kernels import is_classical
 from ..model.bodies import Unbounded
 from ..model.methods import Cells
-from ..model.surfaces import heights
 from .symbol import require_stable
 
 
@@ -43,13 +40,9 @@ class HalfSpace(Unbounded):
     """
 
     solvers: ClassVar[dict[type, str]] = {Cells: "halfspace.solver.SurfaceSolver"}
-    methods = (Cells,)
+    methods, in_space = (Cells,), True
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not is_classical(self.solid):
             require_stable(self.solid)
-
-    def check(self, obstacle: object) -> None:
-        """Raises BadArgument unless the obstacle has heights over a surface."""
-        heights(obstacle, np.zeros(2), np.zeros(2))

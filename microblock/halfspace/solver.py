@@ -24,8 +24,9 @@ from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import body_of
 from ..model.material import Cosserat, joint_modulus
+from ..model.obstacles import heights
 from ..model.state import State, in_space
-from ..model.surfaces import heights, repeated
+from ..model.surfaces import repeated
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from .counter import Counter

@@ -1,11 +1,13 @@
-"""Results in one file and back, without pickles: arrays, and a text on what they are."""
+"""Results as labelled data sets of xarray; in one file and back, without pickles: arrays, and a text on what
+they are.
+"""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterable
+from dataclasses import asdict, fields, is_dataclass
 from functools import partial
 from importlib import import_module
 from inspect import signature
@@ -14,12 +16,12 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..errors import BadArgument, Named, replacing, require_place
+from ..errors import BadArgument, MissingExtra, Named, replacing, require_place, shown
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
+from .plain_data import QUANTITIES, Quantity
 from .state import State, Surface
-from .summary import short
 from .types import AnyArray, Interval, Zones
 
 # of a result of each kind, what is written
@@ -117,7 +119,7 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
         packed = {name: _packed(one, arrays) for name, one in parts.items()}
         if kind in NAMES or '{"lost": ' not in json.dumps(packed):
             return {"class": [kind.__module__, kind.__qualname__], "parts": packed}
-    return {"lost": repr(value) if isinstance(value, Absent) else short(value)}
+    return {"lost": repr(value) if isinstance(value, Absent) else shown(value)}
 
 
 def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
@@ -138,8 +140,7 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
     kind: Any = getattr(import_module(module), name) if module.startswith("microblock.") else None
     if not isinstance(kind, type) or kind.__module__ != module:
         raise ValueError(f"{module}.{name} is no class of microblock")
-    made: dict[type, Callable[..., Any]] = {State: _state, LoadPath: _path}
-    return made.get(kind, kind)(**parts)
+    return _state(**parts) if kind is State else kind(**parts)
 
 
 def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> State:
@@ -152,7 +153,62 @@ def _written(along: Surface | None, window: Interval | None) -> Surface | None:
     return along
 
 
-def _path(problem: Any, last: float, rtol: float | None, **parts: Any) -> LoadPath:
-    path = LoadPath(problem, last, rtol)
-    vars(path).update(parts)
-    return path
+def data_set(result: State | LoadPath | History) -> Any:
+    try:
+        import xarray
+    except ModuleNotFoundError as failure:
+        raise MissingExtra("to_xarray()", "xarray", "xarray") from failure
+    if isinstance(result, State):
+        return xarray.Dataset(*_of_state(result))
+    together = xarray.Dataset()
+    if isinstance(result, History):
+        states = [_numbered(xarray.Dataset(*_of_state(state))) for state in result.states]
+        together = xarray.concat(
+            states, "state", data_vars="all", coords="all", compat="equals", join="outer"
+        )
+    together.attrs = {"warnings": "; ".join(result.warnings)}
+    events = [asdict(event) for event in result.events]
+    for name in events[0] if events else ():
+        if name not in ("shear", "pair") or isinstance(result, History):
+            values = [np.nan if event[name] is None else event[name] for event in events]
+            together[f"event_{name}"] = "event", values, _unit(name)
+    return together
+
+
+def _unit(name: str, flat: bool = True) -> dict[str, str]:
+    _, unit, in_space = QUANTITIES.get(name, Quantity())
+    own = unit if flat else in_space or unit
+    return {"units": own} if own else {}
+
+
+def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
+    found = dict[str, Any]()
+    along: tuple[str, ...] = ("x",) if state.flat else ("point",)
+    places: dict[str, Any] = {"x": state.x} if state.flat else dict(zip(("x1", "x2", "x3"), state.points.T))
+    shape = state.shape or (len(state.weights),)
+    if state.shape:
+        along, places = ("x1", "x2"), {"x1": state.x1, "x2": state.x2}
+    texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
+    may_lack = "approach", "error_estimate", "tangential_approach", "seen_width"
+    for name in state.listed:
+        value, units = getattr(state, name), _unit(name, state.flat)
+        if name == "pressures":
+            found[name] = ("corner", *along), np.reshape([*value.values()], (-1, *shape)), units
+        elif name == "zones":
+            for zone, pairs in value.items():
+                found[f"zone_{zone}"] = (f"of_{zone}", "end"), np.reshape(pairs, (-1, 2)), units
+        elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
+            more = ("component",) * (value.ndim - 1)
+            found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), units
+        elif isinstance(value, (int, float)) or (value is None and name in may_lack):
+            found[name] = (), np.nan if value is None else value, units
+    known = {name: (name if name in along else "point", one, _unit("x")) for name, one in places.items()}
+    return found, {**known, "corner": [*state.pressures], "end": ["left", "right"]}, texts
+
+
+def _numbered(data: Any) -> Any:
+    if "x" in data.indexes:
+        data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
+    return data.assign_coords(
+        {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
+    )

@@ -1,21 +1,31 @@
-"""Bodies that are given by a solid and a size or period."""
+"""Bodies that are given by a solid and a size or period, and what a body of a user's own offers.
+
+A body is any object with these attributes; `docs/howto/extend.md` has one.
+
+solid      Cosserat
+methods    tuple of method classes that solve on it, the usual one first; see `microblock.model.methods`
+of         optional, ``of(solid)``: the same body of another solid, for sliders and ``with_(solid=...)``
+in_space   optional, True where obstacles have heights over a surface, functions of (x1, x2)
+solvers    optional, {method class: Solver}, in place of the solvers that methods name
+
+`GivenCompliance` asks besides for ``compliance(clamped)``, a `microblock.corners.compliance.Compliance`.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from ..errors import Checked, checked, require_kind, require_positive
+from ..errors import BadArgument, Checked, checked, require_kind, require_positive
 from .material import Cosserat
 from .methods import Fitted, Uniform
-from .summary import Row, Shown, Summary
 
 AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
 
 
-@dataclass(frozen=True, repr=False)
-class Unbounded(Checked, Shown):
+@dataclass(frozen=True)
+class Unbounded(Checked):
     """Base of bodies without an end, of a solid and a period (or None)."""
 
     solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
@@ -25,16 +35,9 @@ class Unbounded(Checked, Shown):
         """Returns the same body of another solid."""
         return replace(self, solid=solid)
 
-    def summary(self) -> Summary:
-        moduli = self.solid.summary()
-        rows = (
-            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
-        )
-        return replace(moduli, title=type(self).__name__, rows=rows)
 
-
-@dataclass(frozen=True, repr=False)
-class Block(Checked, Shown):
+@dataclass(frozen=True)
+class Block(Checked):
     """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program makes
     its mesh.
 
@@ -73,6 +76,15 @@ class Block(Checked, Shown):
         """Returns the same block of another solid."""
         return Block(solid, self.size)
 
-    def summary(self) -> Summary:
-        words = "half-plane by finite elements" if self.size == math.inf else f"block of size {self.size:g}"
-        return Summary("Block", words, (Row("size", "", self.size, "length"), *self.solid.summary().rows))
+
+def require_body(body: Any) -> None:
+    """Raises BadArgument unless this is a body."""
+    lacking = [name for name in ("solid", "methods") if not hasattr(body, name)]
+    if lacking or isinstance(body, type):
+        words = "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)"
+        raise BadArgument("body", body, words + "".join(f": it has no {name}" for name in lacking[:1]))
+
+
+def over_surface(body: Any) -> bool:
+    """Returns whether obstacles have heights over a surface."""
+    return bool(getattr(body, "in_space", False))

@@ -15,7 +15,7 @@ from ..errors import (
     require_whole,
 )
 from .plain_data import PlainData
-from .summary import Row, Shown, Summary, number, saved
+from .summary import line, number, saved
 from .types import ContactLike, Target
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Event:
         require_kind(str, "the name of a zone", zone=self.zone)
 
 
-class LoadPath(Shown, PlainData):
+class LoadPath(PlainData):
     """The states of a problem from first touch to a load, and the events on the way.
 
     Where the slope of the obstacle falls, zones on either side never merge: the gap gets narrower without
@@ -114,10 +114,13 @@ class LoadPath(Shown, PlainData):
     first: Any = 0.0  # a float; a subclass may have properties
     warnings: Any = ()
 
-    def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
-        self.problem, self.last, self.rtol = problem, last, rtol
+    def __init__(self, problem: ContactLike, last: float, rtol: float | None, **known: Any) -> None:
+        vars(self).update(known, problem=problem, last=last, rtol=rtol)
 
     if TYPE_CHECKING:  # of a subclass, or of a file
+        problem: ContactLike
+        last: float
+        rtol: float | None
 
         @property
         def events(self) -> Sequence[Event]: ...
@@ -145,26 +148,13 @@ class LoadPath(Shown, PlainData):
         """
         from ..view.history_figure import draw_path  # here: whoever does not draw does not load matplotlib
 
-        drawing = draw_path(self, ax)
-        return saved(drawing, file) if ax is not None else saved(drawing, file, self.warnings)
+        return saved(draw_path(self, ax), file, () if ax else self.warnings)
 
-    def summary(self) -> Summary:
-        events: Sequence[Event] | None = self.__dict__.get("events")
-        listed = [
-            Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
-            for event in events or ()
-        ]
-        begun = [] if events is None else [Row("zones followed from load", "P", self.first)]
-        words = "not yet looked for" if events is None else f"{len(events)}"
-        rows = (
-            Row("last load", "P", self.last, "force per thickness"),
-            Row("accuracy asked for", "rtol", self.rtol),
-            *begun,
-            Row("events", "", words),
-            *listed,
-        )
-        warnings = () if events is None else tuple(self.warnings)
-        return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows, warnings)
+    def __repr__(self) -> str:
+        known = "events" in vars(self)  # which are searched for when they are asked for
+        words = f"{len(self.events)}" if known else "not yet looked for"
+        warnings = self.warnings if known else ()
+        return line("Load path", f"up to load {number(self.last)}, events: {words}", warnings)
 
 
 def require_on_path(load: float, last: float) -> None:

@@ -12,7 +12,7 @@ from ..errors import BadArgument
 from .events import Event
 from .plain_data import PlainData
 from .state import Solution, State
-from .summary import Row, Shown, Summary, number, saved
+from .summary import line, saved
 from .types import Array, ContactLike, Target
 from .zones import distance
 
@@ -55,7 +55,7 @@ def change(finer: Solution, coarser: Solution, weights: Array, ell: float, frict
     return distance(weights, p, M, fields[0][0], q)
 
 
-class History(Shown, PlainData):
+class History(PlainData):
     """The states of a frictional problem along a history of loads.
 
     Attributes
@@ -103,21 +103,11 @@ class History(Shown, PlainData):
         """
         from ..view.history_figure import draw_history, draw_loop
 
-        if ax is not None:
-            return saved(draw_loop(ax, self.states), file)
-        return saved(draw_history(self.states), file, self.warnings)
+        drawing = draw_loop(ax, self.states) if ax else draw_history(self.states)
+        return saved(drawing, file, () if ax else self.warnings)
 
-    def summary(self) -> Summary:
-        rows = [
-            Row(f"pair {index}", "P, Q", f"{number(one.load)}, {number(one.shear)}", "force per thickness")
-            for index, one in enumerate(self.states)
-        ]
-        rows += [
-            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.load)}, {number(event.shear)}")
-            for event in self.events
-        ]
-        words = f"{len(self.states)} pairs, {len(self.events)} events"
-        return Summary("History", words, tuple(rows), tuple(self.warnings))
+    def __repr__(self) -> str:
+        return line("History", f"{len(self.states)} pairs, {len(self.events)} events", self.warnings)
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:

@@ -22,14 +22,13 @@ import numpy as np
 
 from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
-from .summary import is_told
 from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
 
 class Law:
-    """Base of laws, also of a user's: it names corners, their levers and initial gaps.
+    """Base of laws, also of a user's: it names corners, and says where on their blocks they are.
 
     Attributes
     ----------
@@ -45,15 +44,9 @@ class Law:
     clamps_rotation = False
     even: Any = False  # a bool, or a property
 
-    def levers(self, x: Array) -> dict[str, Array]:
-        """Returns the levers of (29) at x, array (n,): {corner: array (n,)} in the order of `corners`."""
-        raise NotImplementedError
-
-    def initial_gaps(
-        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> dict[str, Array]:
-        """Returns the initial gaps along the normal, {corner: array (n,)} (lengths), inf without an obstacle,
-        of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
+    def arms(self, points: Array, normals: Array) -> Array:
+        """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
+        2), in space (corners, n, 3), at points (lengths) with unit normals.
         """
         raise NotImplementedError
 
@@ -61,28 +54,39 @@ class Law:
         """Returns what psi0 adds to the rotation of the blocks at x, array (n,) (radians)."""
         return np.zeros(np.shape(x))
 
+    def places(self, points: Array, normals: Array) -> Array:
+        """Returns the places of the corners from the contact point, the middle of the block's outer side,
+        over the side: array (corners, n, 2). Here arms less ``N/2``, of ``N = n - psi0 t``.
+        """
+        turned = self.initial_rotation(points[:, 0])[:, None] * tangents(normals)
+        return self.arms(points, normals) - (normals - turned) / 2
+
+    def levers(self, x: Array) -> dict[str, Array]:
+        """Returns the levers of (29) at x: {corner: array}, -2 times the arm along the surface."""
+        arms = self.arms(*level_surface(np.ravel(x)))
+        return dict(zip(self.corners, -2 * arms[:, :, 0].reshape(len(arms), *np.shape(x))))
+
+    def initial_gaps(
+        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+    ) -> dict[str, Array]:
+        """Returns the initial gaps along the normal, {corner: array (n,)} (lengths), inf without an obstacle,
+        of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
+        """
+        places = zip(self.corners, points + ell * self.places(points, normals))
+        return {name: obstacles.gap(obstacle, place, normals) for name, place in places}
+
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
-        return (0.0,) * len(self.corners)
-
-    def arms(self, points: Array, normals: Array) -> Array:
-        """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
-        2), in space (corners, n, 3), at points (lengths) with unit normals. Here they follow from the levers;
-        corners that have one lie half a side above the centre.
-        """
-        levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
-        if not levers.any():
-            return np.zeros((len(levers), *points.shape))
-        return (normals - levers * tangents(normals)) / 2
+        return tuple((-ell * self.places(*level_surface(np.zeros(1)))[:, 0, 0]).tolist())
 
 
 class _Coulomb(Law, Checked):
     friction: float = 0.0
 
     def __repr__(self) -> str:
-        known = [(each.name, getattr(self, each.name), each) for each in fields(cast(Any, self))]
-        listed = [f"{name}={value!r}" for name, value, each in known if is_told(each, value)]
-        return f"{type(self).__name__}({', '.join(listed)})"
+        values = [(entry, getattr(self, entry.name)) for entry in fields(cast(Any, self))]
+        unusual = [f"{entry.name}={own!r}" for entry, own in values if own != entry.default]
+        return f"{type(self).__name__}({', '.join(unusual)})"
 
 
 def _not_negative(friction: float) -> None:
@@ -91,8 +95,7 @@ def _not_negative(friction: float) -> None:
         raise BadArgument("friction", friction, "must be 0 or positive")
 
 
-def _coefficient() -> float:
-    return field(default=0.0, metadata={"told": "if other than usual"} | checked(_not_negative))
+_coefficient = checked(_not_negative)
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,7 +128,7 @@ class Microblock(_Coulomb):
 
     psi0: float | Function | tuple[Tilt, Tilt] = 0.0
     psi0_in: str = field(default=ACTS_IN[0], metadata=checked(require_choice, ACTS_IN))
-    friction: float = _coefficient()
+    friction: float = field(default=0.0, metadata=_coefficient)
 
     corners = ("A", "B")
 
@@ -148,9 +151,6 @@ class Microblock(_Coulomb):
     @property
     def even(self) -> bool:
         return not callable(self.psi0) and self.psi0 == 0
-
-    def shifts(self, ell: float) -> tuple[float, ...]:
-        return ell / 2, -ell / 2
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
@@ -182,15 +182,10 @@ class Microblock(_Coulomb):
         psi0 = self.angle(x)
         return {"A": 1 + psi0, "B": psi0 - 1}
 
-    def initial_gaps(
-        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> dict[str, Array]:
-        """Returns the gaps over the corners at ``x -+ (ell/2) S``, (20)."""
-        side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
-        return {
-            "A": obstacles.gap(obstacle, points - side, normals),
-            "B": obstacles.gap(obstacle, points + side, normals),
-        }
+    def places(self, points: Array, normals: Array) -> Array:
+        """Returns -+ S/2, (20)."""
+        side = tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals
+        return np.array((-side, side)) / 2
 
 
 @dataclass(frozen=True, repr=False)
@@ -213,17 +208,17 @@ class Unilateral(_Coulomb):
     ('C',)
     """
 
-    friction: float = _coefficient()
+    friction: float = field(default=0.0, metadata=_coefficient)
 
     even = True
 
+    def arms(self, points: Array, normals: Array) -> Array:
+        return np.zeros((1, *points.shape))
+
+    places = arms
+
     def levers(self, x: Array) -> dict[str, Array]:
         return {"C": np.zeros(np.shape(x))}
-
-    def initial_gaps(
-        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> dict[str, Array]:
-        return {"C": obstacles.gap(obstacle, points, normals)}
 
 
 @dataclass(frozen=True, repr=False)
@@ -281,6 +276,11 @@ def rotation(psi0: Any, *x: Array) -> Array:
     return angles
 
 
+def level_surface(x: Array) -> tuple[Array, Array]:
+    """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
+    return np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
+
+
 def tangents(normals: Array) -> Array:
     """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
     return np.column_stack((normals[:, 1], -normals[:, 0]))
@@ -296,63 +296,49 @@ def check(law: object, in_space: bool = False) -> None:
         home = "mb." * law.__module__.startswith("microblock")
         raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
     missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
-    missing += [name for name in ("levers", "initial_gaps") if getattr(type(law), name, 0) is vars(Law)[name]]
-    if missing:
+    if missing or getattr(type(law), "arms", None) is Law.arms:
         raise BadArgument(
             "law",
             law,
             "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
-            f"microblock.model.law.Law as its base: it has no {missing[0]}",
+            f"microblock.model.law.Law as its base: it has no {[*missing, 'arms'][0]}",
         )
     if type(law) in BUILT_IN:
         return
     if in_space:
         raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
-    _check_corners(law)
+    _check_corners(cast("Law", law))
 
 
-def _check_corners(law: Any) -> None:
-    """Raises BadArgument unless a user's law has gaps, levers and shifts of its corners."""
-    point, normal = np.zeros((1, 2)), np.array([[0.0, 1.0]])
+def _check_corners(law: Law) -> None:
+    """Raises BadArgument unless a user's law names its corners, and has arms and nothing beside them."""
     names = tuple(law.corners)
     plain = all(isinstance(name, str) for name in names) and len(set(names)) == len(names)
     if not names or not plain or {"full", "contact"} & set(names):
         words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
         raise BadArgument("law", law, words)
-    levers = law.levers(np.zeros(1))
-    for name, found in (
-        ("levers", levers),
-        ("initial_gaps", law.initial_gaps(point, normal, 1.0, obstacles.Plane(level=1.0))),
-    ):
-        shapes = isinstance(found, dict) and {key: np.shape(value) for key, value in found.items()}
-        if shapes != dict.fromkeys(names, (1,)) or tuple(found) != names:
-            words = f"{name} must return an array for each of its corners, in the order {', '.join(names)}"
-            raise BadArgument("law", law, words + (f": at one point shapes are {shapes}" if shapes else ""))
-        values = np.ravel(list(found.values()))
-        if not np.isrealobj(values) or not np.all(np.isfinite(values)):
-            raise BadArgument("law", law, f"{name} must be finite real numbers under a plane: {values}")
-    shifts = law.shifts(1.0)
-    if np.shape(shifts) != (len(names),) or not np.all(np.isfinite(np.asarray(shifts, float))):
-        raise BadArgument("law", law, f"shifts must return a finite number for each corner: {shifts!r}")
-    in_order = np.ravel(list(levers.values()))
-    if np.any(np.diff(in_order) > 0):
-        raise BadArgument(
-            "law",
-            law,
-            f"must name its corners from left to right, the largest lever first: {in_order.tolist()}",
-        )
+    for name in ("levers", "initial_gaps", "shifts"):
+        if getattr(type(law), name) not in (vars(one).get(name) for one in (Law, *BUILT_IN)):
+            raise BadArgument("law", law, f"must not have {name} of its own, which follow from its arms")
+    for name in ("arms", "places"):
+        found = getattr(law, name)(*level_surface(np.zeros(1)))
+        if np.shape(found) != (len(names), 1, 2) or not np.isrealobj(found) or not np.isfinite(found).all():
+            words = f"{name} must return finite real numbers, an array (corners, n, 2): {found!r}"
+            raise BadArgument("law", law, words)
+    levers = list(law.levers(np.zeros(())).values())
+    if np.any(np.diff(levers) > 0):
+        words = f"must name its corners from left to right, the largest lever first: {levers}"
+        raise BadArgument("law", law, words)
 
 
-def require_shifts(law: LawLike) -> None:
-    """Raises BadArgument unless gaps of the law under a slope are those of its shifts."""
+def require_shifts(law: LawLike, ell: float) -> None:
+    """Raises BadArgument unless corners are everywhere as far from their contact point along the surface."""
     if type(law) in BUILT_IN:
         return
-    slope, place, up = 2.0**-10, np.zeros((1, 2)), np.array([[0.0, 1.0]])
-    inclined = obstacles.Obstacle(lambda x: 1 + slope * x)
-    flat, inclined_gaps = (law.initial_gaps(place, up, 1.0, one) for one in (obstacles.Plane(1.0), inclined))
-    wanted = [float((flat[corner] - inclined_gaps[corner])[0]) / slope for corner in law.corners]
-    if not np.allclose(law.shifts(1.0), wanted, rtol=0, atol=1e-6):
-        words = f"must have shifts(ell) where its gaps have them, at {wanted} ell, and not {law.shifts(1.0)}"
+    x = ell * np.geomspace(1e-3, 1e4, 43)
+    along = law.places(*level_surface(np.concatenate((-x, [0.0], x))))[:, :, 0]
+    if np.ptp(along, axis=1).max() > 1e-9:
+        words = "must have its corners everywhere at one distance from the contact point: a Body takes others"
         raise BadArgument("law", law, words)
 
 

@@ -1,16 +1,9 @@
-"""The plane Cosserat solid: moduli, admissibility, energy density and stresses, (10)-(18).
-
-The constitutive law is arithmetic that serves NGSolve's expressions, arrays and numbers.
-"""
+"""The Cosserat solid: moduli and admissibility, (10)-(13); `fem.contact_term` has energy and stresses."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, TypeAlias
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import (
     BadArgument,
@@ -21,16 +14,12 @@ from ..errors import (
     require_kind,
     require_positive,
 )
-from .summary import Row, Shown, Summary, number
-from .types import Array
 
-Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
-Components: TypeAlias = tuple[tuple[Component, Component], tuple[Component, Component]]
 
 
 @dataclass(frozen=True, init=False)
-class Cosserat(Shown):
+class Cosserat:
     """Linear isotropic Cosserat solid in plane strain.
 
     Parameters
@@ -143,19 +132,6 @@ class Cosserat(Shown):
         words += "".join(f", {name}={value}" for name, value in more.items() if value)
         return f"Cosserat({words})"
 
-    def summary(self) -> Summary:
-        rows = (
-            Row("Young's modulus", "E", self.E, "stress"),
-            Row("Poisson's ratio", "&nu;", self.nu),
-            Row("size of a block", "&ell;", self.ell, "length"),
-            Row("coupling", "&beta;", self.beta, "0 to 2"),
-            Row("coupling modulus", "&mu;<sub>c</sub>", self.mu_c, "stress"),
-            Row("curvature coefficient", "&gamma;'", self.curvature),
-            Row("layer length", "L", self.layer_length, "length"),
-        )
-        brief = f"E {number(self.E)}, nu {number(self.nu)}, ell {number(self.ell)}"
-        return Summary("Cosserat solid", brief, rows)
-
     @property
     def mu(self) -> float:
         """Shear modulus (stress)."""
@@ -186,43 +162,6 @@ class Cosserat(Shown):
         """Decay length of the boundary layer, ell sqrt(gamma'/(2 beta)) (length); inf for beta = 0."""
         return self.ell * math.sqrt(self.curvature / (2 * self.beta)) if self.beta else math.inf
 
-    def energy(self, gradient: Component, psi: Component, kappa: Component) -> Component:
-        """Returns the energy density (10)-(12) in plane strain (stress), of the displacement gradient (2, 2,
-        ...), the microrotation (radians) and its gradient (2, ...) (1/length).
-
-        Examples
-        --------
-        >>> solid = mb.Cosserat(E=100, nu=0.0, ell=0.1, beta=1)
-        >>> energy = solid.energy(np.array([[0.0, 0.0], [0.0, 0.1]]), 0.0, (0.0, 0.0))
-        >>> round(float(energy), 12)      # E/2 times 0.1^2
-        0.5
-        """
-        (u11, u12), (u21, u22) = _components(gradient)
-        spin = (u12 - u21) / 2 + psi
-        return (
-            self.lam / 2 * (u11 + u22) ** 2
-            + self.mu * (u11**2 + u22**2 + (u12 + u21) ** 2 / 2)
-            + 2 * self.mu_c * spin**2
-            + self.curvature / 2 * self.ell**2 * self.mu * (kappa[0] ** 2 + kappa[1] ** 2)
-        )
-
-    def stress(self, gradient: Component, psi: Component) -> Components:
-        """Returns the force stress (16), rows ((s11, s12), (s21, s22)), of what `energy` takes; sigma_12
-        works on gamma_12 = u1,2 + psi.
-        """
-        (u11, u12), (u21, u22) = _components(gradient)
-        pressure = self.lam * (u11 + u22)
-        shear = self.mu * (u12 + u21)
-        skew = 2 * self.mu_c * ((u12 - u21) / 2 + psi)
-        return ((pressure + 2 * self.mu * u11, shear + skew), (shear - skew, pressure + 2 * self.mu * u22))
-
-    def couple_stress(self, kappa: Component) -> tuple[Component, Component]:
-        """Returns the couple stress m = gamma' ell^2 mu grad psi, (17), of the gradient of psi (stress x
-        length).
-        """
-        stiffness = self.curvature * self.ell**2 * self.mu
-        return stiffness * kappa[0], stiffness * kappa[1]
-
 
 class Elastic(Cosserat):
     """The classical elastic solid in plane strain, under `Unilateral`: a `Cosserat` solid whose coupling is
@@ -251,15 +190,6 @@ class Elastic(Cosserat):
 
     def __repr__(self) -> str:
         return f"Elastic(E={self.E}, nu={self.nu})"
-
-    def summary(self) -> Summary:
-        return Summary(
-            "Elastic solid", f"E {number(self.E)}, nu {number(self.nu)}", super().summary().rows[:2]
-        )
-
-
-def _components(gradient: Component) -> Components:
-    return ((gradient[0, 0], gradient[0, 1]), (gradient[1, 0], gradient[1, 1]))
 
 
 def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: float | None) -> float:
@@ -318,11 +248,3 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     require_positive(R=R, P=P)
     a_Hz = math.sqrt(4 * P * R * (1 - solid.nu**2) / (math.pi * solid.E))
     return a_Hz, 2 * P / (math.pi * a_Hz)
-
-
-def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
-    """Returns the pressure at x, array (n,), of a cylinder on a classical half-plane, (50), of a force per
-    thickness and a half-width (length).
-    """
-    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
-    return 2 * load / (math.pi * half_width) * np.sqrt(rest)

@@ -1,4 +1,10 @@
-"""The methods by name: what a user may fix of each, and its solver."""
+"""The methods by name: what a user may fix of each, and its solver.
+
+A method of a user's own is any object whose attribute `solver` is a class derived from
+`microblock.model.solver.Solver`, or its dotted path below microblock. A body names the class of the method in
+its `methods`. The solver's ``solve`` returns a `microblock.model.state.Solution`, whose docstring lists what
+a `State` takes from it.
+"""
 
 from __future__ import annotations
 
@@ -81,15 +87,13 @@ class Cells(Checked):
     """
 
     nodes: int | None = field(default=None, metadata=checked(require_whole, 32, 2**26))
-    window: Interval | None = None
+    window: Interval | None = field(default=None, metadata=checked(require_pair))
     residual: float = field(default=1e-9, metadata=checked(require_positive))
 
     solver = "halfplane.cell_solver.LineSolver"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.window is not None:
-            object.__setattr__(self, "window", require_pair(window=self.window))
         if self.residual >= 1:
             raise BadArgument("residual", self.residual, "must lie between 0 and 1")
 
@@ -229,6 +233,8 @@ class Condensed:
 
 @dataclass(frozen=True)
 class GivenCompliance:
-    """A body of one's own with a method ``compliance(clamped)``: see `microblock.corners.nodal`."""
+    """A body of one's own with a method ``compliance(clamped)``, which returns a
+    `microblock.corners.compliance.Compliance`.
+    """
 
     solver = "corners.nodal.NodalSolver"

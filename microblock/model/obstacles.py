@@ -283,6 +283,9 @@ class Samples:
         if z.shape != x.shape:
             raise BadArgument("z", z, f"must hold {x.size} finite numbers, one for each x")
 
+    def __repr__(self) -> str:
+        return f"Samples({len(self.x)} points)"
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
             return NotImplemented
@@ -399,12 +402,12 @@ class Rough(SelfAffine):
         return cast(Array, (total * phase ** self.waves[0]).real)
 
 
-def heights(obstacle: ObstacleLike, x: Array) -> Array:
-    """Returns the heights of an obstacle at x, arrays (n,) (lengths); raises BadArgument if it does not
-    return a number, or inf, for each x.
+def heights(obstacle: Any, *x: Array) -> Array:
+    """Returns the heights of an obstacle at x, array (n,), or over a surface at (x1, x2) (lengths); raises
+    BadArgument if it does not return a number, or inf, for each place.
     """
-    above = returned(obstacle, x)
-    if above.shape != np.shape(x):
+    above = returned(obstacle, *x)
+    if above.shape != np.shape(x[0]):
         raise BadArgument(
             "obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array"
         )
@@ -413,16 +416,16 @@ def heights(obstacle: ObstacleLike, x: Array) -> Array:
         raise BadArgument(
             "obstacle",
             obstacle,
-            f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
+            f"its height(x) is {above[wrong][0]:g} at x = {x[0][wrong][0]:.4g}: must be a number, "
             "or inf where there is no obstacle",
         )
     return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
 
 
-def check(obstacle: ObstacleLike) -> None:
+def check(obstacle: ObstacleLike, in_space: bool = False) -> None:
     """Raises BadArgument unless the obstacle has a height that takes arrays."""
-    if returned(obstacle, np.zeros(2)).shape != (2,):
-        heights(obstacle, np.zeros(2))
+    if in_space or returned(obstacle, np.zeros(2)).shape != (2,):
+        heights(obstacle, *np.zeros((1 + in_space, 2)))
 
 
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
@@ -441,25 +444,32 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
             )
 
 
-def returned(obstacle: ObstacleLike, x: Array) -> Array:
+def returned(obstacle: Any, *x: Array) -> Array:
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
-    height = getattr(obstacle, "height", obstacle)
+    line, height = len(x) == 1, getattr(obstacle, "height", obstacle)
+    places = "x" if line else "x1, x2"
     if not callable(height):
-        raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
+        words = f"must have a method height({places}), or be a callable height({places})"
+        raise BadArgument("obstacle", obstacle, words)
 
-    def above(x: Array) -> Array:
-        found = real(height(x))
+    def above(*x: Array) -> Array:
+        found, shape = real(height(*x)), np.shape(x[0])
+        if not line:
+            return np.array(np.broadcast_to(found, shape))
         left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
-        return np.where((x < left) | (x > right), np.inf, found) if np.shape(found) == np.shape(x) else found
+        return np.where((x[0] < left) | (x[0] > right), np.inf, found) if found.shape == shape else found
 
     return evaluated(
         above,
-        x,
+        *x,
         name="obstacle",
         given=obstacle,
         allowed="its height(x) must take an array of x; np.vectorize(height, otypes=[float]) serves a "
-        "function of one number, a HalfSpace one of (x1, x2)",
+        "function of one number, a HalfSpace one of (x1, x2)"
+        if line
+        else "must have a height(x1, x2) of two arrays that returns as many numbers; of a height over a "
+        "line write lambda x, y: height(x) + 0*y",
     )
 
 

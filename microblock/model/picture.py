@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """What is known of an obstacle for loads up to `load` (force per thickness).
+    """What is known of an obstacle for loads up to one.
 
     Attributes
     ----------
@@ -51,7 +51,6 @@ class Picture:
         Whether some of these were detected.
     """
 
-    load: float
     lowest: float
     half_width: float
     rise: float
@@ -116,12 +115,11 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
             "HalfPlane(solid, period=...)",
         )
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
-    return within(problem, load, stretches, half, rise, bound, lowest)
+    return within(problem, stretches, half, rise, bound, lowest)
 
 
 def within(
     problem: Problem,
-    load: float,
     stretches: tuple[Interval, ...],
     half: float,
     rise: float,
@@ -137,7 +135,6 @@ def within(
     shape |= {name: shape[name][there] for name in ("sites", "heights")}
     return Picture(
         **shape,
-        load=load,
         lowest=float(shape["sites"][np.argmin(shape["heights"])]) if lowest is None else lowest,
         half_width=half,
         rise=rise,

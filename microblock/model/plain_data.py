@@ -110,7 +110,7 @@ class PlainData:
         >>> data.pressures.dims, data.pressures.units, round(float(data.weights @ data.pressure), 9)
         (('corner', 'x'), 'stress', 1.0)
         """
-        from .labelled import data_set  # here: whoever does not ask for it does not load it
+        from .archive import data_set  # here: whoever does not ask for it does not load it
 
         return cast("xarray.Dataset", data_set(cast(Any, self)))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadArgument
-from .law import ACTS_IN
+from .law import ACTS_IN, level_surface
 from .material import joint_modulus
 from .obstacles import heights
 from .types import AngledLaw, Array, CornerZones, Interval, LawLike, ObstacleLike
@@ -52,7 +52,7 @@ class Problem:
         """Numbers of the corners that are computed."""
         return range(1 if self.mirror else len(self.law.corners))
 
-    @property
+    @cached_property
     def shifts(self) -> tuple[float, ...]:
         """How far right of each corner its contact point lies (lengths)."""
         return self.law.shifts(self.solid.ell)
@@ -166,11 +166,6 @@ class Problem:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,)."""
         values = self.initial_gaps(x)
         return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
-
-
-def level_surface(x: Array) -> tuple[Array, Array]:
-    """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
-    return np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
 
 
 def half_line(problem: Problem) -> bool:

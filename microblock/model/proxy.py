@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
 
 from ..errors import MicroblockError
@@ -98,11 +97,13 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
     left, right = (np.sort(np.concatenate(each)) for each in zip(*done))
     samples = np.unique(_spread(left, right))
     beside = [
-        _at_singular(function, place, [other for other in singular if other != place], whole, place in given)
+        _at_singular(function, place, [other for other in singular if other != place], whole)
         for place in singular
     ]
-    at, jumps, powers = np.reshape(beside, (-1, 3)).T
-    return Proxy(np.append(left, right[-1]), at, jumps, powers, samples, _values(function, samples))
+    jumps, powers = np.reshape(beside, (-1, 2)).T
+    return Proxy(
+        np.append(left, right[-1]), np.array(singular), jumps, powers, samples, _values(function, samples)
+    )
 
 
 def _spread(left: Array, right: Array) -> Array:
@@ -167,9 +168,9 @@ def _pinned(function: Function, left: Array, right: Array, least: float) -> list
 
 
 def _at_singular(
-    function: Function, place: float, others: Iterable[float], whole: float, exact: bool
-) -> tuple[float, float, float]:
-    """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, from
+    function: Function, place: float, others: Iterable[float], whole: float
+) -> tuple[float, float]:
+    """Returns (jump of the slope, power of ``abs(x - place)**power``) of a singular point, from
     differences beside it: the jump is 0 if it shrinks with their step; jump and power are nan if it grows.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
@@ -180,25 +181,10 @@ def _at_singular(
         return (nearer - near - far + farther) / step, (near - far) / step
 
     with np.errstate(invalid="ignore", divide="ignore"):  # inf - inf
-        (first, rise), (second, steep) = map(differences, width * np.array((1e-2, 1e-4)))
+        (first, rise), (between, _), (second, steep) = map(differences, width * np.array((1e-2, 1e-3, 1e-4)))
         power = 1 + np.log(abs(first / second)) / np.log(100)
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
-        return place, np.nan, np.nan
+        return np.nan, np.nan
     if abs(second) <= 0.9 * abs(first):  # it shrinks with the step
-        return place, 0.0, power
-    meeting, jump = _meeting(function, place, 1e-3 * width)
-    near = abs(meeting - place) < 1e-4 * width
-    return meeting if near and not exact else place, jump if near else second, 1.0
-
-
-def _meeting(function: Function, place: float, width: float) -> tuple[float, float]:
-    """Returns where polynomials through 6 points of either side meet, and the jump of their slopes."""
-    x = 0.05 + 0.95 * (1 + np.cos(np.pi * (np.arange(6) + 0.5) / 6)) / 2
-    right, left = (
-        np.polynomial.polynomial.polyfit(side * x, function(place + side * x * width), 5) for side in (1, -1)
-    )
-    apart, root = Polynomial(right - left), 0.0
-    slope = apart.deriv()
-    for _ in range(3):
-        root -= apart(root) / slope(root)
-    return float(place + root * width), float(slope(root) / width)
+        return 0.0, power
+    return second + (second - between) / 9, 1.0  # whose error is as the step

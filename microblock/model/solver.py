@@ -63,7 +63,7 @@ class Solver:
         self.solid = self.body.solid
         self._require_counter_body()
         if self.in_space is None and (self.has_fitted_zones or body_of(self.obstacle) is not None):
-            require_shifts(self.law)
+            require_shifts(self.law, self.solid.ell)
         count, most = len(self.law.corners), self.most_corners
         if most is not None and count > (1 if self.law.clamps_rotation else most):
             constrained = " and constrains psi" if self.law.clamps_rotation else ""

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
+from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair, shown
 from .deformable import body_of
-from .material import Cosserat, Elastic, hertz_scales
-from .obstacles import Cylinder, gap, returned
+from .material import Cosserat, Elastic
+from .obstacles import gap, returned
 from .plain_data import QUANTITIES, PlainData, plain_data
 from .sharp import of_samples
-from .summary import Row, Shown, Summary, call, intervals, number, saved
+from .summary import intervals, line, number, saved
 from .types import (
     Array,
     ContactLike,
@@ -145,7 +145,8 @@ class Solution:
 
     A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
     `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
-    `x`; with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
+    `x`, and of a corner (number) at x, array (n,), ``pressure(corner, x)`` and ``gap(corner, x)``; with
+    friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
     `tangential_approach` and `zone_errors`.
 
     Attributes
@@ -158,17 +159,26 @@ class Solution:
         Whether the contact ends somewhere.
     apart : boolean array (n - 1,) or None
         As of `State`.
+    period : float or None
+        Length after which the surface repeats.
+    method : str
+        Name of the method, without another word that of its class in small letters.
     """
 
     estimate: ErrorParts | None = None
     notes: tuple[str, ...] = ()
     has_edges: bool = True
     apart: Flags | None = None
+    period: float | None = None
 
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
             """What a method gives."""
+
+    @property
+    def method(self) -> str:
+        return type(self.solver.options).__name__.lower()
 
     @property
     def holders(self) -> tuple[Any, ...]:
@@ -178,11 +188,6 @@ class Solution:
     @property
     def error_estimate(self) -> float | None:
         return None if self.estimate is None else self.estimate.total
-
-    @property
-    def period(self) -> float | None:
-        """Length after which the surface repeats, or None."""
-        return None
 
     @property
     def points(self) -> Array:
@@ -268,7 +273,7 @@ class LineSolution(Solution):
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class State(Shown, PlainData):
+class State(PlainData):
     """A contact state, of whatever body, law and method.
 
     Attributes
@@ -318,7 +323,8 @@ class State(Shown, PlainData):
     iterations, unknowns : int
         Of the method.
     method : str
-        "panels", "cells", "fitted", "uniform", "condensed" or "newton".
+        "panels", "cells", "fitted", "uniform", "condensed" or "newton"; else the name of
+        its class in small letters.
     warnings : list of str
         Where the model leaves its range, the discretisation is coarse, or a fallback was taken.
     energy : float
@@ -741,7 +747,7 @@ class State(Shown, PlainData):
         error = (
             "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
         )
-        return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
+        return f"{shown(self.obstacle)}, {shown(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the state as plain data for JSON, in full precision.
@@ -773,8 +779,10 @@ class State(Shown, PlainData):
             columns |= {"shear": data["shear_traction"], "slip": data["slip"]}
         return {**data, "profile": columns}
 
-    def summary(self) -> Summary:
-        return _table(self)
+    def __repr__(self) -> str:
+        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
+        words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
+        return line("Contact state", words, self.warnings)
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
@@ -805,9 +813,8 @@ class State(Shown, PlainData):
         window = self._window(window)
         if not self.flat:
             return self._saved(surface_figure.draw(self, ax), file, ax)
-        if ax is not None:
-            return self._saved(state_figure.draw_curves(ax, self, window), file, ax)
-        return self._saved(state_figure.draw(self, window), file, ax)
+        drawing = state_figure.draw_curves(ax, self, window) if ax else state_figure.draw(self, window)
+        return self._saved(drawing, file, ax)
 
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
@@ -828,9 +835,8 @@ class State(Shown, PlainData):
         from ..view import blocks, surface_figure
 
         window = self._window(window)
-        if not self.flat:
-            return self._saved(surface_figure.draw_blocks(ax, self), file, ax)
-        return self._saved(blocks.draw(ax, self, window), file, ax)
+        drawing = blocks.draw(ax, self, window) if self.flat else surface_figure.draw_blocks(ax, self)
+        return self._saved(drawing, file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -853,7 +859,7 @@ class State(Shown, PlainData):
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
 
     def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
-        return saved(drawing, file, *(() if ax is not None else (self.warnings, self.caption + more)))
+        return saved(drawing, file, *(() if ax else (self.warnings, self.caption + more)))
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
@@ -905,55 +911,3 @@ def _beyond_small_strain(state: State) -> list[str]:
     if width < 2 * ell:
         found.append("blocks are larger than the half-width of the contact")
     return found
-
-
-def _table(state: State) -> Summary:
-    corners = tuple(state.pressures) if len(state.pressures) > 1 else ()
-    named = {name: f"corner {name} closed" for name in corners}
-    named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
-    named |= {"contact": "contact"}
-    force, known = "force per thickness" if state.flat else "force", state.approach is not None
-    moments = np.linalg.norm(state.micromoment.reshape(len(state.weights), -1), axis=1)
-    rows = [
-        Row("method", "", state.method, f"{state.unknowns} unknowns"),
-        Row("load", "P", state.load, force),
-        Row("approach", "d", state.approach, "length" if known else "arbitrary on a half-plane"),
-        Row("largest nodal pressure", "p", float(state.pressure.max()), "stress"),
-        Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
-        Row("error estimate", "", state.error_estimate, "relative, of p and M in L2"),
-    ]
-    if state.flat:
-        turned = math.degrees(np.abs(state.rotation).max())
-        rows[5:5] = [
-            Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
-            *(Row(named[name], "", intervals(state.zones[name]), "x1, length") for name in named),
-            *scales(state.obstacle, state.solid, state.load),
-        ]
-    else:
-        rows += [
-            Row("area of contact", "", state.contact_area, "length^2"),
-            Row("narrowest summit seen", "", state.seen_width, "length"),
-            Row("largest relative residual", "", state.residual),
-        ]
-    if state.shear_traction is not None:
-        rows += [
-            Row("shear force", "Q", state.shear, "force per thickness"),
-            Row("largest shear traction", "|q|", float(np.abs(state.shear_traction).max()), "stress"),
-            Row("dissipation", "", state.dissipation, "energy per thickness"),
-        ]
-    contact = intervals(state.zones["contact"]) if state.flat else f"area {number(state.contact_area)}"
-    brief = f"load {number(state.load)}, contact {contact}, error estimate {number(state.error_estimate)}"
-    title = "Contact state" if state.shear is None else "Contact state with friction"
-    return Summary(title, brief, tuple(rows), tuple(state.warnings))
-
-
-def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:
-    """Returns rows with Hertz' scales, (50), for a cylinder."""
-    if not isinstance(obstacle, Cylinder):
-        return ()
-    a, p = hertz_scales(solid, obstacle.R, load)
-    return (
-        Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),
-        Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),
-        Row("size of a block", "&alpha; = &ell;/a<sub>Hz</sub>", solid.ell / a),
-    )

@@ -1,15 +1,10 @@
-"""How objects show themselves: a line in a terminal, a table in a notebook."""
+"""How results show themselves: in a line of a terminal, and in the file of a figure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import Field, dataclass, field, fields, is_dataclass
-from html import escape
-from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
-
-import numpy as np
 
 from ..errors import require_place, writing
 from .types import Interval, Target
@@ -18,80 +13,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class Row:
-    """A line of a table: name, symbol, value and unit."""
-
-    name: str
-    symbol: str
-    value: object
-    unit: str = ""
+def line(title: str, words: str, warnings: Iterable[str] = ()) -> str:
+    """Returns what a terminal shows of a result, warnings below."""
+    return f"<{title}: {words}{''.join(f'{chr(10)}  warning: {text}' for text in warnings)}>"
 
 
-@dataclass(frozen=True)
-class Summary:
-    """A title, a few words for one line, the rows of a table, and warnings."""
-
-    title: str
-    brief: str
-    rows: tuple[Row, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
-
-
-def short(thing: object, longest: int = 60) -> str:
-    """Returns the repr of a thing, cut if long; of a function its name."""
-    text: str = getattr(thing, "__name__", None) or " ".join(repr(thing).split())
-    return text if len(text) <= longest else text[: longest - 3] + "..."
-
-
-def call(thing: object, longest: int = 48) -> str:
-    """Returns an obstacle or a law as it is called, numbers in four digits."""
-    if not is_dataclass(thing):
-        return short(thing, longest)
-    known = [(entry, getattr(thing, entry.name)) for entry in fields(thing)]
-    listed = ", ".join(
-        f"{entry.name}={_argument(value)}"
-        for entry, value in known
-        if is_told(entry, value) and (not isinstance(value, str) or value != entry.default)
-    )
-    text = f"{type(thing).__name__}({listed})"
-    return text if len(text) <= longest else text[: longest - 4] + "...)"
-
-
-def is_told(entry: Field[Any], value: object) -> bool:
-    """Returns whether the repr shows a field: with the metadata `told` only if it is not the usual."""
-    return "told" not in entry.metadata or bool(value != entry.default)
-
-
-def _argument(value: object) -> str:
-    if isinstance(value, np.ndarray):
-        return f"{value.size} numbers"
-    return f"{value:.4g}" if isinstance(value, Real) else short(value)
-
-
-class Shown:
-    """Base of objects that show themselves; `summary` says what is shown."""
-
-    def summary(self) -> Summary:
-        """Returns the Summary of this object."""
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        own = self.summary()
-        warnings = "".join(f"\n  warning: {text}" for text in own.warnings)
-        return f"<{own.title}: {own.brief}{warnings}>"
-
-    def _repr_html_(self) -> str:
-        return html(self.summary())
-
-
-def number(value: object) -> str:
+def number(value: float | None) -> str:
     """Returns a number in four digits, None as a dash."""
-    if value is None:
-        return "-"
-    if isinstance(value, (bool, str)) or not np.isscalar(value):
-        return str(value)
-    return f"{value:d}" if isinstance(value, (int, np.integer)) else format(value, ".4g")
+    return "-" if value is None else f"{value:.4g}"
 
 
 def intervals(pairs: Iterable[Interval]) -> str:
@@ -102,27 +31,6 @@ def intervals(pairs: Iterable[Interval]) -> str:
     if len(pairs) > 4:
         return f"{len(pairs)} intervals, {number(sum(right - left for left, right in pairs))} together"
     return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
-
-
-def html(summary: Summary) -> str:
-    """Returns the table in HTML."""
-    edge = "text-align:left;padding:1px 12px 1px 0;background:none;border:none"
-    lines = ("".join(f'<td style="{edge}">{cell}</td>' for cell in _cells(row)) for row in summary.rows)
-    rows = "".join(f'<tr style="background:none">{cells}</tr>' for cells in lines)
-    warnings = "".join(
-        f'<div style="color:#a04000;margin-top:2px">&#9888; {escape(text)}</div>' for text in summary.warnings
-    )
-    return (
-        f'<div class="microblock"><b>{escape(summary.title)}</b> '
-        f'<span style="color:#555">{escape(summary.brief)}</span>'
-        f'<table style="border-collapse:collapse;margin:4px 0">{rows}</table>{warnings}</div>'
-    )
-
-
-def _cells(row: Row) -> tuple[str, str, str]:
-    symbol = f"<i>{row.symbol}</i>" if row.symbol else ""  # symbols are ours and may hold <sub>
-    unit = f' <span style="color:#777">{escape(row.unit)}</span>' if row.unit else ""
-    return escape(row.name), symbol, escape(number(row.value)) + unit
 
 
 def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), caption: str = "") -> Figure:

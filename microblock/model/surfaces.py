@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import LARGEST, BadArgument, Checked, checked, require_choice, require_positive
-from .obstacles import SelfAffine, evaluated, real
+from ..errors import Checked, checked, require_choice, require_positive
+from .obstacles import SelfAffine, heights
 from .quadrature import in_blocks
 from .types import AnyArray as Array
 
@@ -208,24 +208,3 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
         return heights(obstacle, *((x + period / 2) % period - period / 2 for x in (x1, x2)))
 
     return height
-
-
-def heights(obstacle: object, x1: Array, x2: Array) -> Array:
-    """Returns an obstacle's or a callable's heights at (x1, x2); raises BadArgument if it fails, or does not
-    return as many numbers or inf.
-    """
-    height = getattr(obstacle, "height", obstacle)
-    if not callable(height):
-        raise BadArgument("obstacle", obstacle, "must have a height(x1, x2), or be such a function")
-    found = evaluated(
-        lambda *x: np.broadcast_to(real(height(*x)), np.shape(x1)),
-        x1,
-        x2,
-        name="obstacle",
-        given=obstacle,
-        allowed="must have a height(x1, x2) of two arrays that returns as many numbers; of a height over a "
-        "line write lambda x, y: height(x) + 0*y",
-    )
-    if np.any(np.isnan(found)) or np.any(found == -np.inf):
-        raise BadArgument("obstacle", obstacle, "must have heights that are numbers, or inf")
-    return np.where(found > LARGEST, np.inf, found)  # products of what is that high would overflow

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .types import Array, CornerZones, Flags, Function, Interval, Zones
-
-if TYPE_CHECKING:
-    pass
 
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:

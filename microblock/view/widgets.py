@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from html import escape
 from typing import TYPE_CHECKING
 
 from ..errors import MicroblockError, MissingExtra
@@ -110,6 +111,6 @@ class Panel:
             self.told.value = f"<span style='color:#a04000'>{failure}</span>"
 
     def _show(self):
-        self.picture.value, self.table.value = self.explorer.png(), self.explorer.state._repr_html_()
         field, state = self.field.value, self.explorer.state
+        self.picture.value, self.table.value = self.explorer.png(), f"<pre>{escape(repr(state))}</pre>"
         self.below.value = b"" if field == "none" else state.plot_below(field)._repr_png_()

@@ -21,7 +21,7 @@ import microblock as mb
 from cases.__main__ import main
 from cases.closed_forms import Strip, ThinLayer
 from cases.commands.size_effect import axis_closes
-from microblock.fem import meshes
+from microblock.fem import contact_term, meshes
 from microblock.fem.body import Loads
 from microblock.fem.mesh_solution import of_newton
 from microblock.halfplane import kernels
@@ -286,14 +286,19 @@ SOLIDS = {
 
 
 def of_materials():
-    found, gradient = {}, np.array([[0.01, 0.002], [-0.004, -0.02]])
+    found, mesh = {}, MakeStructured2DMesh(nx=1, ny=1)
+    place = mesh(0.5, 0.5)
+    gradient = ng.CF((0.01, 0.002, 0, -0.004, -0.02, 0, 0, 0, 0), dims=(3, 3))
+    gamma = contact_term.relative_deformation(gradient, ng.CF((0, 0, 0.005)))
+    kappa = ng.CF((0, 0, 0, 0, 0, 0, 0.3, -0.2, 0), dims=(3, 3))
     for name, other in SOLIDS.items():
         solid = material({"solid": given.solid(**other)})
         parts = "mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length"
         values = {part: getattr(solid, part) for part in parts}
-        values["energy density"] = solid.energy(gradient, 0.005, (0.3, -0.2))
-        values |= zip(("s11", "s12", "s21", "s22"), sum(map(tuple, solid.stress(gradient, 0.005)), ()))
-        values |= zip(("m1", "m2"), solid.couple_stress((0.3, -0.2)))
+        values["energy density"] = contact_term.energy(solid, (gamma, kappa))(place)
+        stress = contact_term.stress(solid, gamma)(place)
+        values |= zip(("s11", "s12", "s21", "s22"), (stress[i] for i in (0, 1, 3, 4)))
+        values |= zip(("m1", "m2"), contact_term.couple_stress(solid, kappa)(place)[6:8])
         values |= zip(("short waves U", "short waves W"), kernels.short_waves(solid))
         values["exponent of coalescence"] = kernels.coalescence_exponent(solid)
         found |= {f"material {name} {part}": value for part, value in values.items()}

@@ -15,6 +15,7 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 from microblock import BadArgument, Body, Condensed, Contact, Cosserat, Newton, Plane, Sphere, Unilateral
 from microblock.fem import contact_term, meshes, meshes3d
 from microblock.fem.body import Loads
+from tests import closed_forms
 
 SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
 SOLID = Cosserat(E=100, nu=0.3, ell=0.2, beta=0.7, curvature=1.5)
@@ -98,8 +99,8 @@ def waves(mesh, order):
     """
     u1, u2, psi = WAVES.values()
     gradient = ng.CF((u1.Diff(x), u1.Diff(y), u2.Diff(x), u2.Diff(y)), dims=(2, 2))
-    (s11, s12), (s21, s22) = SMOOTH.stress(gradient, psi)
-    m1, m2 = SMOOTH.couple_stress((psi.Diff(x), psi.Diff(y)))
+    (s11, s12), (s21, s22) = closed_forms.stress(SMOOTH, gradient, psi)
+    m1, m2 = closed_forms.couple_stress(SMOOTH, (psi.Diff(x), psi.Diff(y)))
     force = -s11.Diff(x) - s12.Diff(y), -s21.Diff(x) - s22.Diff(y)
     loads = Loads(force=force, couple=s12 - s21 - m1.Diff(x) - m2.Diff(y))
     fields = Body(mesh, SMOOTH, order, prescribed=on_all_sides(WAVES)).solve(loads)

@@ -17,6 +17,7 @@ from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
 from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.kernels import Kernels, clamped, symbol
+from tests import closed_forms
 
 DIGITS = 60
 DECADES = 10.0 ** np.arange(-6, 7)
@@ -66,15 +67,15 @@ def upwards(f, rate):
 
 
 class Mode:
-    """Fields of one mode exp(rate x2) with the stresses of `Cosserat` itself."""
+    """Fields of one mode exp(rate x2) with its stresses."""
 
     def __init__(self, exact, k, rate, u1, u2, psi=None):
         self.k, self.rate, self.u1, self.u2 = k, rate, u1, u2
         gradient = {(i, j): self.slope(u, j) for i, u in enumerate((u1, u2)) for j in (0, 1)}
         self.rotation = (gradient[1, 0] - gradient[0, 1]) / 2
         self.psi = self.rotation if psi is None else psi
-        self.stress = Cosserat.stress(exact, gradient, self.psi)
-        self.couple = Cosserat.couple_stress(exact, (self.slope(self.psi, 0), self.slope(self.psi, 1)))
+        self.stress = closed_forms.stress(exact, gradient, self.psi)
+        self.couple = closed_forms.couple_stress(exact, (self.slope(self.psi, 0), self.slope(self.psi, 1)))
 
     def slope(self, f, direction):
         return upwards(f, self.rate) if direction else along(f, self.k)

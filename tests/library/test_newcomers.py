@@ -64,11 +64,8 @@ class RightToLeft(Law):
 
     corners = ("B", "A")
 
-    def levers(self, x):
-        return dict(reversed(mb.Microblock().levers(x).items()))
-
-    def initial_gaps(self, *surface):
-        return dict(reversed(mb.Microblock().initial_gaps(*surface).items()))
+    def arms(self, points, normals):
+        return mb.Microblock().arms(points, normals)[::-1]
 
 
 REFUSED = {

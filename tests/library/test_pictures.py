@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import microblock as mb
-from microblock.model.summary import Row, Summary, html, intervals, number
+from microblock.model.summary import intervals, number
 from microblock.view import blocks
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -79,10 +79,10 @@ def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     wave = solved(mb.Wave(0.01, 1.0), LINE, mb.Cells(nodes=256), mb.HalfPlane(SOLID, 1.0), 0.5)
     fitted = solved(law=mb.Microclamped(), body=mb.Block(SOLID), rtol=1e-2)
     for state in (solved(), solved(mb.Punch(0.3), LINE), fitted, on_mesh(block), wave):
-        assert len(repr(state)) < 150 and "force per thickness" in state._repr_html_()
+        assert len(repr(state)) < 150
         assert ink(state.plot()) > 0.01  # lines and letters on white
         for one in (state.problem, state.problem.body, state.solid):
-            assert "<table" in one._repr_html_() and len(str(one)) < 250
+            assert len(str(one)) < 250
     solved().plot_blocks(tmp_path / "load_0.5")
     assert [file.name for file in tmp_path.iterdir()] == ["load_0.5.png"]
 
@@ -111,7 +111,7 @@ def test_fields_are_drawn_with_numbers_beside_the_colours_that_keep_apart(block,
 def test_captions_say_what_is_shown_and_stay_within_their_figures():
     x, levers = np.linspace(-1, 1, 5), mb.Microblock(-0.001234, psi0_in="levers")
     state = solved(mb.Obstacle.from_samples(x, x**2 / 20), levers, load=0.1234, rtol=1e-2)
-    assert state.caption.startswith("Samples(x=5 numbers, z=5 numbers), Microblock(psi0=-0.001234, psi0_in=")
+    assert state.caption.startswith("Samples(5 points), Microblock(psi0=-0.001234, psi0_in=")
     assert "load 0.1234, error " in state.caption and told(state.plot()).startswith(state.caption)
     assert "no error estimate" in solved(method=mb.Panels(order=8)).caption
     drawing = state.plot_below()
@@ -152,8 +152,6 @@ def test_every_corner_has_a_curve_and_a_look_of_its_own():
     assert len(looks) == 3 and len({style for _, style in looks}) >= 2
 
 
-def test_tables_take_text_as_text():
-    summary = Summary("<b>", "a & b", (Row("<i>", "&ell;", 1 / 3, "m<sup>"),), ("<script>",))
-    assert "<script>" not in html(summary) and "&lt;b&gt;" in html(summary) and "0.3333" in html(summary)
+def test_numbers_and_intervals_are_short():
     assert number(None) == "-" and number(3) == "3" and intervals([]) == "none"
     assert intervals([(k, k + 0.5) for k in range(6)]) == "6 intervals, 3 together"
