@@ -55,7 +55,6 @@ class CornerEvent:
     """A corner that closes or opens at this load; at load 0 the first touch."""
 
     load: float
-    approach: float
     corner: int
     kind: str
 
@@ -123,28 +122,23 @@ def path(H, g0, loads, *, c=None):
     if not len(loads) or loads[0] < 0:
         raise BadArgument("loads", loads, "must be finite and not negative")
     problem = next(_problems(H, g0, c, free=True))
-    lift = lifted(problem.H)
-    nothing, closed, states, events = np.zeros((1, len(problem.g0))), np.zeros(len(problem.c), bool), [], []
+    lift, nothing = lifted(problem.H), np.zeros((1, len(problem.g0)))
     follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
-    load = 0.0
     try:
-        for share in follower.pieces(loads[-1], 0.0):
-            load = float(share * loads[-1])
-            passed = loads[len(states) : np.searchsorted(loads, load)]
-            states += [solve(H, g0, load=asked, c=c, start=closed) for asked in passed]
-            changed = problem.touch[follower.sets.closed != closed[problem.touch]]
-            closed[changed] ^= True
-            events += [
-                CornerEvent(load, follower.approach - lift * load, int(i), "closes" if closed[i] else "opens")
-                for i in changed
-            ]
+        follower.to(loads[-1], 0.0)
     except NotConverged as failure:
         raise NotConverged(
-            f"path stopped at load {load} on the way to {loads[-1]:g}: {failure}; ask for smaller "
-            "loads, or for single states",
-            reached=load,
+            f"{failure}; ask for smaller loads, or for single states", reached=failure.reached[0]
         ) from failure
-    states += [solve(H, g0, load=asked, c=c, start=closed) for asked in loads[len(states) :]]
+    events = [
+        CornerEvent(float(one.share * loads[-1]), int(problem.touch[one.index]), f"{one.kind}s")
+        for one in follower.changes
+        if one.kind in ("open", "close")
+    ]
+    states = []
+    for load in loads:
+        changes = np.bincount([one.corner for one in events if one.load <= load], minlength=len(problem.c))
+        states.append(solve(H, g0, load=load, c=c, start=changes % 2 == 1))
     return Path(states, events)
 
 

@@ -237,12 +237,6 @@ class NodalPath(LoadPath):
 
     @cached_property
     @bounded
-    def nodal_events(self):
-        """All `active_set.CornerEvent`, ascending in load; exact for the nodes."""
-        flexibility, gaps, share = self._solver.system
-        return active_set.path(flexibility, gaps, [self.last], c=share).events
-
-    @cached_property
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
@@ -250,25 +244,20 @@ class NodalPath(LoadPath):
         nodes, a the half-width), or 1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners
         cross. x is good to h.
         """
-        solver, law = self._solver, self.problem.law
-        x = solver.compliance.points[:, 0]
-        closed = np.zeros(len(law.corners) * len(x), bool)
-        apart = solver.compliance.apart
-        before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law, apart), 0.0, []
-        for load, changes in groupby(self.nodal_events, key=lambda event: event.load):
-            for change in changes:
-                closed[change.corner] = change.kind == "closes"
-            after = zones_of(x, solver.together(closed), law, apart)
+        solver, law, previous, found = self._solver, self.problem.law, 0.0, []
+        x, apart = solver.compliance.points[:, 0], solver.compliance.apart
+
+        def zones(closed):
+            return zones_of(x, solver.together(closed), law, apart)
+
+        for load, after, changes in zones_along(solver.system, self.last, zones):
             unseen = _unseen(x, apart, after["contact"])
-            for zone, intervals in after.items():
-                crossing = len(law.corners) > 1 and zone in ("full", "contact")
-                # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
-                share = min(1.0, 1.7 * unseen**solver.crossing) if crossing else unseen
-                found += [
-                    Event(load, load - previous + load * share, kind, zone, place)
-                    for kind, place in zone_changes(before[zone], intervals)
-                ]
-            before, previous = after, load
+            # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
+            crossing = min(1.0, 1.7 * unseen**solver.crossing) if len(law.corners) > 1 else unseen
+            for kind, zone, place in changes:
+                share = crossing if zone in ("full", "contact") else unseen
+                found.append(Event(load, load - previous + load * share, kind, zone, place))
+            previous = load
         return found
 
     @cached_property
@@ -278,6 +267,29 @@ class NodalPath(LoadPath):
             "up to load {:.2g} the contact has few nodes: events there may be missing; take smaller elements"
         )
         return (words.format(max(blurred)),) if blurred else ()
+
+
+def zones_along(system, last, zones):
+    """Yields loads up to the last at which corners open or close, the zones then, and [(kind, zone, x)].
+
+    Parameters
+    ----------
+    system : (flexibility, initial gaps, shares in the load) of corners
+    zones : function of closed corners, boolean array, that returns {name: intervals}
+    """
+    flexibility, gaps, share = system
+    closed = np.zeros(len(gaps), bool)
+    events, before = active_set.path(flexibility, gaps, [last], c=share).events, zones(closed)
+    for load, changes in groupby(events, key=lambda event: event.load):
+        for change in changes:
+            closed[change.corner] ^= True
+        after = zones(closed)
+        yield (
+            load,
+            after,
+            [(kind, name, x) for name in after for kind, x in zone_changes(before[name], after[name])],
+        )
+        before = after
 
 
 def _unseen(x, apart, contact):
