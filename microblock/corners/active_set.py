@@ -102,11 +102,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     for problem in _problems(H, g0, c, free=load is not None):
         try:
             return _state(problem, _start(start, problem), load, approach)
-        except np.linalg.LinAlgError:  # more of D, then
-            failure = NotConverged(
-                "closed corners have a flexibility that is singular to rounding: are two of them one?"
-            )
-        except NotConverged as stopped:
+        except NotConverged as stopped:  # more of D, then
             if load is not None and stopped.iterations:
                 return replace(path(H, g0, [load], c=c).states[0], followed=True)
             failure = stopped
@@ -159,7 +155,7 @@ def _problems(H, g0, c, free):
         raise BadArgument("H", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
-    found, lifts = False, (0.0, lifted(H)) if free else (0.0,)
+    found, lifts = False, (0.0, lifted(H))[: 1 + free]
     # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
     # for compliances computed less well
     for level, lift in product((0.0, 1e-12, 1e-10), lifts):
@@ -225,7 +221,7 @@ def _state(problem, closed, load=None, approach=None):
         if residual < least:
             best = residual, forces, closed, d
         if residual <= 1e-4 * ACCEPTED or (best[0] <= ACCEPTED and not residual < least / 2):
-            return _report(problem, *best, count)
+            break
     if best[0] <= ACCEPTED:
         return _report(problem, *best, count)
     raise NotConverged(
@@ -267,7 +263,7 @@ def faces(H, g0, closed, load, patience=5, budget=None):
     closed : boolean array (m,), to begin with
     load : float, or None where the approach is given
 
-    Raises NotConverged if the sets do not settle, LinAlgError if H is singular to rounding.
+    Raises NotConverged if the sets do not settle, or H is singular to rounding.
     """
     # at a load its path is faster by then
     budget = budget or (5000 + 10 * len(g0) if load is None else 500)
@@ -281,7 +277,9 @@ def faces(H, g0, closed, load, patience=5, budget=None):
         with released(len(on)):
             factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
         if failed or np.any(factor.diagonal() ** 2 < SUMS * diagonal[on]):
-            raise np.linalg.LinAlgError
+            raise NotConverged(
+                "closed corners have a flexibility that is singular to rounding: are two of them one?"
+            )
         pulled, pressed = found.T
         d = 0.0 if load is None else (load + pulled.sum()) / pressed.sum()
         forces = np.zeros(len(g0))
