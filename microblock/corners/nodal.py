@@ -244,20 +244,23 @@ class NodalPath(LoadPath):
         nodes, a the half-width), or 1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners
         cross. x is good to h.
         """
-        solver, law, previous, found = self._solver, self.problem.law, 0.0, []
+        solver, law = self._solver, self.problem.law
+        flexibility, gaps, share = solver.system
         x, apart = solver.compliance.points[:, 0], solver.compliance.apart
-
-        def zones(closed):
-            return zones_of(x, solver.together(closed), law, apart)
-
-        for load, after, changes in zones_along(solver.system, self.last, zones):
+        closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
+        followed = active_set.path(flexibility, gaps, [self.last], c=share).events
+        for load, changes in groupby(followed, key=lambda event: event.load):
+            for change in changes:
+                closed[change.corner] ^= True
+            after = zones_of(x, solver.together(closed), law, apart)
             unseen = _unseen(x, apart, after["contact"])
             # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
             crossing = min(1.0, 1.7 * unseen**solver.crossing) if len(law.corners) > 1 else unseen
-            for kind, zone, place in changes:
-                share = crossing if zone in ("full", "contact") else unseen
-                found.append(Event(load, load - previous + load * share, kind, zone, place))
-            previous = load
+            for zone, intervals in after.items():
+                error = load - previous + load * (crossing if zone in ("full", "contact") else unseen)
+                happened = zone_changes(before.get(zone, ()), intervals)
+                found += [Event(load, error, kind, zone, place) for kind, place in happened]
+            before, previous = after, load
         return found
 
     @cached_property
@@ -267,29 +270,6 @@ class NodalPath(LoadPath):
             "up to load {:.2g} the contact has few nodes: events there may be missing; take smaller elements"
         )
         return (words.format(max(blurred)),) if blurred else ()
-
-
-def zones_along(system, last, zones):
-    """Yields loads up to the last at which corners open or close, the zones then, and [(kind, zone, x)].
-
-    Parameters
-    ----------
-    system : (flexibility, initial gaps, shares in the load) of corners
-    zones : function of closed corners, boolean array, that returns {name: intervals}
-    """
-    flexibility, gaps, share = system
-    closed = np.zeros(len(gaps), bool)
-    events, before = active_set.path(flexibility, gaps, [last], c=share).events, zones(closed)
-    for load, changes in groupby(events, key=lambda event: event.load):
-        for change in changes:
-            closed[change.corner] ^= True
-        after = zones(closed)
-        yield (
-            load,
-            after,
-            [(kind, name, x) for name in after for kind, x in zone_changes(before[name], after[name])],
-        )
-        before = after
 
 
 def _unseen(x, apart, contact):

@@ -1,12 +1,15 @@
 """The load path of a block: events from two meshes, states on fitted ones."""
 
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 
-from ..corners.nodal import zones_along, zones_of
+from ..corners import active_set
+from ..corners.nodal import zones_of
 from ..halfplane.kernels import coalescence_exponent
 from ..model.events import Event, LoadPath
+from ..model.zones import zone_changes
 from ..threads import bounded
 
 
@@ -47,16 +50,19 @@ class FittedPath(LoadPath):
 
     def _on_mesh(self, solver, count):
         """{(kind, zone, how many before): (load, x)} on a mesh."""
-        body, found = solver.evenly(self.last, 4, count), {}
-        system = body.compliance.corner_system(solver.law, solver.obstacle)
-
-        def zones(closed):
-            return _zones(solver, body.points[:, 0], closed.reshape(-1, len(body.weights)))
-
-        for load, _, changes in zones_along(system, solver.share(self.last), zones):
-            for kind, zone, x in changes:
-                number = sum(key[:2] == (kind, zone) for key in found)
-                found[kind, zone, number] = (float(load / solver.share(1.0)), float(x))
+        law, body = solver.law, solver.evenly(self.last, 4, count)
+        flexibility, gaps, share = body.compliance.corner_system(law, solver.obstacle)
+        history = active_set.path(flexibility, gaps, [solver.share(self.last)], c=share).events
+        closed, before, found = np.zeros((len(law.corners), len(body.weights)), bool), None, {}
+        for load, changes in groupby(history, key=lambda event: event.load):
+            for change in changes:
+                closed.ravel()[change.corner] = change.kind == "closes"
+            after = _zones(solver, body.points[:, 0], closed)
+            for zone, intervals in after.items():
+                for kind, x in zone_changes(before[zone] if before else [], intervals):
+                    number = sum(key[:2] == (kind, zone) for key in found)
+                    found[kind, zone, number] = (float(load * (2 if solver.symmetric else 1)), float(x))
+            before = after
         return found
 
 
