@@ -23,8 +23,7 @@ from .errors import (
     require_values,
 )
 from .model import law as laws
-from .model import obstacles
-from .model.bodies import Unbounded
+from .model.bodies import Unbounded, over_surface, require_body, require_over, summary_of
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
@@ -78,27 +77,22 @@ class Contact(Shown):
     method: MethodLike | None = None
 
     def __post_init__(self) -> None:
-        if not hasattr(self.body, "methods") or isinstance(self.body, type):
-            raise BadArgument(
-                "body",
-                self.body,
-                "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)",
-            )
+        require_body(self.body)
         require_same_kind(self.body, self.obstacle)
-        check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
-        (check or obstacles.check)(self.obstacle)
-        laws.check(self.law, in_space=check is not None)
+        require_over(self.body, self.obstacle)
+        in_space = over_surface(self.body)
+        laws.check(self.law, in_space)
         solid, law = self.body.solid, self.law
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
             raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
-        free = not solid.beta and check is None and isinstance(self.body, Unbounded)
+        free = not solid.beta and not in_space and isinstance(self.body, Unbounded)
         if free and (law.clamps_rotation or any(lever.any() for lever in law.levers(np.zeros(1)).values())):
             words = "must be positive on a half-plane, but under Unilateral(): nothing holds its rotation"
             raise BadArgument("beta", solid.beta, words)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
-        if check is None:
+        if not in_space:
             require_even(self.law, self.obstacle, self.body.solid.ell)
         self.solver  # which checks what it is given
 
@@ -114,7 +108,10 @@ class Contact(Shown):
         return self._solver_of(self.body.methods[1]())
 
     def _solver_of(self, options: MethodLike) -> Solver:
-        solver: Any = getattr(self.body, "solvers", {}).get(type(options), options.solver)
+        known = getattr(self.body, "solvers", {})
+        solver: Any = known.get(type(options), getattr(options, "solver", None))
+        if solver is None:
+            raise BadArgument("method", options, "has no attribute `solver`, a Solver class or its path")
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
@@ -365,7 +362,12 @@ class Contact(Shown):
         if solid is not None:
             require_kind(Cosserat, "a Cosserat", solid=solid)
         if body is None:
-            body = self.body if solid is None or solid == self.solid else self.body.of(solid)
+            body = self.body
+            if solid not in (None, self.solid):
+                if not hasattr(body, "of"):
+                    words = f"is that of the {type(body).__name__}, which has no of(solid): give a body"
+                    raise BadArgument("solid", solid, words)
+                body = body.of(solid)
         return replace(
             self,
             body=body,
@@ -375,7 +377,7 @@ class Contact(Shown):
         )
 
     def summary(self) -> Summary:
-        body = self.body.summary()
+        body = summary_of(self.body)
         words = f"{short(self.obstacle)} on {type(self.body).__name__}, {short(self.law)}"
         rows = (
             Row("body", "", f"{type(self.body).__name__}: {body.brief}"),

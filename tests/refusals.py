@@ -298,7 +298,7 @@ LEFT_OUT = {
         # parts of solvers, which call them with what is checked
         "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
         "Body.once "
-        "HalfSpace.check HalfPlane.cells HalfPlane.compliance.clamped",
+        "HalfSpace.check Body.check HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
         "Microblock.initial_rotation Law.arms Microblock.arms Microblock.levers Microblock.shifts "

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
-from ..errors import NotConverged
+from ..errors import BadArgument, NotConverged
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from ..threads import released
@@ -61,6 +61,10 @@ class FrictionalContact:
     friction: float
     coupled: bool = True
     normals: Array | None = None
+
+    def __post_init__(self) -> None:
+        if not self.nodes:
+            raise BadArgument("tangential", self.tangential, "must be of one node or more")
 
     @property
     def nodes(self) -> int:

@@ -1,5 +1,6 @@
 """Contact of any body with a compliance at nodes: states, and the load path node by node."""
 
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -90,8 +91,6 @@ class NodalSolution(AtNodes):
     residual: float
     iterations: int
 
-    method = "nodes"
-
     @property
     def compliance(self):
         return self.solver.compliance
@@ -152,6 +151,23 @@ class NodalSolution(AtNodes):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
         return zones_of(self.x, self.closed, self.law, self.apart)
 
+    def remarks(self):
+        """Sentences where the contact reaches the last node and the obstacle goes on."""
+        spacing, found = np.diff(self.x), []
+        for end, beyond in (
+            ((0, self.x[0] - spacing[0]), (-1, self.x[-1] + spacing[-1])) if len(spacing) else ()
+        ):
+            there = self.points[[end]] + [beyond - self.x[end], 0.0]
+            gaps = self.law.initial_gaps(
+                there, self.normals[[end]], self.compliance.ell, self.problem.obstacle
+            )
+            if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
+                words = (
+                    f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
+                )
+                found.append(words + "give its compliance at nodes beyond it")
+        return found
+
     @cached_property
     def energy(self):
         pressed = self.forces > 0
@@ -171,7 +187,9 @@ class NodalSolver(Solver):
 
     @cached_property
     def compliance(self):
-        return self.body.compliance(self.law.clamps_rotation)
+        found = self.body.compliance(self.law.clamps_rotation)
+        found.require_symmetric()
+        return found
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
@@ -185,7 +203,8 @@ class NodalSolver(Solver):
         count = len(self.law.corners)
         alike = isinstance(initial, AtNodes) and len(initial.closed) == count
         start = self._closed_near(initial).ravel() if alike else None
-        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
+        with self._naming():
+            found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         return self.solution(
             self,
             found.load if load is None else load,  # as it was asked for: the sum of the forces is rounded
@@ -196,6 +215,16 @@ class NodalSolver(Solver):
             found.kkt,
             found.iterations,
         )
+
+    @contextmanager
+    def _naming(self):
+        """Context in which what is wrong with the flexibility of corners is so with the matrix."""
+        try:
+            yield
+        except BadArgument as failure:
+            if failure.name != "H":
+                raise
+            raise BadArgument("matrix", self.compliance.matrix, failure.allowed) from failure
 
     def _closed_near(self, other):
         """Corners closed at the nearest node of another solution."""
@@ -220,6 +249,8 @@ class NodalSolver(Solver):
                 "faces no node of the contact boundary: it has to be above it, and the boundary's outward "
                 "normal has to point up, along x2",
             )
+        if not np.isfinite(found[0]).all():
+            raise BadArgument("law", self.law, "must have finite levers at every node of the body")
         return found
 
     def together(self, closed):
@@ -248,7 +279,8 @@ class NodalPath(LoadPath):
         flexibility, gaps, share = solver.system
         x, apart = solver.compliance.points[:, 0], solver.compliance.apart
         closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
-        followed = active_set.path(flexibility, gaps, [self.last], c=share).events
+        with solver._naming():
+            followed = active_set.path(flexibility, gaps, [self.last], c=share).events
         for load, changes in groupby(followed, key=lambda event: event.load):
             for change in changes:
                 closed[change.corner] ^= True

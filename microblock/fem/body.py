@@ -153,10 +153,8 @@ class Body(Shown):
     ):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
-        if mesh.dim == 3:
-            self.check = require_heights
-            if solid.beta > 0:  # else psi has nothing to do with u
-                require_stable(solid)
+        if mesh.dim == 3 and solid.beta > 0:  # else psi has nothing to do with u
+            require_stable(solid)
         require_kind(str, "the name of a boundary", contact=contact)
         require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
         require_flag(periodic=periodic)
@@ -191,6 +189,14 @@ class Body(Shown):
         """The same body of another solid; of the same one itself."""
         require_kind(Cosserat, "a Cosserat", solid=solid)
         return self if solid == self.solid else self.on(self.mesh, solid=solid)
+
+    @property
+    def in_space(self):
+        return self.mesh.dim == 3
+
+    def check(self, obstacle):
+        """BadArgument unless the obstacle has heights over a surface."""
+        heights(obstacle, np.zeros(2), np.zeros(2))
 
     def once(self, key, make):
         """What `make()` returns, made once for a key."""
@@ -377,11 +383,6 @@ def _in_space(name, value, turns, dim):
     if len(parts) != count:
         raise BadArgument(name, value, f"must have {count} component{'s' * (count > 1)} on a body in {dim}D")
     return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
-
-
-def require_heights(obstacle):
-    """BadArgument unless the obstacle has heights over a surface."""
-    heights(obstacle, np.zeros(2), np.zeros(2))
 
 
 class Reaction(NamedTuple):

@@ -43,7 +43,7 @@ class HalfSpace(Unbounded):
     """
 
     solvers: ClassVar[dict[type, str]] = {Cells: "halfspace.solver.SurfaceSolver"}
-    methods = (Cells,)
+    methods, in_space = (Cells,), True
 
     def __post_init__(self) -> None:
         super().__post_init__()

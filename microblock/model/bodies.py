@@ -1,15 +1,29 @@
-"""Bodies that are given by a solid and a size or period."""
+"""Bodies that are given by a solid and a size or period, and what a body of a user's own offers.
+
+A body is any object with these attributes; `docs/howto/extend.md` has one.
+
+solid      Cosserat
+methods    tuple of method classes that solve on it, the usual one first; see `microblock.model.methods`
+of         optional, ``of(solid)``: the same body of another solid, for sliders and ``with_(solid=...)``
+summary    optional, ``summary()``: the `Summary` that a terminal and a notebook show
+in_space   optional, True where obstacles have heights over a surface; then ``check(obstacle)`` raises
+           BadArgument for others
+solvers    optional, {method class: Solver}, in place of the solvers that methods name
+
+`GivenCompliance` asks besides for ``compliance(clamped)``, a `microblock.corners.compliance.Compliance`.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from ..errors import Checked, checked, require_kind, require_positive
+from ..errors import BadArgument, Checked, checked, require_kind, require_positive
+from . import obstacles
 from .material import Cosserat
 from .methods import Fitted, Uniform
-from .summary import Row, Shown, Summary
+from .summary import Row, Shown, Summary, short
 
 AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
 
@@ -76,3 +90,26 @@ class Block(Checked, Shown):
     def summary(self) -> Summary:
         words = "half-plane by finite elements" if self.size == math.inf else f"block of size {self.size:g}"
         return Summary("Block", words, (Row("size", "", self.size, "length"), *self.solid.summary().rows))
+
+
+def require_body(body: Any) -> None:
+    """Raises BadArgument unless this is a body."""
+    lacking = [name for name in ("solid", "methods") if not hasattr(body, name)]
+    if lacking or isinstance(body, type):
+        words = "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)"
+        raise BadArgument("body", body, words + "".join(f": it has no {name}" for name in lacking[:1]))
+
+
+def over_surface(body: Any) -> bool:
+    """Returns whether obstacles have heights over a surface."""
+    return bool(getattr(body, "in_space", False))
+
+
+def require_over(body: Any, obstacle: Any) -> None:
+    """Raises BadArgument unless the obstacle has heights over the body's line or surface."""
+    (body.check if over_surface(body) else obstacles.check)(obstacle)
+
+
+def summary_of(body: Any) -> Summary:
+    """Returns what is shown of a body, of one without a summary its name."""
+    return body.summary() if hasattr(body, "summary") else Summary(type(body).__name__, short(body))

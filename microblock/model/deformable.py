@@ -8,7 +8,7 @@ from typing import Any, cast
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
-from . import obstacles
+from .bodies import over_surface, require_body, require_over
 from .types import Array, BodyLike, ObstacleLike
 
 
@@ -46,12 +46,11 @@ class Deformable:
     shape: ObstacleLike
 
     def __post_init__(self) -> None:
-        if not hasattr(self.body, "methods") or isinstance(self.body, type):
-            raise BadArgument("body", self.body, "must be a body, as mb.HalfPlane(solid)")
+        require_body(self.body)
         if isinstance(self.shape, Deformable):
             raise BadArgument("shape", self.shape, "must be that of the body, and is another body")
         try:
-            getattr(self.body, "check", obstacles.check)(self.shape)
+            require_over(self.body, self.shape)
         except BadArgument as failure:  # which is that of an obstacle
             raise BadArgument("shape", self.shape, failure.allowed) from failure
 
@@ -77,9 +76,9 @@ def body_of(obstacle: ObstacleLike) -> Any:
 def require_same_kind(body: BodyLike, obstacle: ObstacleLike) -> None:
     """Raises BadArgument unless both bodies meet obstacles over a line, or both over a surface."""
     counter = body_of(obstacle)
-    if counter is None or hasattr(counter, "check") == hasattr(body, "check"):
+    if counter is None or over_surface(counter) == over_surface(body):
         return
-    one, other = ("surface", "line") if hasattr(body, "check") else ("line", "surface")
+    one, other = ("surface", "line") if over_surface(body) else ("line", "surface")
     raise BadArgument(
         "obstacle",
         obstacle,

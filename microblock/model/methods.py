@@ -1,4 +1,10 @@
-"""The methods by name: what a user may fix of each, and its solver."""
+"""The methods by name: what a user may fix of each, and its solver.
+
+A method of a user's own is any object whose attribute `solver` is a class derived from
+`microblock.model.solver.Solver`, or its dotted path below microblock. A body names the class of the method in
+its `methods`. The solver's ``solve`` returns a `microblock.model.state.Solution`, whose docstring lists what
+a `State` takes from it.
+"""
 
 from __future__ import annotations
 
@@ -229,6 +235,8 @@ class Condensed:
 
 @dataclass(frozen=True)
 class GivenCompliance:
-    """A body of one's own with a method ``compliance(clamped)``: see `microblock.corners.nodal`."""
+    """A body of one's own with a method ``compliance(clamped)``, which returns a
+    `microblock.corners.compliance.Compliance`.
+    """
 
     solver = "corners.nodal.NodalSolver"

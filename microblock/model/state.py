@@ -145,7 +145,8 @@ class Solution:
 
     A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
     `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
-    `x`; with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
+    `x`, and of a corner (number) at x, array (n,), ``pressure(corner, x)`` and ``gap(corner, x)``; with
+    friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
     `tangential_approach` and `zone_errors`.
 
     Attributes
@@ -158,6 +159,8 @@ class Solution:
         Whether the contact ends somewhere.
     apart : boolean array (n - 1,) or None
         As of `State`.
+    method : str
+        Name of the method, without another word that of its class in small letters.
     """
 
     estimate: ErrorParts | None = None
@@ -169,6 +172,10 @@ class Solution:
 
         def __getattr__(self, name: str) -> Any:
             """What a method gives."""
+
+    @property
+    def method(self) -> str:
+        return type(self.solver.options).__name__.lower()
 
     @property
     def holders(self) -> tuple[Any, ...]:
@@ -318,7 +325,8 @@ class State(Shown, PlainData):
     iterations, unknowns : int
         Of the method.
     method : str
-        "panels", "cells", "fitted", "uniform", "condensed" or "newton".
+        "panels", "cells", "fitted", "uniform", "condensed" or "newton"; else the name of
+        its class in small letters.
     warnings : list of str
         Where the model leaves its range, the discretisation is coarse, or a fallback was taken.
     energy : float

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from .law import Law, Microblock
     from .material import Cosserat
     from .solver import Solver
-    from .summary import Summary
 
 Array: TypeAlias = NDArray[np.float64]
 AnyArray: TypeAlias = NDArray[Any]  # also complex
@@ -50,7 +49,7 @@ class MethodLike(Protocol):
 
 
 class BodyLike(Protocol):
-    """A body of one solid."""
+    """A body of one solid; `bodies` says what else it may offer."""
 
     @property
     def solid(self) -> Cosserat:
@@ -59,9 +58,3 @@ class BodyLike(Protocol):
     @property
     def methods(self) -> Sequence[type[MethodLike]]:
         """The methods that solve on it, the usual one first."""
-
-    def of(self, solid: Cosserat) -> BodyLike:
-        """Returns the same body of another solid."""
-
-    def summary(self) -> Summary:
-        """Returns what a notebook shows of the body."""
