@@ -1,7 +1,6 @@
 """Contact of a body on a mesh, as it is or refined to an rtol."""
 
 from functools import cached_property
-from typing import Any
 
 from ..corners.nodal import NodalPath, NodalSolver
 from ..errors import BadArgument
@@ -11,14 +10,14 @@ from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
 from .friction import history
-from .mesh_solution import of_condensed
+from .mesh_solution import MeshSolution
 from .recovery import refine_until
 
 
 class BodySolver(NodalSolver):
     """States of a supported two-dimensional body on its contact nodes."""
 
-    solution: Any = staticmethod(of_condensed)
+    solution = MeshSolution
     counter_bodies = (Body,)
 
     def __init__(self, contact, options):
