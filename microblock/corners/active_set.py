@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv, dpotrf
 
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
 from ..threads import bounded, released
@@ -164,8 +164,8 @@ def _problems(H, g0, c, free):
             found = True
             yield _Problem(H, g0, c, touch, level * rows, regular)
     if not found:
-        allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
-        allowed = "on vectors with c.f = 0" if free else allowed
+        given = "where the approach is given; give the load, or add a rigid level tau c c^T"
+        allowed = "on vectors with c.f = 0" if free else given
         raise BadArgument("H", H, f"must be positive semidefinite {allowed}")
 
 
@@ -175,18 +175,13 @@ def lifted(H):
 
 
 def _is_positive(H):
-    try:
-        with released(len(H)):
-            factor = np.linalg.cholesky(H)
-    except np.linalg.LinAlgError:
-        return False
-    return bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
+    with released(len(H)):
+        factor, failed = dpotrf(H)
+    return not failed and bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
 
 
 def _start(start, problem):
-    if start is None:
-        return np.zeros(len(problem.touch), bool)
-    start = np.asarray(start)
+    start = np.zeros(len(problem.c), bool) if start is None else np.asarray(start)
     if start.shape != problem.c.shape or start.dtype != bool:
         raise BadArgument("start", start, "must be a boolean array, one for each corner")
     return start[problem.touch]
@@ -245,11 +240,9 @@ def _kkt(H, g0, forces, closed, d, load):
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
     length = terms[closed | (wrong > 0)].max(initial=0.0)
-    if load is None:
-        return wrong.max() / length if length else 0.0
     # rigid corners that take all of it leave nothing but rounding of H load
-    length = max(length, 1e-4 * np.abs(H).max() * load)
-    return max(wrong.max() / length if length else 0.0, abs(forces.sum() - load) / load)
+    length = max(length, 1e-4 * np.abs(H).max() * (load or 0.0)) or 1.0
+    return max(wrong.max() / length, abs(forces.sum() - load) / load if load else 0.0)
 
 
 def faces(H, g0, closed, load, patience=5, budget=None):

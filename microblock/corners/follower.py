@@ -16,7 +16,7 @@ first one alone (Murty, Opsearch 11 (1974) 123).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from copy import copy, deepcopy
 from dataclasses import dataclass
 from typing import Any
@@ -156,9 +156,8 @@ class Tableau:
         self.exchanged = np.zeros(len(matrix), bool)
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
-    def times(self, numbers: Any, weights: Array) -> Array:
-        found: Array = self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
-        return found
+    def times(self, numbers: Any, weights: Array) -> Any:
+        return self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
 
     def entries(self, rows: Any, columns: Any) -> Any:
         return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
@@ -287,9 +286,7 @@ class Sets:
         return True
 
     def _lean(self, node: int, turn: float) -> None:
-        if turn:
-            share = turn * self.contact.friction
-            self.tableau.lean(len(self.closed) + node, self.of[:, node], share)
+        self.tableau.lean(len(self.closed) + node, self.of[:, node], turn * self.contact.friction)
 
     def determinant(self, number: int, passing: Array) -> float:
         pairs, node, direction = self._meant(number, passing)
@@ -338,16 +335,10 @@ class Follower:
         """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end. Raises
         NotConverged if rates are not unique or there are none; `reached` says where.
         """
-        for _ in self.pieces(*target):
-            pass
-        return self.moment()
-
-    def pieces(self, *target: float) -> Iterator[float]:
-        """Follows as `to`; yields the share of the way at which each affine piece begins."""
         scale = self._size if self.by_motions else 1.0
         end = np.array(target) / scale
         try:
-            yield from self._pieces(end, end - self._given[self._u])
+            self._follow(end, end - self._given[self._u])
         except NotConverged as failure:
             now = tuple(float(scale * each) for each in self._given[self._u])
             words = [", ".join(f"{each:.6g}" for each in pair) for pair in (now, target)]
@@ -355,28 +346,28 @@ class Follower:
                 f"the history stopped at ({words[0]}) on the way to ({words[1]}): {failure}", reached=now
             ) from failure
         self.legs += 1
+        return self.moment()
 
     @property
     def _given(self) -> Array:
         return self.x if self.by_motions else self.y
 
-    def _pieces(self, end: Array, way: Array) -> Iterator[float]:
+    def _follow(self, end: Array, way: Array) -> None:
         done = 0.0
         start, f = self._given[self._u], self.contact.friction
         if not (self.by_motions or self._motions[: self._m, 1].any()):  # a flat surface
             left = [f * P - np.sign(end[1]) * Q for P, Q in (start, end)]  # of what friction allows
             if left[1] < -AT_LIMIT * f * end[0]:
                 share = left[0] / (left[0] - left[1])
-                yield from self._pieces(start + share * way, share * way)
+                self._follow(start + share * way, share * way)
                 raise NotConverged("all nodes slip, and the shear load cannot grow further")
             self._begin(start, end)
         for _ in range(BUDGET * len(self.x)):
             counted()
-            dx, dy, event, step = self._settled(way, 1 - done)
+            dx, dy, step = self._settled(way, 1 - done)
             self._note(done)
-            yield done
             self._advance(dx, dy, step)
-            if event is None:
+            if step == 1 - done:
                 self._given[self._u] = end
                 self._correct()
                 return
@@ -396,9 +387,8 @@ class Follower:
             slips = np.where(touching, sliding, 0.0)
             self.sets = Sets(self.contact, pairs + (u[:1] if sliding else u), slips, sliding)
 
-    def _bound(self) -> Array:
-        found: Array = self.contact.friction * self.x[self.sets.of].sum(axis=0)
-        return found
+    def _bound(self) -> Any:
+        return self.contact.friction * self.x[self.sets.of].sum(axis=0)
 
     def _rates(self, way: Array) -> tuple[Array, Array]:
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
@@ -431,19 +421,16 @@ class Follower:
         most = np.concatenate((np.where(closed, tiny, PATHS * self._span), tiny * ones, tiny * ones))
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
-    def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
+    def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, float]:
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
                 self._require_unique(np.flatnonzero(limit), way, passing)
-                falling = np.flatnonzero((fall > 0) & np.isfinite(value))
-                steps = np.maximum(value[falling], 0) / fall[falling]
-                if not len(steps) or steps.min() >= remaining * (1 - PATHS):
-                    return dx, dy, None, remaining
-                first = int(np.argmin(steps))
-                return dx, dy, int(falling[first]), float(steps[first])
+                falling = (fall > 0) & np.isfinite(value)
+                step = np.min(np.maximum(value[falling], 0) / fall[falling], initial=np.inf)
+                return dx, dy, float(step) if step < remaining * (1 - PATHS) else remaining
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
             if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
@@ -511,11 +498,6 @@ class Follower:
             self.changes.append(Change(self.legs, share, KINDS[int(now[i])], i - self._m * (i >= self._m)))
         new = np.isnan(self.first) & (now[self._nodes] != 0)
         self._seen, self.first[new] = now, -self.y[self._nodes][new]
-
-    @property
-    def approach(self) -> float:
-        """d (length)."""
-        return float(self._size * self.x[-2])
 
     def moment(self) -> Moment:
         own, m, size, off = self.contact, self._m, self._size, self._off()
