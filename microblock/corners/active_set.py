@@ -21,7 +21,7 @@ from scipy.linalg.lapack import dposv, dpotrf
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
-from .rounding import SUMS, TERMS
+from .rounding import PATHS, SUMS, TERMS
 
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved; no refinement improves 1e-4 of it
 
@@ -158,7 +158,7 @@ def _problems(H, g0, c, free):
     found, lifts = False, (0.0, lifted(H))[: 1 + free]
     # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
     # for compliances computed less well
-    for level, lift in product((0.0, 1e-12, 1e-10), lifts):
+    for level, lift in product((0.0, PATHS, 100 * PATHS), lifts):
         regular = H + lift + np.diag(level * rows)
         if _is_positive(regular):
             found = True
@@ -259,7 +259,7 @@ def faces(H, g0, closed, load, patience=5, budget=None):
     Raises NotConverged if the sets do not settle, or H is singular to rounding.
     """
     # at a load its path is faster by then
-    budget = budget or (5000 + 10 * len(g0) if load is None else 500)
+    budget = budget or 500 * (len(g0) if load is None else 1)
     closed, fewest, left, diagonal = closed.copy(), len(g0) + 1, patience, H.diagonal()
     for count in range(1, budget + 1):
         if not closed.any():
