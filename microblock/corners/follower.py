@@ -249,7 +249,7 @@ class Sets:
             return [number], node, slips
         if self.closed[number]:
             return [shear, number] if self.stick[node] else [number], node, 0.0
-        still = abs(passing[node]) <= 100 * PATHS * np.abs(passing).max()
+        still = abs(passing[node]) <= AT_LIMIT * np.abs(passing).max()
         direction = self.sliding or (0.0 if still else float(np.sign(passing[node])))
         return [number] if direction else [number, shear], node, direction
 
