@@ -322,7 +322,9 @@ def _unseen(x, apart, contact):
         return 0.0
     left, right = contact[0][0], contact[-1][1]
     beside = (x[1:] >= left) & (x[:-1] <= right) & (True if apart is None else ~apart)
-    return min(1.0, float(np.diff(x)[beside].max(initial=0.0)) / max((right - left) / 2, 1e-300))
+    return min(
+        1.0, float(np.diff(x)[beside].max(initial=0.0)) / max((right - left) / 2, np.finfo(float).tiny)
+    )
 
 
 def zones_of(x, closed, law, apart=None, end=None):
