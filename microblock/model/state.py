@@ -673,7 +673,7 @@ class State(Shown, PlainData):
             raise BadArgument("direction", direction, "belongs to cells in three dimensions")
         n = self.shape[0]
         names = "pressure", "m1", "m2", "psi1", "psi2"
-        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (5, *self.shape))
+        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (-1, *self.shape))
         middle = fields[:, :, [(n - 1) // 2, n // 2]].mean(axis=2)
         cuts = np.diagonal(fields, axis1=1, axis2=2) if direction == "diagonal" else middle
         return {"x1": cast(Array, self.x1), **dict(zip(names, cuts))}
