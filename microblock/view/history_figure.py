@@ -11,7 +11,7 @@ MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
 @plots.styled
 def draw_history(states):
     """The figure of a history: shear traction of the last state (a), and the way there (b)."""
-    drawing, (tractions, loop) = plots.figure(2, 1, height=2.2)
+    drawing, (tractions, loop) = plots.figure(2, 1)
     state = states[-1]
     bound, x = state.law.friction * state.pressure, state.x
     left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
