@@ -101,9 +101,9 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
         # as wide as the lowest part up to the rise, which may be a flat bottom
         level = next(x[j] - x[i] for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
         half = max(half, float(level) / 2)
-        if farthest >= 100 * half:
+        if farthest >= (enough := 100 * half):
             break
-        farthest = 200 * half
+        farthest = 2 * enough
     away = np.abs(x - lowest) / half
     low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
     if low[0] or low[-1]:
