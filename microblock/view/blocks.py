@@ -79,7 +79,7 @@ def window(ell, contact):
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
     margin = max(0.15 * (right - left) + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
     wide = right - left + 2 * margin > MOST * ell
-    return (right - 0.75 * MOST * ell, right + MOST * ell / 4) if wide else (left - margin, right + margin)
+    return (right - 3 * MOST * ell / 4, right + MOST * ell / 4) if wide else (left - margin, right + margin)
 
 
 def magnification(turn, depth):
@@ -119,7 +119,7 @@ def draw(axis, state, frame=None):
     axis.spines["left"].set_visible(False)
     if len(corners) == 2 and not axis.get_legend():
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
-        axis.legend(handles=keys[1:], loc="lower right", ncols=3, handlelength=1.4)
+        axis.legend(handles=keys[1:], loc="lower right", ncols=3)
     touches = "" if len(corners) == 2 else "; their middle touches"
     words = f"blocks: {turn(corners)} and heights {shown.magnification:g} times{touches}"
     axis.set_title(words, loc="left")
