@@ -36,7 +36,7 @@ def draw_loop(axis, states):
     slips = [state.weights @ (state.pressure * state.slip) / state.load for state in states]
     shares = [state.shear / (state.law.friction * state.load) for state in states]
     axis.plot(slips, shares, color=plots.COLOURS[0], marker="o", markevery=[-1])
-    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
+    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=1.1 * np.array((-1, 1)))
     return drawing
 
 
