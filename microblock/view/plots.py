@@ -23,6 +23,7 @@ STYLE: dict[Any, Any] = {
     "lines.markersize": 4,
     "axes.linewidth": 0.5,
     "legend.frameon": False,
+    "legend.handlelength": 1.2,
     "axes.prop_cycle": cycler(color=COLOURS),
     "figure.dpi": 250,
     "mathtext.fontset": "dejavusans",
