@@ -39,7 +39,7 @@ def draw(state, window=None, drawing=None):
             axes[name].plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
         if len(lines) > 1 and not axes[name].get_legend():
-            axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, handlelength=1.1)
+            axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     for name in ("pressure", "micromoment"):
         _cut(axes[name], surface, contact, unbounded(state))
     _bars(axes["zones"], state.zones, corners)
@@ -87,7 +87,7 @@ def _bars(axis, zones, corners):
         colour = plots.COLOURS[number] if name in corners else "k"
         left, right = np.reshape(zones[name], (-1, 2)).T
         axis.hlines(np.full(len(left), number), left, right, color=colour, linewidth=5)
-    axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.4, -0.6), ylabel="closed")
+    axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5), ylabel="closed")
     axis.tick_params(axis="y", length=0)
 
 
