@@ -91,7 +91,7 @@ def _from_above(axis, state, values, label, **look):
         shown = axis.tripcolor(*places, values, shading="gouraud", rasterized=True, **look)
     axis.set(xlabel="$x_1$", ylabel="$x_2$", aspect="equal", title=label)
     axis.locator_params(nbins=5)  # as many as are there when the layout is made
-    return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
+    return axis.figure.colorbar(shown, ax=axis)
 
 
 def _look(state, none):
