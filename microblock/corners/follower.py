@@ -286,7 +286,8 @@ class Sets:
         return True
 
     def _lean(self, node: int, turn: float) -> None:
-        self.tableau.lean(len(self.closed) + node, self.of[:, node], turn * self.contact.friction)
+        if turn:  # most are 0: a sum over all columns of the tableau
+            self.tableau.lean(len(self.closed) + node, self.of[:, node], turn * self.contact.friction)
 
     def determinant(self, number: int, passing: Array) -> float:
         pairs, node, direction = self._meant(number, passing)
@@ -319,6 +320,7 @@ class Follower:
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
         self._terms = 100 * np.abs(contact.normal).max(axis=1) / self._size
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
+        self._random = np.random.default_rng(0)
         self._seen, pairs = np.repeat((3.0, 0.0), (m, n)), []
         if not by_motions:
             down = self._motions[:m, 0]
@@ -422,7 +424,7 @@ class Follower:
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
     def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, float]:
-        random, fewest, idle = np.random.default_rng(0), np.inf, 0
+        fewest, idle = np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
@@ -436,8 +438,8 @@ class Follower:
             if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
                 violated = violated[:1]
             if idle >= 50 + 3 * limit.sum():
-                pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
-                violated, passing = random.choice(pool, 1), 0 * passing
+                pool = violated if self._random.random() < 0.5 else np.flatnonzero(limit)
+                violated, passing = self._random.choice(pool, 1), 0 * passing
             for each in violated:
                 self.sets.exchange(int(each), passing)
         raise NotConverged(f"no rates were found; {UNIQUE}")
