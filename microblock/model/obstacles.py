@@ -336,7 +336,7 @@ class SelfAffine(Checked):
     waves: tuple[int, int] = (4, 256)
     seed: int = field(default=1, metadata=checked(require_whole, 0))
 
-    most = 10**6
+    most = 1_000_000
 
     def __post_init__(self) -> None:
         super().__post_init__()
