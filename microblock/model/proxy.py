@@ -193,7 +193,7 @@ def _at_singular(
 
 def _meeting(function: Function, place: float, width: float) -> tuple[float, float]:
     """Returns where polynomials through 6 points of either side meet, and the jump of their slopes."""
-    x = 0.05 + 0.95 * (1 + np.cos(np.pi * (np.arange(6) + 0.5) / 6)) / 2
+    x = 0.05 + 0.95 * (1 + np.polynomial.chebyshev.chebpts1(6)) / 2
     right, left = (
         np.polynomial.polynomial.polyfit(side * x, function(place + side * x * width), len(x) - 1)
         for side in (1, -1)
