@@ -901,7 +901,7 @@ def _beyond_small_strain(state: State) -> list[str]:
         found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
     edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
     width = float(np.ptp(edges)) if len(edges) else math.inf
-    sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * state.solid.ell)
+    sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
     beside = returned(state.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
     known = np.isfinite(beside).all(axis=0)
     slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
