@@ -55,8 +55,8 @@ class Compliance:
             raise BadArgument("matrix", self.matrix, "must be symmetric")
 
     @cached_property
-    def twins(self):
-        """Nodes with prescribed psi = 0 (rows of zeros), whose corners move together: boolean array (n,)."""
+    def constrained(self):
+        """Nodes with prescribed psi = 0 (rows of zeros): boolean array (n,)."""
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
     def corner_system(self, law, obstacle):
@@ -66,8 +66,9 @@ class Compliance:
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
+        constrained = self.constrained
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
-        gaps = np.where(self.twins & ~nearest, np.inf, gaps)
+        gaps = np.where(constrained & ~nearest, np.inf, gaps)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
         onto = self.onto_corners(law)

@@ -1,10 +1,9 @@
 """Contact of any body with a compliance at nodes: states, and the load path node by node."""
 
 from contextlib import contextmanager
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
@@ -71,73 +70,58 @@ class AtNodes(Solution):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OnNodes(Solution):
-    """Base of solutions on contact nodes.
-
-    Attributes
-    ----------
-    solver : Solver
-    load, approach : float
-    forces : array (corners, n), along -n
-    displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
-    residual : float
-    iterations, unknowns : int
-    nodes : their Compliance, or ContactNodes
-    """
-
-    solver: Any
-    load: float
-    approach: float
-    forces: np.ndarray
-    displacement: np.ndarray
-    psi: np.ndarray
-    residual: float
-    iterations: int
-    unknowns: int
-
-    @property
-    def nodes(self):
-        return self.solver.nodes
-
-    @property
-    def points(self):
-        return self.nodes.points
-
-    @property
-    def normals(self):
-        return self.nodes.normals
-
-    @property
-    def weights(self):
-        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        return self.nodes.weights
-
-    @cached_property
-    def pressures(self):
-        """Pressure of each corner, (corners, n); of corners that move together the mean."""
-        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class NodalSolution(OnNodes, AtNodes):
+class NodalSolution(AtNodes):
     """A solution at the nodes of a Compliance.
 
     Attributes
     ----------
-    gaps : array (corners, n), initial ones, inf where a corner cannot touch
-    closed : boolean array (corners, n)
-    end : float or None, where a period ends
+    load, approach : force per thickness and approach of the obstacle
+    forces, gaps : arrays (corners, nodes), forces along -n and initial gaps, inf where a corner cannot touch
+    closed : boolean array (corners, nodes)
+    residual : largest relative residual
+    iterations : contact sets that were tried
     """
 
-    _: KW_ONLY
+    solver: Solver
+    load: float
+    approach: float
+    forces: np.ndarray
     gaps: np.ndarray
     closed: np.ndarray
+    residual: float
+    iterations: int
 
-    end = None
+    @property
+    def compliance(self):
+        return self.solver.compliance
+
+    @property
+    def points(self):
+        return self.compliance.points
+
+    @property
+    def normals(self):
+        return self.compliance.normals
 
     @property
     def apart(self):
-        return self.nodes.apart
+        return self.compliance.apart
+
+    @property
+    def weights(self):
+        """Lengths of the surface; the load is ``weights @ (p*n2)``."""
+        return self.compliance.weights
+
+    @property
+    def unknowns(self):
+        return self.forces.size
+
+    @cached_property
+    def pressures(self):
+        """Array (corners, n); corners that move together share the pressure."""
+        return np.where(
+            self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
+        )
 
     @cached_property
     def micromoment(self):
@@ -145,15 +129,27 @@ class NodalSolution(OnNodes, AtNodes):
         if self.law.clamps_rotation:
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
-            moments = np.linalg.lstsq(across, turned @ self.forces.sum(axis=0), rcond=None)[0]
-            return moments / self.weights
+            return np.linalg.lstsq(across, -turned @ self._loads[: len(self.x)], rcond=None)[0] / self.weights
         levers = np.array(list(self.law.levers(self.x).values()))
-        return self.nodes.ell / 2 * np.sum(levers * self.pressures, axis=0)
+        return self.compliance.ell / 2 * np.sum(levers * self.pressures, axis=0)
+
+    @cached_property
+    def _loads(self):
+        return self.compliance.loads(self.law, self.forces)
+
+    @cached_property
+    def psi(self):
+        return self.compliance.matrix[len(self.x) :] @ self._loads
+
+    @cached_property
+    def displacement(self):
+        """-u.n at the nodes."""
+        return -self.compliance.matrix[: len(self.x)] @ self._loads
 
     @cached_property
     def zones_by_name(self):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
-        return zones_of(self.x, self.closed, self.law, self.apart, self.end)
+        return zones_of(self.x, self.closed, self.law, self.apart)
 
     def remarks(self):
         """Sentences where the contact reaches the last node and the obstacle goes on."""
@@ -162,7 +158,9 @@ class NodalSolution(OnNodes, AtNodes):
             ((0, self.x[0] - spacing[0]), (-1, self.x[-1] + spacing[-1])) if len(spacing) else ()
         ):
             there = self.points[[end]] + [beyond - self.x[end], 0.0]
-            gaps = self.law.initial_gaps(there, self.normals[[end]], self.nodes.ell, self.problem.obstacle)
+            gaps = self.law.initial_gaps(
+                there, self.normals[[end]], self.compliance.ell, self.problem.obstacle
+            )
             if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
                 words = (
                     f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
@@ -172,7 +170,6 @@ class NodalSolution(OnNodes, AtNodes):
 
     @cached_property
     def energy(self):
-        """Elastic energy per thickness."""
         pressed = self.forces > 0
         depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
         return float(np.sum(self.forces * depth) / 2)
@@ -194,10 +191,6 @@ class NodalSolver(Solver):
         found.require_symmetric()
         return found
 
-    @property
-    def nodes(self):
-        return self.compliance
-
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
             raise BadArgument(
@@ -212,20 +205,15 @@ class NodalSolver(Solver):
         start = self._closed_near(initial).ravel() if alike else None
         with self._naming():
             found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
-        forces, nodes = found.forces.reshape(count, -1), self.compliance
-        raised, psi = np.split(nodes.matrix @ nodes.loads(self.law, forces), 2)
         return self.solution(
             self,
             found.load if load is None else load,  # as it was asked for: the sum of the forces is rounded
             found.approach,
-            forces,
-            -raised,
-            psi,
+            found.forces.reshape(count, -1),
+            gaps.reshape(count, -1),
+            self.together(found.closed),
             found.kkt,
             found.iterations,
-            getattr(self.nodes, "unknowns", forces.size),
-            gaps=gaps.reshape(count, -1),
-            closed=self.together(found.closed),
         )
 
     @contextmanager
@@ -268,7 +256,7 @@ class NodalSolver(Solver):
     def together(self, closed):
         """Closed corners, array (corners, nodes), all where psi is constrained."""
         closed = closed.reshape(len(self.law.corners), -1)
-        return closed | (self.compliance.twins & closed.any(axis=0))
+        return closed | (self.compliance.constrained & closed.any(axis=0))
 
 
 class NodalPath(LoadPath):

@@ -1,6 +1,7 @@
 """Contact of a body on a mesh, as it is or refined to an rtol."""
 
 from functools import cached_property
+from typing import Any
 
 from ..corners.nodal import NodalPath, NodalSolver
 from ..errors import BadArgument
@@ -10,14 +11,14 @@ from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
 from .friction import history
-from .mesh_solution import MeshSolution
+from .mesh_solution import of_condensed
 from .recovery import refine_until
 
 
 class BodySolver(NodalSolver):
     """States of a supported two-dimensional body on its contact nodes."""
 
-    solution = MeshSolution
+    solution: Any = staticmethod(of_condensed)
     counter_bodies = (Body,)
 
     def __init__(self, contact, options):

@@ -80,7 +80,7 @@ class Condensed(ContactNodes):
     @property
     def twins(self):
         """Nodes whose corners move together, boolean array (n,)."""
-        return self.dim < 3 and self.compliance.twins
+        return self.dim < 3 and self.compliance.constrained
 
     def _require_room(self):
         mesh, space, count = self.body.mesh, self.body.space, len(self.weights)

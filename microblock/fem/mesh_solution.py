@@ -2,12 +2,14 @@
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from typing import Any
 
 import ngsolve as ng
 import numpy as np
 
-from ..corners.nodal import NodalSolution, OnNodes
+from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument, at_most
+from ..model.state import Solution
 from ..model.zones import distance_to_ends
 from . import between, meshes, supports
 from .body import Fields
@@ -15,17 +17,55 @@ from .mesh_fields import BelowOnMesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OnMesh(OnNodes):
-    """Base of solutions on contact nodes of a mesh.
+class OnMesh(Solution):
+    """Base of solutions on contact nodes.
 
     Attributes
     ----------
+    solver : Solver
+    load, approach : float
+    forces : array (corners, n), along -n
+    displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
+    residual : float
+    iterations, unknowns : int
     method : str
     found : Fields, or None where they follow from the forces
+    nodes : ContactNodes
     """
 
+    solver: Any
+    load: float
+    approach: float
+    forces: np.ndarray
+    displacement: np.ndarray
+    psi: np.ndarray
+    residual: float
+    iterations: int
+    unknowns: int
     method: str = "condensed"
     found: Fields | None = None
+
+    @property
+    def nodes(self):
+        return self.solver.nodes
+
+    @property
+    def points(self):
+        return self.nodes.points
+
+    @property
+    def normals(self):
+        return self.nodes.normals
+
+    @property
+    def weights(self):
+        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
+        return self.nodes.weights
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner, (corners, n); of corners that move together the mean."""
+        return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
 
     @property
     def loads(self):
@@ -42,15 +82,19 @@ class OnMesh(OnNodes):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshSolution(BelowOnMesh, OnMesh, NodalSolution):
+class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
     """A solution on a mesh of one or two dimensions.
 
     Attributes
     ----------
+    gaps : array (corners, n), initial ones, inf where a corner cannot touch
+    closed : boolean array (corners, n)
     error_estimate : float, of `recovery.estimate`, or None
     """
 
     _: KW_ONLY
+    gaps: np.ndarray
+    closed: np.ndarray
     error_estimate: float | None = None
 
     @property
@@ -89,9 +133,17 @@ class MeshSolution(BelowOnMesh, OnMesh, NodalSolution):
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 
     @cached_property
+    def zones_by_name(self):
+        return zones_of(self.x, self.closed, self.law, self.apart, self.end)
+
+    @cached_property
     def energy(self):
         """Elastic energy per thickness."""
-        return super().energy if self.found is None else float(self.found.energy())
+        if self.found is not None:
+            return float(self.found.energy())
+        pressed = self.forces > 0
+        depth = self.approach * self.normals[:, 1] - np.where(pressed, self.gaps, 0)
+        return float(np.sum(self.forces * np.where(pressed, depth, 0)) / 2)
 
     def interpolated(self, values, x):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
@@ -178,6 +230,14 @@ class MeshSolution(BelowOnMesh, OnMesh, NodalSolution):
                 f"{at_most(longest[first])} below the contact do not resolve the layer: cut them, take a "
                 "higher order, or ask for an rtol"
             )
+
+
+def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterations):
+    """The MeshSolution of corner forces, array (corners, n)."""
+    nodes = solver.nodes
+    raised, psi = np.split(nodes.compliance.matrix @ nodes.compliance.loads(solver.law, forces), 2)
+    counts = residual, iterations, nodes.unknowns
+    return MeshSolution(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed)
 
 
 def of_newton(solver, state):
