@@ -71,14 +71,14 @@ class Compliance:
         gaps = np.where(constrained & ~nearest, np.inf, gaps)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
-        onto = self.onto_corners(law)
+        onto = self._onto_corners(law)
         return onto @ (onto @ self.matrix).T, gaps.ravel(), share.ravel()
 
     def loads(self, law, forces):
         """Nodal forces along n and moments, array (2 n,), of corner forces, array (corners, n)."""
-        return self.onto_corners(law).T @ forces.ravel()
+        return self._onto_corners(law).T @ forces.ravel()
 
-    def onto_corners(self, law):
+    def _onto_corners(self, law):
         """Changes of the gaps from (u.n, psi): sparse (corners n, 2 n)."""
         from scipy import sparse  # here: names of the half-plane load without it
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..corners.follower import Follower, FrictionalContact, Moment
+from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
 from ..corners.nodal import zones_of
 from ..errors import BadArgument, out_of_reach, require_kind
 from ..halfplane.friction_events import events
@@ -101,11 +101,12 @@ class FrictionFacets:
         require_kind(str, "the name of a boundary", boundary=boundary)
         self.nodes, self.law = condensed(body, boundary, law.clamps_rotation, SlipNodes), law
         nodes, normals, ell = self.nodes, self.nodes.normals, body.solid.ell
+        arms, along = ell * law.arms(nodes.points, normals), np.column_stack((normals[:, 1], -normals[:, 0]))
+        one = sparse.identity(len(normals))
+        rows = [[-one, sparse.diags(-np.sum(arm * along, axis=1)), None] for arm in arms]
         # psi0 is 0: corners slip alike
-        rise = sparse.diags(-ell * np.sum(law.arms(nodes.points, normals)[0] * normals, axis=1))
-        slips = [sparse.hstack((0 * rise, rise)), sparse.identity(len(normals))]
-        self.onto = sparse.bmat([[nodes.compliance.onto_corners(law), None], slips], format="csr")
-        self.start = np.zeros(3 * len(normals))
+        rows += [[None, sparse.diags(-np.sum(arms[0] * normals, axis=1)), one]]
+        self.onto, self.start = sparse.bmat(rows, format="csr"), np.zeros(3 * len(normals))
         if nodes.unloaded is not None:
             self.start = nodes.onto @ nodes.unloaded.values
         gaps = initial_gaps(law, nodes, obstacle)
@@ -179,7 +180,8 @@ class FrictionSolution(OfMoment, MeshSolution):
     @cached_property
     def zones_by_name(self):
         """With those that stick and slip."""
-        stick = self.moment.stick & ~self.moment.at_limit
+        bound = self.law.friction * self.pressures.sum(axis=0)
+        stick = self.moment.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
         own, plain = {"stick": stick, "slip": self.closed.any(axis=0) & ~stick}, laws.Unilateral()
         return super().zones_by_name | {
             name: zones_of(self.x, flags[None], plain, self.apart, self.end)["contact"]

@@ -42,7 +42,7 @@ def load_at_inner_edge(coefficients, solid, inner, outer):
         share = inner_K[0, 0] / (inner_K[0, 0] - inner_K[1, 0])
         K0, K1 = outer_K[0] + share * (outer_K[1] - outer_K[0])
         step = 2 * K0 / K1
-        outer += float(np.copysign(min(abs(step), 0.3 * outer), step))
+        outer += float(np.clip(step, -0.3 * outer, 0.3 * outer))
         load = abs(load * (1 + share))
         if abs(step) < 1e-6 * outer:  # the load feels its square
             return float(load), outer

@@ -230,11 +230,11 @@ def at_inner_edge(problem, order):
     return coefficients
 
 
-def coalescence(problem, order):
+def coalescence(problem, order=14):
     """Load at which two symmetric zones of partial contact touch: (load, its error)."""
 
     def exponent(outer):
         return meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0)
 
-    inner_edges = tuple(3 + np.arange(6) / 2)
+    inner_edges = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
     return extrapolated(at_inner_edge(problem, order), problem.solid, inner_edges, exponent)

@@ -23,7 +23,7 @@ def draw(state, axis=None):
         figure, axis = plots.in_place(axis)
         _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
         return figure
-    figure, axes = plots.figure(1, 3, width=2 * plots.COLUMN)
+    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
     figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
     _from_above(axes[0], state, state.pressure, "$p$", cmap="cividis")
     moment = np.hypot(*state.micromoment.T) / state.solid.ell
@@ -64,7 +64,7 @@ def draw_blocks(axis, state):
     colours = look["cmap"](closed)[:, :3]
     shown = np.concatenate([light * colours for light in FACES.values()])
     axis.add_collection3d(
-        Poly3DCollection(faces, facecolors=shown, edgecolors="0.25", linewidths=0.5, clip_on=False)
+        Poly3DCollection(faces, facecolors=shown, edgecolors="0.25", linewidths=0.3, clip_on=False)
     )
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
@@ -91,7 +91,7 @@ def _from_above(axis, state, values, label, **look):
         shown = axis.tripcolor(*places, values, shading="gouraud", rasterized=True, **look)
     axis.set(xlabel="$x_1$", ylabel="$x_2$", aspect="equal", title=label)
     axis.locator_params(nbins=5)  # as many as are there when the layout is made
-    return axis.figure.colorbar(shown, ax=axis)
+    return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
 
 
 def _look(state, none):
