@@ -203,18 +203,18 @@ class Sets:
     Parameters
     ----------
     pairs : numbers of closed corners, nodes that stick and motions whose load is given, in this order
+
+    Attributes
+    ----------
     slips : array (n,), sign of t where a node slips, else 0
-    sliding : their sign where all slip at the largest shear load, else 0
 
     Raises NotConverged if the answer is not unique.
     """
 
-    def __init__(
-        self, contact: FrictionalContact, pairs: Iterable[int], slips: Array, sliding: float = 0.0
-    ) -> None:
+    def __init__(self, contact: FrictionalContact, pairs: Iterable[int]) -> None:
         m, n, size = len(contact.gaps), contact.nodes, contact.size
         nodes, loads, motions = slice(m, m + n), slice(m + n, m + n + 2), contact.motions
-        self.contact, self.slips, self.sliding = contact, slips, sliding
+        self.contact, self.slips = contact, np.zeros(n)
         self.of, self._flat = np.arange(m).reshape(-1, n), not motions[:m, 1].any()  # corners of each node
         matrix = np.zeros((m + n + 2, m + n + 2), order="F")
         matrix[:m, :m], matrix[nodes, :m], matrix[nodes, nodes] = (
@@ -224,8 +224,6 @@ class Sets:
         )
         matrix[:m, nodes] = contact.cross.T / size if contact.coupled else 0.0
         matrix[: m + n, loads], matrix[loads, : m + n] = -motions, motions.T
-        for corners in self.of:
-            matrix[:, corners] += contact.friction * slips * matrix[:, nodes]
         self.tableau = Tableau(matrix)
         self.closed, self.stick = self.tableau.exchanged[:m], self.tableau.exchanged[nodes]
         if not all([self.tableau.pivot(pair) for pair in pairs]):
@@ -250,7 +248,7 @@ class Sets:
         if self.closed[number]:
             return [shear, number] if self.stick[node] else [number], node, 0.0
         still = abs(passing[node]) <= AT_LIMIT * np.abs(passing).max()
-        direction = self.sliding or (0.0 if still else float(np.sign(passing[node])))
+        direction = 0.0 if still else float(np.sign(passing[node]))
         return [number] if direction else [number, shear], node, direction
 
     def exchange(self, number: int, passing: Array) -> bool:
@@ -331,7 +329,7 @@ class Follower:
             self.y[: m + n] -= heights[corner] * self._motions[:, 0]
         elif (self.y[:m] < -PATHS * self._span).any():
             raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
-        self.sets = Sets(contact, pairs, np.zeros(n))
+        self.sets = Sets(contact, pairs)
 
     def to(self, *target: float) -> Moment:
         """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end. Raises
@@ -363,7 +361,6 @@ class Follower:
                 share = left[0] / (left[0] - left[1])
                 self._follow(start + share * way, share * way)
                 raise NotConverged("all nodes slip, and the shear load cannot grow further")
-            self._begin(start, end)
         for _ in range(BUDGET * len(self.x)):
             counted()
             dx, dy, step = self._settled(way, 1 - done)
@@ -376,19 +373,6 @@ class Follower:
             done += step
         raise NotConverged("corners open and nodes slip to and fro without end")
 
-    def _begin(self, start: Array, end: Array) -> None:
-        """Makes the sets anew where sliding of all nodes begins or ends."""
-        f, sliding = self.contact.friction, 0.0
-        largest = PATHS * f * max(start[0], end[0])
-        if start[0] > 0 and start[1] * end[1] > 0:
-            sliding = float(np.sign(end[1])) * all(abs(abs(q) - f * p) <= largest for p, q in (start, end))
-        if sliding != self.sets.sliding:
-            closed, u = self.sets.closed, [len(self.x) - 2, len(self.x) - 1]
-            touching = closed[self.sets.of].any(axis=0)
-            pairs = np.flatnonzero(np.concatenate((closed, touching & (sliding == 0)))).tolist()
-            slips = np.where(touching, sliding, 0.0)
-            self.sets = Sets(self.contact, pairs + (u[:1] if sliding else u), slips, sliding)
-
     def _bound(self) -> Any:
         return self.contact.friction * self.x[self.sets.of].sum(axis=0)
 
@@ -398,9 +382,6 @@ class Follower:
         rates = self.sets.tableau.times(self._u, rest[self._u])
         dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
         dx[nodes] += self.contact.friction * self.sets.slips * dx[self.sets.of].sum(axis=0)
-        if self.sets.sliding:  # the obstacle moves just so that no node slips back
-            dx[-1] = self.sets.sliding * (self.sets.sliding * dy[nodes][self.sets.slips != 0]).max()
-            dy[nodes], dy[-1] = dy[nodes] - dx[-1], way[-1]
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
@@ -409,7 +390,7 @@ class Follower:
         """
         (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
-        last, slipping = self.sets.last, (slips != 0) & (not self.sets.sliding)
+        last, slipping = self.sets.last, slips != 0
         bound, dbound = self._bound(), self.contact.friction * dx[self.sets.of].sum(axis=0)
         up, down = (stick & (not last or np.any(slips == sign)) for sign in (-1, 1))
         t, dt, gap = self.x[nodes], dx[nodes], np.where(closed, self.x[:m], self.y[:m])
