@@ -146,7 +146,7 @@ def _rough(
     along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
     np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
     error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
-    return cast(Array, error / np.maximum(allowed, np.finfo(float).tiny))
+    return cast(Array, error / np.maximum(allowed, 1e-300))
 
 
 def _pinned(function: Function, left: Array, right: Array, least: float) -> list[tuple[float, float]]:
@@ -193,10 +193,9 @@ def _at_singular(
 
 def _meeting(function: Function, place: float, width: float) -> tuple[float, float]:
     """Returns where polynomials through 6 points of either side meet, and the jump of their slopes."""
-    x = 0.05 + 0.95 * (1 + np.polynomial.chebyshev.chebpts1(6)) / 2
+    x = 0.05 + 0.95 * (1 + np.cos(np.pi * (np.arange(6) + 0.5) / 6)) / 2
     right, left = (
-        np.polynomial.polynomial.polyfit(side * x, function(place + side * x * width), len(x) - 1)
-        for side in (1, -1)
+        np.polynomial.polynomial.polyfit(side * x, function(place + side * x * width), 5) for side in (1, -1)
     )
     apart, root = Polynomial(right - left), 0.0
     slope = apart.deriv()
