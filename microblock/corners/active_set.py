@@ -23,7 +23,7 @@ from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
 from .rounding import PATHS, SUMS, TERMS
 
-ACCEPTED = 1e-11  # relative residual at which a state counts as solved; no refinement improves 1e-4 of it
+ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,8 @@ def _state(problem, closed, load=None, approach=None):
         least = best[0]
         if residual < least:
             best = residual, forces, closed, d
-        if residual <= 1e-4 * ACCEPTED or (best[0] <= ACCEPTED and not residual < least / 2):
+        # no refinement improves what is rounding
+        if residual <= 4 * np.finfo(float).eps or (best[0] <= ACCEPTED and not residual < least / 2):
             break
     if best[0] <= ACCEPTED:
         return _report(problem, *best, count)

@@ -316,7 +316,7 @@ class Follower:
         self._size, (self.x, self.y) = contact.size, np.zeros((2, m + n + 2))
         self.y[:m] = contact.gaps / self._size
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
-        self._terms = 100 * np.abs(contact.normal).max(axis=1) / self._size
+        self._terms = 100 * np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(n))
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
         self._random = np.random.default_rng(0)
         self._seen, pairs = np.repeat((3.0, 0.0), (m, n)), []
@@ -400,7 +400,7 @@ class Follower:
         fall = np.concatenate((np.where(closed, -dx[:m], -dy[:m]), rubs, -dt - dbound))
         force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
         ones = np.ones(len(slips))
-        small = np.concatenate((np.where(closed, 1.0, self._terms), np.where(slipping, 100.0, ones), ones))
+        small = np.append(np.where(np.append(closed, ~slipping), 1.0, self._terms), ones)
         most = np.concatenate((np.where(closed, tiny, PATHS * self._span), tiny * ones, tiny * ones))
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
