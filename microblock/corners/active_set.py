@@ -16,14 +16,14 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv, dpotrf
 
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
-from .rounding import SUMS, TERMS
+from .rounding import PATHS, SUMS, TERMS
 
-ACCEPTED = 1e-11  # relative residual at which a state counts as solved; no refinement improves 1e-4 of it
+ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,6 @@ class CornerEvent:
     """A corner that closes or opens at this load; at load 0 the first touch."""
 
     load: float
-    approach: float
     corner: int
     kind: str
 
@@ -103,11 +102,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     for problem in _problems(H, g0, c, free=load is not None):
         try:
             return _state(problem, _start(start, problem), load, approach)
-        except np.linalg.LinAlgError:  # more of D, then
-            failure = NotConverged(
-                "closed corners have a flexibility that is singular to rounding: are two of them one?"
-            )
-        except NotConverged as stopped:
+        except NotConverged as stopped:  # more of D, then
             if load is not None and stopped.iterations:
                 return replace(path(H, g0, [load], c=c).states[0], followed=True)
             failure = stopped
@@ -123,28 +118,23 @@ def path(H, g0, loads, *, c=None):
     if not len(loads) or loads[0] < 0:
         raise BadArgument("loads", loads, "must be finite and not negative")
     problem = next(_problems(H, g0, c, free=True))
-    lift = lifted(problem.H)
-    nothing, closed, states, events = np.zeros((1, len(problem.g0))), np.zeros(len(problem.c), bool), [], []
+    lift, nothing = lifted(problem.H), np.zeros((1, len(problem.g0)))
     follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
-    load = 0.0
     try:
-        for share in follower.pieces(loads[-1], 0.0):
-            load = float(share * loads[-1])
-            passed = loads[len(states) : np.searchsorted(loads, load)]
-            states += [solve(H, g0, load=asked, c=c, start=closed) for asked in passed]
-            changed = problem.touch[follower.sets.closed != closed[problem.touch]]
-            closed[changed] ^= True
-            events += [
-                CornerEvent(load, follower.approach - lift * load, int(i), "closes" if closed[i] else "opens")
-                for i in changed
-            ]
+        follower.to(loads[-1], 0.0)
     except NotConverged as failure:
         raise NotConverged(
-            f"path stopped at load {load} on the way to {loads[-1]:g}: {failure}; ask for smaller "
-            "loads, or for single states",
-            reached=load,
+            f"{failure}; ask for smaller loads, or for single states", reached=failure.reached[0]
         ) from failure
-    states += [solve(H, g0, load=asked, c=c, start=closed) for asked in loads[len(states) :]]
+    events = [
+        CornerEvent(float(one.share * loads[-1]), int(problem.touch[one.index]), f"{one.kind}s")
+        for one in follower.changes
+        if one.kind in ("open", "close")
+    ]
+    states = []
+    for load in loads:
+        changes = np.bincount([one.corner for one in events if one.load <= load], minlength=len(problem.c))
+        states.append(solve(H, g0, load=load, c=c, start=changes % 2 == 1))
     return Path(states, events)
 
 
@@ -165,17 +155,17 @@ def _problems(H, g0, c, free):
         raise BadArgument("H", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
-    found, lifts = False, (0.0, lifted(H)) if free else (0.0,)
+    found, lifts = False, (0.0, lifted(H))[: 1 + free]
     # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
     # for compliances computed less well
-    for level, lift in product((0.0, 1e-12, 1e-10), lifts):
+    for level, lift in product((0.0, PATHS, 100 * PATHS), lifts):
         regular = H + lift + np.diag(level * rows)
         if _is_positive(regular):
             found = True
             yield _Problem(H, g0, c, touch, level * rows, regular)
     if not found:
-        allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
-        allowed = "on vectors with c.f = 0" if free else allowed
+        given = "where the approach is given; give the load, or add a rigid level tau c c^T"
+        allowed = "on vectors with c.f = 0" if free else given
         raise BadArgument("H", H, f"must be positive semidefinite {allowed}")
 
 
@@ -185,18 +175,13 @@ def lifted(H):
 
 
 def _is_positive(H):
-    try:
-        with released(len(H)):
-            factor = np.linalg.cholesky(H)
-    except np.linalg.LinAlgError:
-        return False
-    return bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
+    with released(len(H)):
+        factor, failed = dpotrf(H)
+    return not failed and bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
 
 
 def _start(start, problem):
-    if start is None:
-        return np.zeros(len(problem.touch), bool)
-    start = np.asarray(start)
+    start = np.zeros(len(problem.c), bool) if start is None else np.asarray(start)
     if start.shape != problem.c.shape or start.dtype != bool:
         raise BadArgument("start", start, "must be a boolean array, one for each corner")
     return start[problem.touch]
@@ -230,8 +215,9 @@ def _state(problem, closed, load=None, approach=None):
         least = best[0]
         if residual < least:
             best = residual, forces, closed, d
-        if residual <= 1e-4 * ACCEPTED or (best[0] <= ACCEPTED and not residual < least / 2):
-            return _report(problem, *best, count)
+        # no refinement improves what is rounding
+        if residual <= 4 * np.finfo(float).eps or (best[0] <= ACCEPTED and not residual < least / 2):
+            break
     if best[0] <= ACCEPTED:
         return _report(problem, *best, count)
     raise NotConverged(
@@ -255,11 +241,9 @@ def _kkt(H, g0, forces, closed, d, load):
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
     length = terms[closed | (wrong > 0)].max(initial=0.0)
-    if load is None:
-        return wrong.max() / length if length else 0.0
     # rigid corners that take all of it leave nothing but rounding of H load
-    length = max(length, 1e-4 * np.abs(H).max() * load)
-    return max(wrong.max() / length if length else 0.0, abs(forces.sum() - load) / load)
+    length = max(length, 1e-4 * np.abs(H).max() * (load or 0.0)) or 1.0
+    return max(wrong.max() / length, abs(forces.sum() - load) / load if load else 0.0)
 
 
 def faces(H, g0, closed, load, patience=5, budget=None):
@@ -273,10 +257,10 @@ def faces(H, g0, closed, load, patience=5, budget=None):
     closed : boolean array (m,), to begin with
     load : float, or None where the approach is given
 
-    Raises NotConverged if the sets do not settle, LinAlgError if H is singular to rounding.
+    Raises NotConverged if the sets do not settle, or H is singular to rounding.
     """
     # at a load its path is faster by then
-    budget = budget or (5000 + 10 * len(g0) if load is None else 500)
+    budget = budget or 500 * (len(g0) if load is None else 1)
     closed, fewest, left, diagonal = closed.copy(), len(g0) + 1, patience, H.diagonal()
     for count in range(1, budget + 1):
         if not closed.any():
@@ -287,7 +271,9 @@ def faces(H, g0, closed, load, patience=5, budget=None):
         with released(len(on)):
             factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
         if failed or np.any(factor.diagonal() ** 2 < SUMS * diagonal[on]):
-            raise np.linalg.LinAlgError
+            raise NotConverged(
+                "closed corners have a flexibility that is singular to rounding: are two of them one?"
+            )
         pulled, pressed = found.T
         d = 0.0 if load is None else (load + pulled.sum()) / pressed.sum()
         forces = np.zeros(len(g0))

@@ -16,7 +16,7 @@ first one alone (Murty, Opsearch 11 (1974) 123).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from copy import copy, deepcopy
 from dataclasses import dataclass
 from typing import Any
@@ -156,9 +156,8 @@ class Tableau:
         self.exchanged = np.zeros(len(matrix), bool)
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
-    def times(self, numbers: Any, weights: Array) -> Array:
-        found: Array = self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
-        return found
+    def times(self, numbers: Any, weights: Array) -> Any:
+        return self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
 
     def entries(self, rows: Any, columns: Any) -> Any:
         return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
@@ -204,18 +203,18 @@ class Sets:
     Parameters
     ----------
     pairs : numbers of closed corners, nodes that stick and motions whose load is given, in this order
+
+    Attributes
+    ----------
     slips : array (n,), sign of t where a node slips, else 0
-    sliding : their sign where all slip at the largest shear load, else 0
 
     Raises NotConverged if the answer is not unique.
     """
 
-    def __init__(
-        self, contact: FrictionalContact, pairs: Iterable[int], slips: Array, sliding: float = 0.0
-    ) -> None:
+    def __init__(self, contact: FrictionalContact, pairs: Iterable[int]) -> None:
         m, n, size = len(contact.gaps), contact.nodes, contact.size
         nodes, loads, motions = slice(m, m + n), slice(m + n, m + n + 2), contact.motions
-        self.contact, self.slips, self.sliding = contact, slips, sliding
+        self.contact, self.slips = contact, np.zeros(n)
         self.of, self._flat = np.arange(m).reshape(-1, n), not motions[:m, 1].any()  # corners of each node
         matrix = np.zeros((m + n + 2, m + n + 2), order="F")
         matrix[:m, :m], matrix[nodes, :m], matrix[nodes, nodes] = (
@@ -225,8 +224,6 @@ class Sets:
         )
         matrix[:m, nodes] = contact.cross.T / size if contact.coupled else 0.0
         matrix[: m + n, loads], matrix[loads, : m + n] = -motions, motions.T
-        for corners in self.of:
-            matrix[:, corners] += contact.friction * slips * matrix[:, nodes]
         self.tableau = Tableau(matrix)
         self.closed, self.stick = self.tableau.exchanged[:m], self.tableau.exchanged[nodes]
         if not all([self.tableau.pivot(pair) for pair in pairs]):
@@ -250,8 +247,8 @@ class Sets:
             return [number], node, slips
         if self.closed[number]:
             return [shear, number] if self.stick[node] else [number], node, 0.0
-        still = abs(passing[node]) <= 100 * PATHS * np.abs(passing).max()
-        direction = self.sliding or (0.0 if still else float(np.sign(passing[node])))
+        still = abs(passing[node]) <= AT_LIMIT * np.abs(passing).max()
+        direction = 0.0 if still else float(np.sign(passing[node]))
         return [number] if direction else [number, shear], node, direction
 
     def exchange(self, number: int, passing: Array) -> bool:
@@ -287,9 +284,8 @@ class Sets:
         return True
 
     def _lean(self, node: int, turn: float) -> None:
-        if turn:
-            share = turn * self.contact.friction
-            self.tableau.lean(len(self.closed) + node, self.of[:, node], share)
+        if turn:  # most are 0: a sum over all columns of the tableau
+            self.tableau.lean(len(self.closed) + node, self.of[:, node], turn * self.contact.friction)
 
     def determinant(self, number: int, passing: Array) -> float:
         pairs, node, direction = self._meant(number, passing)
@@ -320,8 +316,9 @@ class Follower:
         self._size, (self.x, self.y) = contact.size, np.zeros((2, m + n + 2))
         self.y[:m] = contact.gaps / self._size
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
-        self._terms = 100 * np.abs(contact.normal).max(axis=1) / self._size
+        self._terms = 100 * np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(n))
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
+        self._random = np.random.default_rng(0)
         self._seen, pairs = np.repeat((3.0, 0.0), (m, n)), []
         if not by_motions:
             down = self._motions[:m, 0]
@@ -332,22 +329,16 @@ class Follower:
             self.y[: m + n] -= heights[corner] * self._motions[:, 0]
         elif (self.y[:m] < -PATHS * self._span).any():
             raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
-        self.sets = Sets(contact, pairs, np.zeros(n))
+        self.sets = Sets(contact, pairs)
 
     def to(self, *target: float) -> Moment:
         """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end. Raises
         NotConverged if rates are not unique or there are none; `reached` says where.
         """
-        for _ in self.pieces(*target):
-            pass
-        return self.moment()
-
-    def pieces(self, *target: float) -> Iterator[float]:
-        """Follows as `to`; yields the share of the way at which each affine piece begins."""
         scale = self._size if self.by_motions else 1.0
         end = np.array(target) / scale
         try:
-            yield from self._pieces(end, end - self._given[self._u])
+            self._follow(end, end - self._given[self._u])
         except NotConverged as failure:
             now = tuple(float(scale * each) for each in self._given[self._u])
             words = [", ".join(f"{each:.6g}" for each in pair) for pair in (now, target)]
@@ -355,50 +346,35 @@ class Follower:
                 f"the history stopped at ({words[0]}) on the way to ({words[1]}): {failure}", reached=now
             ) from failure
         self.legs += 1
+        return self.moment()
 
     @property
     def _given(self) -> Array:
         return self.x if self.by_motions else self.y
 
-    def _pieces(self, end: Array, way: Array) -> Iterator[float]:
+    def _follow(self, end: Array, way: Array) -> None:
         done = 0.0
         start, f = self._given[self._u], self.contact.friction
         if not (self.by_motions or self._motions[: self._m, 1].any()):  # a flat surface
             left = [f * P - np.sign(end[1]) * Q for P, Q in (start, end)]  # of what friction allows
             if left[1] < -AT_LIMIT * f * end[0]:
                 share = left[0] / (left[0] - left[1])
-                yield from self._pieces(start + share * way, share * way)
+                self._follow(start + share * way, share * way)
                 raise NotConverged("all nodes slip, and the shear load cannot grow further")
-            self._begin(start, end)
         for _ in range(BUDGET * len(self.x)):
             counted()
-            dx, dy, event, step = self._settled(way, 1 - done)
+            dx, dy, step = self._settled(way, 1 - done)
             self._note(done)
-            yield done
             self._advance(dx, dy, step)
-            if event is None:
+            if step == 1 - done:
                 self._given[self._u] = end
                 self._correct()
                 return
             done += step
         raise NotConverged("corners open and nodes slip to and fro without end")
 
-    def _begin(self, start: Array, end: Array) -> None:
-        """Makes the sets anew where sliding of all nodes begins or ends."""
-        f, sliding = self.contact.friction, 0.0
-        largest = PATHS * f * max(start[0], end[0])
-        if start[0] > 0 and start[1] * end[1] > 0:
-            sliding = float(np.sign(end[1])) * all(abs(abs(q) - f * p) <= largest for p, q in (start, end))
-        if sliding != self.sets.sliding:
-            closed, u = self.sets.closed, [len(self.x) - 2, len(self.x) - 1]
-            touching = closed[self.sets.of].any(axis=0)
-            pairs = np.flatnonzero(np.concatenate((closed, touching & (sliding == 0)))).tolist()
-            slips = np.where(touching, sliding, 0.0)
-            self.sets = Sets(self.contact, pairs + (u[:1] if sliding else u), slips, sliding)
-
-    def _bound(self) -> Array:
-        found: Array = self.contact.friction * self.x[self.sets.of].sum(axis=0)
-        return found
+    def _bound(self) -> Any:
+        return self.contact.friction * self.x[self.sets.of].sum(axis=0)
 
     def _rates(self, way: Array) -> tuple[Array, Array]:
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
@@ -406,9 +382,6 @@ class Follower:
         rates = self.sets.tableau.times(self._u, rest[self._u])
         dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
         dx[nodes] += self.contact.friction * self.sets.slips * dx[self.sets.of].sum(axis=0)
-        if self.sets.sliding:  # the obstacle moves just so that no node slips back
-            dx[-1] = self.sets.sliding * (self.sets.sliding * dy[nodes][self.sets.slips != 0]).max()
-            dy[nodes], dy[-1] = dy[nodes] - dx[-1], way[-1]
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
@@ -417,7 +390,7 @@ class Follower:
         """
         (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
-        last, slipping = self.sets.last, (slips != 0) & (not self.sets.sliding)
+        last, slipping = self.sets.last, slips != 0
         bound, dbound = self._bound(), self.contact.friction * dx[self.sets.of].sum(axis=0)
         up, down = (stick & (not last or np.any(slips == sign)) for sign in (-1, 1))
         t, dt, gap = self.x[nodes], dx[nodes], np.where(closed, self.x[:m], self.y[:m])
@@ -427,30 +400,27 @@ class Follower:
         fall = np.concatenate((np.where(closed, -dx[:m], -dy[:m]), rubs, -dt - dbound))
         force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
         ones = np.ones(len(slips))
-        small = np.concatenate((np.where(closed, 1.0, self._terms), np.where(slipping, 100.0, ones), ones))
+        small = np.append(np.where(np.append(closed, ~slipping), 1.0, self._terms), ones)
         most = np.concatenate((np.where(closed, tiny, PATHS * self._span), tiny * ones, tiny * ones))
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
-    def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
-        random, fewest, idle = np.random.default_rng(0), np.inf, 0
+    def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, float]:
+        fewest, idle = np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
                 self._require_unique(np.flatnonzero(limit), way, passing)
-                falling = np.flatnonzero((fall > 0) & np.isfinite(value))
-                steps = np.maximum(value[falling], 0) / fall[falling]
-                if not len(steps) or steps.min() >= remaining * (1 - PATHS):
-                    return dx, dy, None, remaining
-                first = int(np.argmin(steps))
-                return dx, dy, int(falling[first]), float(steps[first])
+                falling = (fall > 0) & np.isfinite(value)
+                step = np.min(np.maximum(value[falling], 0) / fall[falling], initial=np.inf)
+                return dx, dy, float(step) if step < remaining * (1 - PATHS) else remaining
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
             if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
                 violated = violated[:1]
             if idle >= 50 + 3 * limit.sum():
-                pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
-                violated, passing = random.choice(pool, 1), 0 * passing
+                pool = violated if self._random.random() < 0.5 else np.flatnonzero(limit)
+                violated, passing = self._random.choice(pool, 1), 0 * passing
             for each in violated:
                 self.sets.exchange(int(each), passing)
         raise NotConverged(f"no rates were found; {UNIQUE}")
@@ -511,11 +481,6 @@ class Follower:
             self.changes.append(Change(self.legs, share, KINDS[int(now[i])], i - self._m * (i >= self._m)))
         new = np.isnan(self.first) & (now[self._nodes] != 0)
         self._seen, self.first[new] = now, -self.y[self._nodes][new]
-
-    @property
-    def approach(self) -> float:
-        """d (length)."""
-        return float(self._size * self.x[-2])
 
     def moment(self) -> Moment:
         own, m, size, off = self.contact, self._m, self._size, self._off()

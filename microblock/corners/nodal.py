@@ -290,13 +290,6 @@ class NodalPath(LoadPath):
 
     @cached_property
     @bounded
-    def nodal_events(self):
-        """All `active_set.CornerEvent`, ascending in load; exact for the nodes."""
-        flexibility, gaps, share = self._solver.system
-        with self._solver._naming():
-            return active_set.path(flexibility, gaps, [self.last], c=share).events
-
-    @cached_property
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
@@ -305,23 +298,22 @@ class NodalPath(LoadPath):
         cross. x is good to h.
         """
         solver, law = self._solver, self.problem.law
-        x = solver.compliance.points[:, 0]
-        closed = np.zeros(len(law.corners) * len(x), bool)
-        apart = solver.compliance.apart
-        before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law, apart), 0.0, []
-        for load, changes in groupby(self.nodal_events, key=lambda event: event.load):
+        flexibility, gaps, share = solver.system
+        x, apart = solver.compliance.points[:, 0], solver.compliance.apart
+        closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
+        with solver._naming():
+            followed = active_set.path(flexibility, gaps, [self.last], c=share).events
+        for load, changes in groupby(followed, key=lambda event: event.load):
             for change in changes:
-                closed[change.corner] = change.kind == "closes"
+                closed[change.corner] ^= True
             after = zones_of(x, solver.together(closed), law, apart)
             unseen = _unseen(x, apart, after["contact"])
+            # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
+            crossing = min(1.0, 1.7 * unseen**solver.crossing) if len(law.corners) > 1 else unseen
             for zone, intervals in after.items():
-                crossing = len(law.corners) > 1 and zone in ("full", "contact")
-                # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
-                share = min(1.0, 1.7 * unseen**solver.crossing) if crossing else unseen
-                found += [
-                    Event(load, load - previous + load * share, kind, zone, place)
-                    for kind, place in zone_changes(before[zone], intervals)
-                ]
+                error = load - previous + load * (crossing if zone in ("full", "contact") else unseen)
+                happened = zone_changes(before.get(zone, ()), intervals)
+                found += [Event(load, error, kind, zone, place) for kind, place in happened]
             before, previous = after, load
         return found
 
@@ -340,7 +332,9 @@ def _unseen(x, apart, contact):
         return 0.0
     left, right = contact[0][0], contact[-1][1]
     beside = (x[1:] >= left) & (x[:-1] <= right) & (True if apart is None else ~apart)
-    return min(1.0, float(np.diff(x)[beside].max(initial=0.0)) / max((right - left) / 2, 1e-300))
+    return min(
+        1.0, float(np.diff(x)[beside].max(initial=0.0)) / max((right - left) / 2, np.finfo(float).tiny)
+    )
 
 
 def zones_of(x, closed, law, apart=None, end=None):

@@ -26,7 +26,7 @@ FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: d
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def lobatto(order):
     """Gauss-Lobatto rule of order + 1 points on [0, 1]: points, weights."""
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
@@ -35,7 +35,7 @@ def lobatto(order):
     return (points + 1) / 2, 1 / (order * (order + 1) * legendre**2)
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def nodal_rule(kind, order):
     """NGSolve's rule whose points are the nodes of a facet."""
     points, weights = lobatto(order)

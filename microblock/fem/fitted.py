@@ -35,7 +35,7 @@ from .meshes import Ground
 
 # (order, levels of elements at the edges). Orders from 5 on are odd: an even one has nearly the error of the
 # odd one before it, and their difference would not see it
-LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
+LEVELS = ((4, 3), (5, 4), *((order, (order + 1) // 2) for order in range(7, 14, 2)))
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))

@@ -236,13 +236,13 @@ class FittedMesh:
             for left, right in own:
                 new = []
                 for edge, inward in ((left, 1), (right, -1)):
-                    if any(abs(edge - place) <= 1e-9 * abs(place) for place in fixed):
+                    if any(math.isclose(edge, place) for place in fixed):
                         new.append(edge)
                         continue
                     way = self.way(edge) or right - left
                     K0, K1 = self.read(self.pressures[corner], edge, inward, way, right - left)
                     step = 2 * K0 / K1 if K1 > 0 else math.copysign(math.inf, K0)
-                    step = float(np.clip(step, -0.4 * way, 0.4 * way))
+                    step = math.copysign(min(abs(step), 0.4 * way), step)
                     new.append(edge - inward * step)
                     if step:
                         square += (K1 * step) ** 2 * (0.5 + 0.25 * math.log(way / abs(step)))

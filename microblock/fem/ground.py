@@ -111,7 +111,7 @@ class GroundSolver(Solver):
         return zones
 
     def _end(self, x, p, i, j, side):
-        fixed = [end for end in self.ends() if abs(end - x[i]) < 1e-9 * abs(end)]
+        fixed = [end for end in self.ends() if math.isclose(end, x[i])]
         if fixed or (self.symmetric and x[i] == 0):
             return float(x[i])
         outside = abs(x[min(max(i + side, 0), len(x) - 1)] - x[i])

@@ -97,7 +97,7 @@ def require_sound(mesh):
         slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
         slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
         areas = np.linalg.det(slopes)
-        turned = areas / np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
+        turned = areas / np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), np.finfo(float).tiny)
     wrong = ~(turned * np.sign(np.nanmedian(turned)) > 1e-12)  # sine of the angle between two sides
     if wrong.any():
         counts = [len(rules[element.type]) for element in mesh.Elements()]

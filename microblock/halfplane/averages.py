@@ -21,7 +21,7 @@ class SecondAntiderivatives(Kernels):
     def _wave(y):
         small = np.abs(y) < 1e-3  # a series
         large = np.where(small, 1.0, y)
-        series = 1 / 2 - y / 6 + y**2 / 24 - y**3 / 120 + y**4 / 720
+        series = (1 - y / 3 * (1 - y / 4 * (1 - y / 5 * (1 - y / 6)))) / 2
         return np.where(small, series, (np.expm1(-large) + large) / large**2)
 
 

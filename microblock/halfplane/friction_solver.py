@@ -305,7 +305,9 @@ def _by_cell(moment: Moment, n: int) -> Moment:
     if len(t) == 1:
         return moment
     normal, still = moment.normal.reshape(-1, n), moment.stick.reshape(-1, n)
-    slip = (normal * moment.slip.reshape(-1, n)).sum(axis=0) / np.maximum(normal.sum(axis=0), 1e-300)
+    slip = (normal * moment.slip.reshape(-1, n)).sum(axis=0) / np.maximum(
+        normal.sum(axis=0), np.finfo(float).tiny
+    )
     limit = np.all(moment.at_limit.reshape(-1, n) | ~closed, axis=0) & closed.any(axis=0)
     together = np.abs(t.sum(axis=0)) >= (1 - AT_LIMIT) * np.abs(t).sum(axis=0)
     return replace(

@@ -131,7 +131,7 @@ class Kernels:
             values[:, block] = (weights[:, first:last] @ waves).real + self._long * below[:, first, None]
         values[[0, 3]] -= self._long * level
         # the arc from real wavenumbers to `path` around k = 0
-        values[[5, 7]] -= self._long * solid.nu / (4 * (1 - solid.nu))
+        values[list(ODD[2:])] -= self._long * solid.nu / (4 * (1 - solid.nu))
         return values
 
     def __call__(self, x, which=(0, 1, 2)):
@@ -238,11 +238,11 @@ class HalfPlane(Unbounded):
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
-        averages = np.empty((len(which), count))
+        averages, block = np.empty((len(which), count)), 2**12
         # Gauss points from this many cells on: at n cells p points leave (4 n)^(-2 p), rounding
         starts = [(0, 24), (1, 24), (16, 6), (256, 3)]
         starts += [
-            (first, 2) for first in range(2**12, max(count, 2**12 + 1), 2**13)
+            (first, 2) for first in range(block, max(count, block + 1), 2 * block)
         ]  # which fit into a cache
         ends = [start for start, _ in starts[1:]] + [count]
         for (near, order), far in zip(starts, np.minimum(ends, count)):
@@ -254,11 +254,11 @@ class HalfPlane(Unbounded):
         return c * averages
 
 
-def cell_rule(near, far, order):
+def cell_rule(near, far, order, power=8):
     """Places in cells and weights of averages over them."""
     points, gauss = gauss_rule(order)
-    if not near:  # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-        return points**8 / 2, gauss * 8 * points**7
+    if not near:  # over the cell itself x = sigma^power flattens the logarithm; odd kernels average out
+        return points**power / 2, gauss * power * points ** (power - 1)
     return (np.arange(near, far)[:, None] + points - 0.5).ravel(), gauss
 
 
@@ -300,11 +300,11 @@ def rotated_weights(solid):
     k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 16)
     s, s_minus_k = roots(solid, k)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
-    c = (1 - solid.nu) / solid.mu
+    c, i = (1 - solid.nu) / solid.mu, 1j
     fixed = clamped(U, V, W)
-    over_c = (U, -1j * V, W, fixed, -1j * c * V / W, -1j * U, V, -1j * fixed, c * V / W)
+    over_c = (U, -i * V, W, fixed, -i * c * V / W, -i * U, V, -i * fixed, c * V / W)
     # taken off, it leaves -log(x) of the classical 1/k
-    return k, np.array(over_c) / c * dk / np.pi, (np.exp(1j * k) / k @ dk).real / np.pi
+    return k, np.array(over_c) / c * dk / np.pi, (np.exp(i * k) / k @ dk).real / np.pi
 
 
 def roots(solid, k):

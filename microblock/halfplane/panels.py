@@ -90,7 +90,7 @@ class Panels:
         )
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _log_weights(order):
     points, weights = gauss_rule(order)
     bend = weights * eval_legendre(order - 1, 2 * points - 1)
@@ -268,7 +268,7 @@ def _cut_rule(order, v0, logs):
     return CutRule(sides, basis)
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _log_rule(order):
     rule = _cut_rule(order, 0.0, True)
     return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.sides)

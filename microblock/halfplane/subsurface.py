@@ -92,30 +92,30 @@ def _vertical(state, x1, x2, accuracy):
 def _modes(problem, k, p, M):
     """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name."""
     solid = problem.solid
-    nu, mu, c = solid.nu, solid.mu, (1 - solid.nu) / solid.mu
+    nu, mu, c, i = solid.nu, solid.mu, (1 - solid.nu) / solid.mu, 1j
     g = solid.curvature * solid.ell**2
     s, s_minus_k = roots(solid, k)
     if problem.law.clamps_rotation:  # M is whatever keeps psi = R + Theta = 0
-        Theta = 1j * c * p / (1 + c * g * mu * k * s_minus_k)
+        Theta = i * c * p / (1 + c * g * mu * k * s_minus_k)
     else:
-        Theta = (M / (g * mu) + 1j * k * c * p) / (s * (1 + g * (1 - nu) * k * (k / s) * s_minus_k))
-    R, X, none = -1j * c * p + c * g * mu * k * s_minus_k * Theta, g * mu * Theta, 0 * k
-    w = p + 1j * k * s_minus_k * X
+        Theta = (M / (g * mu) + i * k * c * p) / (s * (1 + g * (1 - nu) * k * (k / s) * s_minus_k))
+    R, X, none = -i * c * p + c * g * mu * k * s_minus_k * Theta, g * mu * Theta, 0 * k
+    w = p + i * k * s_minus_k * X
     psi, theta = np.array((R + Theta, none, Theta)), np.array((Theta, none, Theta))
-    s11 = np.array((p - 2 * w, -k * w, -1j * k * s * X))
-    s22 = np.array((-p, k * w, 1j * k * s * X))
-    s12 = np.array((none, 1j * k * w, -(k**2) * X))
+    s11 = np.array((p - 2 * w, -k * w, -i * k * s * X))
+    s22 = np.array((-p, k * w, i * k * s * X))
+    s12 = np.array((none, i * k * w, -(k**2) * X))
     return {
         "psi": psi,
         "theta": theta,
         "theta_slope": s * theta,
-        "u1": ((1 - nu) * s11 - nu * s22) / (2j * mu * k),
-        "u2": np.array((-2 * (1 - nu) * w / k, w, 1j * k * X)) / (2 * mu),
+        "u1": ((1 - nu) * s11 - nu * s22) / (2 * i * mu * k),
+        "u2": np.array((-2 * (1 - nu) * w / k, w, i * k * X)) / (2 * mu),
         "s11": s11,
         "s12": s12,
         "s21": s12 - g * mu / solid.layer_length**2 * theta,
         "s22": s22,
-        "m1": 1j * g * mu * k * psi,
+        "m1": i * g * mu * k * psi,
         "m2": g * mu * np.array((k * R + s * Theta, none, s * Theta)),
     }
 
@@ -124,14 +124,14 @@ def _transforms(state, x1, k, nearest, points):
     """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|)."""
     found = np.zeros((4, len(k)), complex)
     # moments of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
-    size, moments, factorials = np.abs(k), 7, np.cumprod([1.0, *range(1, 7)])
+    size, ik, factorials = np.abs(k), 1j * k, np.cumprod([1.0, *range(1, 7)])
     for distance, weights in _sources(state, x1, nearest, points):
         # long waves see moments only; in short ones what is this far away has decayed
         long, short = np.searchsorted(size, (0.1 / distance.max(), FAR_TAIL / distance.min()))
-        found[:, long:short] += weights @ np.exp(1j * np.outer(distance, k[long:short]))
-        powers = np.vander(1j * k[:long] * distance.max(), moments, increasing=True) / factorials
+        found[:, long:short] += weights @ np.exp(np.outer(distance, ik[long:short]))
+        powers = np.vander(ik[:long] * distance.max(), len(factorials), increasing=True) / factorials
         found[:, :long] += (
-            weights @ np.vander(distance / distance.max(), moments, increasing=True)
+            weights @ np.vander(distance / distance.max(), len(factorials), increasing=True)
         ) @ powers.T
     return found
 

@@ -13,6 +13,7 @@ c = (1 - nu)/mu (that of V/W over 1/ell^2).
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -55,7 +56,7 @@ class Kernels:
         psi = 0, (3, count, count), m1 and m2 over 1/ell^2.
         """
         found = np.empty((3 if clamped else 6, count, count))
-        for near, far, order in ((0, 3, 24), (3, 12, 8), (12, 48, 4), (48, count, 2)):
+        for (near, far), order in zip(pairwise((0, 3, 12, 48, count)), (24, 8, 4, 2)):
             i, j = np.indices((count, count))
             keep = (np.maximum(i, j) >= near) & (np.maximum(i, j) < far)
             i, j = i[keep], j[keep]
@@ -85,13 +86,12 @@ class Kernels:
 
     def _own(self, width: float) -> Array:
         """Returns averages of u, w0 and u where psi = 0 over the loaded cell."""
-        rays, turns = gauss_rule(32)
+        rays, turns = radii, lengths = gauss_rule(32)
         angle = rays * np.pi / 4
         reach = width / 2 / np.cos(angle)
-        radii, lengths = gauss_rule(32)
         r = reach[:, None] * radii**2  # a logarithm of r, in r u, is flattened
         whole = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
-        averages: Array = 8 * (whole[[0, 2, 4]] @ turns) * np.pi / 4 / width**2
+        averages: Array = 2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2
         return averages
 
 
@@ -141,7 +141,7 @@ def _pole(solid: Cosserat) -> float | None:
     high = 2 * low
     while denominator(high) > 0:  # it ends below zero in a stable solid
         high *= 2
-    return float(brentq(denominator, low, high, xtol=1e-300, rtol=1e-15)) if denominator(low) > 0 else None
+    return float(brentq(denominator, low, high, xtol=np.finfo(float).tiny)) if denominator(low) > 0 else None
 
 
 def _points(solid: Cosserat) -> tuple[Array, Array]:

@@ -123,7 +123,7 @@ class Picture:
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
         f = self._least(x1, x2)
         padded, lower = np.pad(f, 1, constant_values=np.inf), np.isfinite(f)
-        for number in (0, 1, 2, 3, 5, 6, 7, 8):  # of a level face one sample, or few
+        for number in np.delete(np.arange(9), 4):  # of a level face one sample, or few
             other = padded[number // 3 :, number % 3 :][:count, :count]
             lower &= (f < other) if number < 4 else (f <= other)
         low, starts = (np.column_stack((x1[there], x2[there], f[there])) for there in (f < self.bound, lower))
@@ -211,7 +211,7 @@ class Picture:
         lowest = self.lowest
         radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)
         (z, weights), turns = gauss_rule(8), 2 * np.pi * (np.arange(16) + 0.5) / 16
-        r, shares = np.sqrt(1 - z**2), np.repeat(weights, 16) / 16
+        r, shares = np.sqrt(1 - z**2), np.repeat(weights, len(turns)) / len(turns)
         x1, x2 = (
             lowest[axis] + radii[:, None] * np.outer(r, way(turns)).ravel()
             for axis, way in enumerate((np.cos, np.sin))

@@ -344,7 +344,7 @@ def require_shifts(law: LawLike, ell: float) -> None:
 
 def require_pure_force(law: LawLike, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
-    right = ell * np.geomspace(1e-3, 1e4, 43)
+    right = obstacles.scales(ell)
     if len(law.corners) == 1 and np.any(list(law.levers(np.concatenate((-right, [0.0], right))).values())):
         words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
         raise BadArgument("law", law, words)

@@ -339,7 +339,7 @@ class SelfAffine(Checked):
     waves: tuple[int, int] = (4, 256)
     seed: int = field(default=1, metadata=checked(require_whole, 0))
 
-    most = 10**6
+    most = 1_000_000
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -428,10 +428,14 @@ def check(obstacle: ObstacleLike, in_space: bool = False) -> None:
         heights(obstacle, *np.zeros((1 + in_space, 2)))
 
 
+def scales(ell: float) -> Array:
+    """Returns distances (lengths) at which what a user gives is looked at."""
+    return ell * np.geomspace(1e-3, 1e5, 65)
+
+
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument unless an obstacle is lowest on the scales of ell."""
-    scales = np.geomspace(1e-3, 1e5, 65)  # of ell
-    sides = {side: heights(obstacle, side * ell * scales) for side in (-1, 1)}
+    sides = {side: heights(obstacle, side * scales(ell)) for side in (-1, 1)}
     for side, above in sides.items():
         with np.errstate(invalid="ignore"):  # inf - inf
             falls = np.all(np.diff(above[-9:]) < 0)
@@ -439,7 +443,7 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
             raise BadArgument(
                 "obstacle",
                 obstacle,
-                f"must be lowest within {scales[-1]:g} ell of x1 = 0, but its height(x) falls towards "
+                f"must be lowest within {scales(1.0)[-1]:g} ell of x1 = 0, but its height(x) falls towards "
                 f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place",
             )
 

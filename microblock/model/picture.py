@@ -100,9 +100,9 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
         # as wide as the lowest part up to the rise, which may be a flat bottom
         level = next(x[j] - x[i] for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
         half = max(half, float(level) / 2)
-        if farthest >= 100 * half:
+        if farthest >= (enough := 100 * half):
             break
-        farthest = 200 * half
+        farthest = 2 * enough
     away = np.abs(x - lowest) / half
     low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
     if low[0] or low[-1]:
@@ -160,7 +160,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     """Returns (half-width, rise) of the classical parabolic contact."""
     half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
-    above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
+    above = np.minimum(heights(problem.obstacle, around), np.finfo(float).max).reshape(3, -1)
     rises = np.ptp(above, axis=0)
     rise = 2 * load / (np.pi * problem.E_star)
     enough = np.flatnonzero(rises >= rise)
@@ -188,7 +188,7 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     for _ in range(14 if len(lower) else 0):  # each 4 times nearer
         places = left[:, None] + (right - left)[:, None] * np.linspace(0, 1, 9)
         values = heights(obstacle, places.ravel()).reshape(places.shape)
-        least = np.clip(np.argmin(values, axis=1), 1, 7)
+        least = np.clip(np.argmin(values, axis=1), 1, places.shape[1] - 2)
         more.append(places[:, 1:-1].ravel())
         left, right = (np.take_along_axis(places, (least + side)[:, None], axis=1)[:, 0] for side in (-1, 1))
     x = np.unique(np.concatenate(more))

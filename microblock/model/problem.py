@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import BadArgument
 from .law import ACTS_IN, level_surface
 from .material import joint_modulus
-from .obstacles import heights
+from .obstacles import heights, scales
 from .types import AngledLaw, Array, CornerZones, Interval, LawLike, ObstacleLike
 from .zones import joined
 
@@ -174,7 +174,7 @@ def half_line(problem: Problem) -> bool:
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are `even` and are not."""
-    x, same = ell * np.geomspace(1e-3, 1e4, 43), 1e-9
+    x, same = scales(ell), 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
         right, left = heights(obstacle, x), heights(obstacle, -x)

@@ -10,7 +10,7 @@ from numpy.polynomial.legendre import leggauss
 from .types import Array
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def gauss_rule(order: int) -> tuple[Array, Array]:
     """Returns Gauss points and weights on [0, 1], arrays (order,)."""
     points, weights = leggauss(order)

@@ -671,7 +671,7 @@ class State(PlainData):
             raise BadArgument("direction", direction, "belongs to cells in three dimensions")
         n = self.shape[0]
         names = "pressure", "m1", "m2", "psi1", "psi2"
-        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (5, *self.shape))
+        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (-1, *self.shape))
         middle = fields[:, :, [(n - 1) // 2, n // 2]].mean(axis=2)
         cuts = np.diagonal(fields, axis1=1, axis2=2) if direction == "diagonal" else middle
         return {"x1": cast(Array, self.x1), **dict(zip(names, cuts))}
@@ -899,7 +899,7 @@ def _beyond_small_strain(state: State) -> list[str]:
         found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
     edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
     width = float(np.ptp(edges)) if len(edges) else math.inf
-    sides = np.array((-1e-6, 1e-6))[:, None] * max(width, 1e-6 * state.solid.ell)
+    sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
     beside = returned(state.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
     known = np.isfinite(beside).all(axis=0)
     slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)

@@ -34,14 +34,14 @@ def draw_below(state, quantity="psi", axis=None):
     low, high = np.quantile(deep, (2e-3, 1 - 2e-3))
     signed, size = quantity in ("psi", "skew"), max(abs(low), abs(high))
     levels = MaxNLocator(20).tick_values(*((-size, size) if signed else (low, high)))
-    drawing, axis = plots.in_place(axis, height=2.9, width=5.2)
+    drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)
     for pair in contact:
         axis.plot(pair, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
     if (
         signed
     ):  # dashed where it is negative: the ends of the colours are equally dark in print; at 0 is noise
         lines = levels[np.abs(levels) > (levels[1] - levels[0]) / 2]
-        axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.4)
+        axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.5)
     colours = "RdBu_r" if signed else "cividis"  # distinguished by the colour-blind
     drawn = axis.tricontourf(triangulation, field, levels, cmap=colours, extend="both")
     axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends)
@@ -54,11 +54,11 @@ def half_plane_grid(box):
     """x1, x2, triangles of points denser towards the surface, arrays (n,), (n,), (m, 3)."""
     (left, right), depth = box
     down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
-    x1, x2 = (part.ravel() for part in np.meshgrid(np.linspace(left, right, 61), down))
-    number = np.arange(x1.size).reshape(25, 61)
+    x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
+    number = np.arange(x1.size).reshape(x1.shape)
     corner, beside, under, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
     halves = (corner, beside, under), (beside, across, under)
-    return x1, x2, np.concatenate([np.stack(half, axis=-1).reshape(-1, 3) for half in halves])
+    return x1.ravel(), x2.ravel(), np.concatenate([np.stack(half, axis=-1).reshape(-1, 3) for half in halves])
 
 
 def values(psi, stress, quantity):

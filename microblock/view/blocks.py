@@ -79,7 +79,7 @@ def window(ell, contact):
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
     margin = max(0.15 * (right - left) + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
     wide = right - left + 2 * margin > MOST * ell
-    return (right - 0.75 * MOST * ell, right + MOST * ell / 4) if wide else (left - margin, right + margin)
+    return (right - 3 * MOST * ell / 4, right + MOST * ell / 4) if wide else (left - margin, right + margin)
 
 
 def magnification(turn, depth):
@@ -96,19 +96,19 @@ def turn(corners):
 @plots.styled
 def draw(axis, state, frame=None):
     """The figure of an axis, or a new one, with the rotated blocks."""
-    drawing, axis = plots.in_place(axis, width=7.0, height=3.1)
+    drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.0)
     contact, corners = state.zones["contact"], tuple(state.pressures)
     shown = blocks(state.surface(frame or window(state.solid.ell, contact)), contact, frame)
-    (left, right), look = shown.window, {"edgecolor": "0.35", "linewidth": 0.8}
+    (left, right), look = shown.window, {"edgecolor": "0.35", "linewidth": 0.5}
     # heights from the uppermost point of the surface on
     down = np.array((0.0, np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-np.inf))))
     kinds = shown.closed @ (1, 2) if len(corners) == 2 else 3 * shown.closed.all(axis=1)
     fills = np.array(list(FILLS.values()))[kinds]
     axis.add_collection(PolyCollection(shown.squares - down, facecolor=fills, **look))
-    axis.plot(*(shown.surface - down).T, color="k", linewidth=0.7)
+    axis.plot(*(shown.surface - down).T, color="k", linewidth=0.5)
     above = 0.08 * (right - left)
     x, over = (shown.obstacle - down).T
-    axis.fill_between(x, over, np.fmax(over, above), facecolor="0.75", edgecolor="k", lw=0.8, zorder=0.5)
+    axis.fill_between(x, over, np.fmax(over, above), facecolor="0.75", edgecolor="k", lw=0.5, zorder=0.5)
     axis.set(
         aspect="equal",
         xlabel="$x_1$ (length)",
@@ -119,7 +119,7 @@ def draw(axis, state, frame=None):
     axis.spines["left"].set_visible(False)
     if len(corners) == 2 and not axis.get_legend():
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
-        axis.legend(handles=keys[1:], loc="lower right", ncols=3, handlelength=1.4)
+        axis.legend(handles=keys[1:], loc="lower right", ncols=3)
     touches = "" if len(corners) == 2 else "; their middle touches"
     words = f"blocks: {turn(corners)} and heights {shown.magnification:g} times{touches}"
     axis.set_title(words, loc="left")

@@ -11,7 +11,7 @@ MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
 @plots.styled
 def draw_history(states):
     """The figure of a history: shear traction of the last state (a), and the way there (b)."""
-    drawing, (tractions, loop) = plots.figure(2, 1, height=2.2)
+    drawing, (tractions, loop) = plots.figure(2, 1)
     state = states[-1]
     bound, x = state.law.friction * state.pressure, state.x
     left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
@@ -36,7 +36,7 @@ def draw_loop(axis, states):
     slips = [state.weights @ (state.pressure * state.slip) / state.load for state in states]
     shares = [state.shear / (state.law.friction * state.load) for state in states]
     axis.plot(slips, shares, color=plots.COLOURS[0], marker="o", markevery=[-1])
-    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
+    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=1.1 * np.array((-1, 1)))
     return drawing
 
 

@@ -16,16 +16,14 @@ COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 STYLE: dict[Any, Any] = {
     "font.size": 8,
-    "axes.labelsize": 8,
-    "axes.titlesize": 8,
-    "legend.fontsize": 7,  # points, the smallest letters at the width of a column
-    "legend.title_fontsize": 7,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
+    "axes.titlesize": "medium",
+    # points, the smallest letters at the width of a column
+    **dict.fromkeys(("legend.fontsize", "legend.title_fontsize", "xtick.labelsize", "ytick.labelsize"), 7),
     "lines.linewidth": 1.2,
     "lines.markersize": 4,
-    "axes.linewidth": 0.6,
+    "axes.linewidth": 0.5,
     "legend.frameon": False,
+    "legend.handlelength": 1.2,
     "axes.prop_cycle": cycler(color=COLOURS),
     "figure.dpi": 250,
     "mathtext.fontset": "dejavusans",

@@ -22,9 +22,11 @@ def draw(state, window=None, drawing=None):
     ell, contact, corners = state.solid.ell, state.zones["contact"], tuple(state.pressures)
     surface = blocks.without_rounding(state.surface(window or _around(contact, ell)))
     if drawing is None:  # its canvas is kept with it, and knows the formulas once they are set
-        drawing = FigureCanvasAgg(plots.Drawing((7.0, 7.4), layout="constrained")).figure
+        drawing = FigureCanvasAgg(
+            plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
+        ).figure
         places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
-        drawing.subplot_mosaic(places, height_ratios=(1.8, 1.8, 0.2 + 0.2 * len(state.zones), 3.1))
+        drawing.subplot_mosaic(places, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
     for axis in drawing.axes:
         for artist in (*axis.lines, *axis.collections, *axis.texts):
             artist.remove()
@@ -32,12 +34,12 @@ def draw(state, window=None, drawing=None):
         axis.autoscale()
     axes = {axis.get_label(): axis for axis in drawing.axes}
     for name, lines in curves(surface).items():
-        axes[name].axhline(0, color="0.85", linewidth=0.6, zorder=0)
+        axes[name].axhline(0, color="0.85", linewidth=0.5, zorder=0)
         for label, row, look in lines:
             axes[name].plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
         if len(lines) > 1 and not axes[name].get_legend():
-            axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, handlelength=1.1)
+            axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     for name in ("pressure", "micromoment"):
         _cut(axes[name], surface, contact, unbounded(state))
     _bars(axes["zones"], state.zones, corners)
@@ -73,7 +75,7 @@ def curves(surface):
     }
     if len(surface.corners) > 1:
         total = surface.pressures.sum(axis=0)
-        of_corners["pressure"].append(("$p$", total, {"color": "0.45", "lw": 0.8}))
+        of_corners["pressure"].append(("$p$", total, {"color": "0.45", "lw": 1}))
     moment, turn = surface.micromoment / surface.ell, np.degrees(surface.rotation)
     look = {"color": plots.COLOURS[2]}
     return of_corners | {"micromoment": [(r"$M/\ell$", moment, look)], "turn": [("", turn, look)]}
@@ -85,7 +87,7 @@ def _bars(axis, zones, corners):
         colour = plots.COLOURS[number] if name in corners else "k"
         left, right = np.reshape(zones[name], (-1, 2)).T
         axis.hlines(np.full(len(left), number), left, right, color=colour, linewidth=5)
-    axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.4, -0.6), ylabel="closed")
+    axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5), ylabel="closed")
     axis.tick_params(axis="y", length=0)
 
 
