@@ -136,6 +136,10 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
             return right
         return np.where(x < 0, self.body.along.interpolate(self.computed(values[::-1]), -x), right)
 
+    def reaction(self, x):
+        """Reaction to a prescribed psi at x, array (n,)."""
+        return self.interpolated(self.micromoment, x)
+
     def reaction_on(self, boundary):
         """As of `OnMesh`, of the whole body."""
         found, body = super().reaction_on(boundary), self.fields.body
