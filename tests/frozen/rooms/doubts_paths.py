@@ -1,0 +1,7 @@
+"""Errors of the events of load paths, and estimates of the states of histories."""
+
+from .. import library_said
+
+
+def rows():
+    return library_said.on_the_way()
