@@ -2,10 +2,15 @@
 
 import html
 import re
+import tempfile
+from dataclasses import replace
 
 import numpy as np
 
 import microblock as mb
+from microblock.halfplane.first_zones import first_zones
+from microblock.model.picture import picture
+from microblock.model.problem import Problem
 
 from . import library
 from . import problems as given
@@ -23,6 +28,11 @@ PLACES = np.array([-0.31, -0.17, 0.03, 0.12, 0.26, 0.36])
 SLAB = mb.Body(library.mesh_of("block"), SOLID, 2, fixed="bottom")
 FEW, SHEARED = mb.Cells(nodes=64, window=(-0.8, 0.8)), [(1.0, 0.0), (1.0, 0.2), (0.8, -0.1)]
 RUB, RUBS = mb.Unilateral(friction=0.3), mb.Microblock(friction=0.3)
+
+
+def _hills(x1, x2):
+    return (x1**2 + (x2 - 0.1) ** 2) / 10 + 0.01 * np.cos(9 * x1) * np.cos(7 * x2)
+
 
 IN_THE_PLANE = {  # to an accuracy
     **{
@@ -47,6 +57,8 @@ ON_MESHES = {
     "fitted bumps": (mb.Block(SOLID, 4.0), SHAPES["two bumps"], BLOCKS, None, 2e-2),
     **{f"body {law}": (SLAB, CYLINDER, law, None, 5e-2) for law in (TURNED, LINE)},
     "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, None, 0.1),
+    "half-space hills": (mb.HalfSpace(SOLID), _hills, LINE, None, 0.1),
+    "half-space cone": (mb.HalfSpace(SOLID), mb.Cone(0.1), CLAMPED, None, 0.1),
 }
 FIXED = {  # on nodes that are given
     "panels": (PLANE, CYLINDER, TURNED, mb.Panels(order=6)),
@@ -58,6 +70,13 @@ FIXED = {  # on nodes that are given
     "newton": (SLAB, CYLINDER, CLAMPED, mb.Newton()),
     "uniform": (mb.Block(SOLID, 4.0), SHAPES["skew wedge"], BLOCKS, mb.Uniform(h=0.2, order=2)),
     "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, mb.Cells(nodes=32)),
+}
+IN_SPACE = {
+    "sphere": mb.Sphere(10),
+    "ellipsoid": mb.Ellipsoid(5.0, 20.0),
+    "cone": mb.Cone(0.1),
+    "punch": mb.FlatPunch(0.2),
+    "hills": _hills,
 }
 PATHS = {
     "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
@@ -84,9 +103,11 @@ def on_nodes():
     for name, parts in FIXED.items():
         state = mb.Contact(*parts).solve(1.0)
         yield from of_state(f"on nodes {name}", state, "discrete")
+        yield f"on nodes {name} caption", state.caption, "outcome"
         for part in (state, state.problem, state.problem.body, state.law):
             yield f"on nodes {name} {type(part).__name__} in words", words(part), "outcome"
         yield from of_figure(f"on nodes {name} figure", state.plot())
+        yield from of_files(f"on nodes {name} file", state)
         for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
             yield from of_figure(f"on nodes {name} {field}", state.plot_below(field))
 
@@ -95,6 +116,7 @@ def on_the_way():
     """Rows of load paths and histories."""
     for name, (*parts, rtol) in PATHS.items():
         path = mb.Contact(*parts).path(1.0, rtol=rtol)
+        yield from of_figure(f"path {name} figure", path.plot(), CLOSE / 10)
         yield f"path {name} first", path.first, "estimated", CLOSE / 10
         for number, event in enumerate(path.events):
             yield f"path {name} event {number}", f"{event.kind} {event.zone}", "outcome"
@@ -102,11 +124,62 @@ def on_the_way():
                 yield of(f"path {name} event {number} {part}", getattr(event, part))
     for name, (*parts, rtol) in HISTORIES.items():
         history = mb.Contact(*parts).history(SHEARED, rtol=rtol)
+        yield from of_figure(f"history {name} figure", history.plot(), CLOSE / 10)
         for number, state in enumerate(history.states):
             yield from of_state(f"history {name} state {number}", state)
         for number, event in enumerate(history.events):
             yield f"history {name} event {number} kind", event.kind, "outcome"
             yield of(f"history {name} event {number} shear", event.shear)
+
+
+def pictures():
+    """Rows of what is seen of obstacles before anything is solved, in the plane and in space."""
+    for name, shape in SHAPES.items():
+        for law in (TURNED, ANGLE, LINE):
+            where, problem = f"seen {name} {law.corners} {law in (ANGLE,)}", Problem(SOLID, law, shape)
+            found = picture(problem, 1.0)
+            problem = replace(problem, picture=found)
+            zones, longest = next(first_zones(problem, 1.0))
+            kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
+            yield (
+                f"{where} counts",
+                f"{len(found.sites)} {len(found.edges)} {len(kinks)} {len(zones[0])}",
+                "outcome",
+            )
+            lengths = [
+                float(own[np.isfinite(own)].sum()) for own in (found.lengths, found.edges, found.sites)
+            ]
+            numbers = {
+                "half_width": found.half_width,
+                **dict(zip(("lengths", "edges", "sites"), lengths)),
+                "stretches": np.dot((1, 2), np.sum(problem.stretches, axis=0)),
+                "scale": min(problem.scale(0.1, 0.2), 9.0),
+                "sites of the last corner": problem.sites(len(law.corners) - 1).sum(),
+                "kinks": np.dot((1, 2), np.sum(kinks or [(0, 0)], axis=0)),
+                "tips": sum(problem.tips),
+                "ends": sum(end for corner in problem.corners for end in problem.ends_of(corner)),
+                "first zones": sum(np.dot((1, 2), np.sum(own, axis=0)) for own in zones.values()),
+                "longest cell": longest,
+            }
+            yield from (of(f"{where} {part}", value, "estimated", 1e-6) for part, value in numbers.items())
+    for name, shape in IN_SPACE.items():
+        for law in (TURNED, LINE):
+            for window in (None, (-0.5, 0.5)):
+                contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
+                for level in ((1.0, None), (None, 0.02)):
+                    own = contact.solver._picture(*level, contact.solver._given_window())
+                    where = f"seen {name} {law.corners[0]} {window} {level[0]}"
+                    numbers = {
+                        "bound": own.bound,
+                        "radius": own.radius,
+                        "samples": own.samples[:, :2].sum(),
+                        "valleys": own.valleys[:, 2].sum(),
+                        "lowest": own.lowest[2],
+                        "separate": len(own.separate(own.bound)),
+                    }
+                    yield from (
+                        of(f"{where} {part}", value, "estimated", 1e-6) for part, value in numbers.items()
+                    )
 
 
 def of(name, value, kind="doubt", tolerance=CLOSE):
@@ -148,7 +221,24 @@ def words(thing):
     return f"{thing!r} " + " ".join(html.unescape(re.sub("<[^>]+>", " ", table)).split())
 
 
-def of_figure(name, drawing):
+def of_files(name, state):
+    """Rows of the numbers in what is written for other programs."""
+    import meshio
+
+    with tempfile.TemporaryDirectory() as folder:
+        for file in mb.to_vtk(state, f"{folder}/state"):
+            mesh, part = meshio.read(file), file.stem.rpartition("_")[2]
+            yield (
+                f"{name} {part} cells",
+                " ".join(f"{len(own.data)} {own.type}" for own in mesh.cells),
+                "outcome",
+            )
+            values = {"points": mesh.points, **mesh.point_data}
+            for entry, own in values.items():
+                yield of(f"{name} {part} {entry}", np.dot(np.abs(own).sum(axis=0), 1).sum(), "discrete", 1e-6)
+
+
+def of_figure(name, drawing, close=1e-9):
     """Rows of the limits, ticks, texts, lines and collections of a figure."""
     for number, axis in enumerate(drawing.axes):
         where = f"{name} {number}"
@@ -161,7 +251,7 @@ def of_figure(name, drawing):
         yield of(
             f"{where} limits", np.dot((1, 2, 3, 4), (*axis.get_xlim(), *axis.get_ylim())), "discrete", 1e-9
         )
-        yield of(f"{where} ticks", np.sum(axis.get_yticks()), "discrete", 1e-9)
+        yield of(f"{where} ticks", np.sum(axis.get_yticks()), "discrete", close)
         for line, own in enumerate(axis.lines):
             points = np.nan_to_num(np.array(own.get_data(), float))
             yield (
@@ -169,8 +259,8 @@ def of_figure(name, drawing):
                 f"{own.get_label()} {own.get_color()} {own.get_linestyle()}",
                 "outcome",
             )
-            yield of(f"{where} line {line}", np.sum(points @ np.arange(points.shape[1])), "discrete", 1e-9)
+            yield of(f"{where} line {line}", np.sum(points @ np.arange(points.shape[1])), "discrete", close)
         for number, own in enumerate(axis.collections):
             points = np.concatenate([path.vertices for path in own.get_paths()] or [np.zeros((0, 2))])
             yield f"{where} collection {number} faces", len(np.unique(own.get_facecolor(), axis=0)), "outcome"
-            yield of(f"{where} collection {number}", np.sum(points), "discrete", 1e-9)
+            yield of(f"{where} collection {number}", np.sum(points), "discrete", close)
