@@ -8,7 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 import microblock as mb
+from microblock.halfplane.edges import fit
 from microblock.halfplane.first_zones import first_zones
+from microblock.halfplane.search import amended
+from microblock.halfplane.survey import survey
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
 
@@ -71,6 +74,19 @@ FIXED = {  # on nodes that are given
     "uniform": (mb.Block(SOLID, 4.0), SHAPES["skew wedge"], BLOCKS, mb.Uniform(h=0.2, order=2)),
     "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, mb.Cells(nodes=32)),
 }
+BROAD, NARROW, TWO = ((-0.6, 0.6),), ((-0.05, 0.06),), ((-0.36, -0.2), (0.15, 0.4))
+TRIALS = {  # obstacle, law, zones of all corners or of each
+    "broad": (CYLINDER, TURNED, BROAD),
+    "narrow": (CYLINDER, BLOCKS, NARROW),
+    "two": (CYLINDER, LINE, TWO),
+    "crossed": (CYLINDER, TURNED, TWO, NARROW),
+    "one for two": (SHAPES["two bumps"], TURNED, BROAD),
+    "two bumps": (SHAPES["two bumps"], LINE, TWO),
+    "left alone": (SHAPES["two bumps"], BLOCKS, TWO[:1]),
+    "tip": (SHAPES["tip"], LINE, BROAD),
+    "kink": (SHAPES["skew wedge"], TURNED, NARROW),
+    "punch": (SHAPES["tilted"], TURNED, BROAD),
+}
 IN_SPACE = {
     "sphere": mb.Sphere(10),
     "ellipsoid": mb.Ellipsoid(5.0, 20.0),
@@ -82,6 +98,13 @@ PATHS = {
     "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
     "bumps": (PLANE, SHAPES["two bumps"], BLOCKS, None, 1e-3),
     "line": (PLANE, lambda x: x**2 / 20 - 0.0011 * np.exp(-(((x - 0.45) / 0.05) ** 2)), LINE, None, 1e-3),
+    "twins": (
+        PLANE,
+        lambda x: np.minimum(x**2, (np.abs(x - 1e-6) - 0.45) ** 2 + 0.003) / 20,
+        LINE,
+        None,
+        1e-3,
+    ),
     "fitted": (mb.Block(SOLID, 4.0), CYLINDER, BLOCKS, None, 2e-2),
     "body": (SLAB, SHAPES["two bumps"], BLOCKS, None, None),
 }
@@ -180,6 +203,34 @@ def pictures():
                     yield from (
                         of(f"{where} {part}", value, "estimated", 1e-6) for part, value in numbers.items()
                     )
+
+
+def trials():
+    """Rows of single steps of the search for zones, from zones that are wrong."""
+    for name, (shape, law, *wrong) in TRIALS.items():
+        problem = Problem(SOLID, law, shape)
+        problem = replace(problem, picture=picture(problem, 1.0))
+        zones = dict(enumerate(wrong * len(problem.corners) if len(wrong) == 1 else wrong))
+        for load in (1.0, 0.1):
+            where = f"trial {name} load {load}"
+            try:
+                state = fit(problem, load, zones, 8, 1e-4)
+            except mb.NotConverged as failure:
+                yield f"{where} fails", f"{failure} in {failure.iterations}", "outcome"
+                continue
+            found = survey(state)
+            further = amended(state, found, 1e-6)
+            counts = state.iterations, len(found.violations), len(found.least)
+            yield f"{where} steps, violations, minima, beyond", f"{counts} {found.beyond}", "outcome"
+            yield of(f"{where} share of edges", state.estimate.edges)
+            yield of(f"{where} worth", found.worth, tolerance=1e-4)
+            for part, own in (("zones", state.zones), ("further", state.further), ("amended", further or {})):
+                values = [np.dot((1, 2), np.sum(each, axis=0)) for each in own.values() if len(each)]
+                yield of(f"{where} {part}", sum(values), "estimated", 1e-6)
+            for number, each in enumerate(found.violations):
+                place = np.dot((1, 2, 4, 8), (each.corner, each.left, each.right, each.depth))
+                yield of(f"{where} violation {number}", place, "estimated", 1e-5)
+            yield of(f"{where} minima", sum(x + 10 * gap for _, x, gap in found.least), "estimated", 1e-5)
 
 
 def of(name, value, kind="doubt", tolerance=CLOSE):
