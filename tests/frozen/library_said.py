@@ -4,16 +4,20 @@ import html
 import re
 import tempfile
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import microblock as mb
+from microblock.fem import meshes3d
 from microblock.halfplane.edges import fit
 from microblock.halfplane.first_zones import first_zones
 from microblock.halfplane.search import amended
 from microblock.halfplane.survey import survey
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
+from microblock.view import surface_figure
 
 from . import library
 from . import problems as given
@@ -28,6 +32,8 @@ LEVERS, ANGLE = (mb.Microblock(0.004, psi0_in="levers"), mb.Microblock(given.FUN
 SHAPES = {name: given.FUNCTIONS[name] for name in ("two bumps", "tip", "skew wedge")}
 SHAPES |= {"wedge": mb.Wedge(0.02), "punch": mb.Punch(0.4), "tilted": mb.Punch(0.4, tilt=0.005)}
 PLACES = np.array([-0.31, -0.17, 0.03, 0.12, 0.26, 0.36])
+GRADES = meshes3d.graded(reach=0.6, step=0.2, far=2.0, growth=2.0)
+IN_A_CUBE = mb.Body(meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6), SOLID, 1, fixed="bottom")
 SLAB = mb.Body(library.mesh_of("block"), SOLID, 2, fixed="bottom")
 FEW, SHEARED = mb.Cells(nodes=64, window=(-0.8, 0.8)), [(1.0, 0.0), (1.0, 0.2), (0.8, -0.1)]
 RUB, RUBS = mb.Unilateral(friction=0.3), mb.Microblock(friction=0.3)
@@ -67,12 +73,16 @@ FIXED = {  # on nodes that are given
     "panels": (PLANE, CYLINDER, TURNED, mb.Panels(order=6)),
     "punch": (PLANE, mb.Punch(0.3), LINE, mb.Panels(order=6)),
     "cells": (PLANE, CYLINDER, LEVERS, FEW),
+    "punch on cells": (PLANE, mb.Punch(0.3), TURNED, FEW),
+    "punch on a body": (SLAB, mb.Punch(0.4), TURNED, None),
+    "punch on a half-space": (mb.HalfSpace(SOLID), mb.FlatPunch(0.2), LINE, mb.Cells(32, (-0.4, 0.4))),
     "two": (PLANE, mb.Deformable(SECOND, CYLINDER), CLAMPED, FEW),
     "period": (PERIOD, WAVE, TURNED, mb.Cells(nodes=64)),
     "body": (SLAB, CYLINDER, TURNED, None),
     "newton": (SLAB, CYLINDER, CLAMPED, mb.Newton()),
     "uniform": (mb.Block(SOLID, 4.0), SHAPES["skew wedge"], BLOCKS, mb.Uniform(h=0.2, order=2)),
     "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, mb.Cells(nodes=32)),
+    "in space": (IN_A_CUBE, mb.Sphere(10), TURNED, None),
 }
 BROAD, NARROW, TWO = ((-0.6, 0.6),), ((-0.05, 0.06),), ((-0.36, -0.2), (0.15, 0.4))
 TRIALS = {  # obstacle, law, zones of all corners or of each
@@ -131,6 +141,12 @@ def on_nodes():
             yield f"on nodes {name} {type(part).__name__} in words", words(part), "outcome"
         yield from of_figure(f"on nodes {name} figure", state.plot())
         yield from of_files(f"on nodes {name} file", state)
+        if name == "half-space":
+            with patch.object(surface_figure, "Poly3DCollection", wraps=Poly3DCollection) as made:
+                state.plot_blocks()
+            faces = made.call_args
+            yield of(f"on nodes {name} faces", ramp(faces.args[0]), "discrete", 1e-9)
+            yield of(f"on nodes {name} colours", ramp(faces.kwargs["facecolors"]), "discrete", 1e-9)
         for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
             yield from of_figure(f"on nodes {name} {field}", state.plot_below(field))
 
@@ -266,6 +282,12 @@ def of_state(name, state, kind="estimated"):
             yield of(f"{name} gaps {corner}", PLACES**3 @ gaps, kind, tolerance)
 
 
+def ramp(values):
+    """A sum in which every number has a share of its own."""
+    values = np.nan_to_num(np.ravel(values).astype(float))
+    return float(values @ np.linspace(1, 2, len(values)))
+
+
 def words(thing):
     """What something says of itself, without marks."""
     table = thing._repr_html_() if hasattr(thing, "_repr_html_") else ""
@@ -286,7 +308,7 @@ def of_files(name, state):
             )
             values = {"points": mesh.points, **mesh.point_data}
             for entry, own in values.items():
-                yield of(f"{name} {part} {entry}", np.dot(np.abs(own).sum(axis=0), 1).sum(), "discrete", 1e-6)
+                yield of(f"{name} {part} {entry}", ramp(own), "discrete", 1e-6)
 
 
 def of_figure(name, drawing, close=1e-9):
@@ -310,8 +332,17 @@ def of_figure(name, drawing, close=1e-9):
                 f"{own.get_label()} {own.get_color()} {own.get_linestyle()}",
                 "outcome",
             )
-            yield of(f"{where} line {line}", np.sum(points @ np.arange(points.shape[1])), "discrete", close)
+            yield of(f"{where} line {line}", ramp(points), "discrete", close)
+        for image, own in enumerate(axis.images):
+            yield of(
+                f"{where} image {image}", ramp(own.get_array()) + ramp(own.get_extent()), "discrete", close
+            )
         for number, own in enumerate(axis.collections):
             points = np.concatenate([path.vertices for path in own.get_paths()] or [np.zeros((0, 2))])
             yield f"{where} collection {number} faces", len(np.unique(own.get_facecolor(), axis=0)), "outcome"
-            yield of(f"{where} collection {number}", np.sum(points), "discrete", close)
+            shown = (
+                ramp(points)
+                + ramp(own.get_offsets())
+                + ramp([] if own.get_array() is None else own.get_array())
+            )
+            yield of(f"{where} collection {number}", shown, "discrete", close)
