@@ -10,14 +10,28 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import microblock as mb
-from microblock.fem import meshes3d
+from microblock import cost
+from microblock.fem import meshes, meshes3d
 from microblock.halfplane.edges import fit
 from microblock.halfplane.first_zones import first_zones
 from microblock.halfplane.search import amended
 from microblock.halfplane.survey import survey
-from microblock.model.picture import picture
+from microblock.model.picture import _everywhere, picture
 from microblock.model.problem import Problem
-from microblock.view import surface_figure
+from microblock.model.proxy import proxy
+from microblock.model.zones import (
+    common,
+    contains,
+    distance_to_ends,
+    interrupted,
+    joined,
+    moved_on,
+    over_the_end,
+    runs,
+    without,
+    zone_changes,
+)
+from microblock.view import blocks, surface_figure
 
 from . import library
 from . import problems as given
@@ -97,12 +111,53 @@ TRIALS = {  # obstacle, law, zones of all corners or of each
     "kink": (SHAPES["skew wedge"], TURNED, NARROW),
     "punch": (SHAPES["tilted"], TURNED, BROAD),
 }
+PROXIES = {
+    "waves": lambda x: np.cos(9 * x) + 0.1 * x**2,
+    "corners": lambda x: np.abs(np.sin(3 * x)) + x,
+    "root": lambda x: np.sqrt(np.abs(x - 0.3)),
+    "step": lambda x: x + (x > 0.7),
+    "pit": lambda x: x**2 - 0.1 * np.exp(-(((x - 0.5) / 0.01) ** 2)),
+    "ends": lambda x: np.where(np.abs(x - 0.4) < 0.9, x**2, np.inf),
+    "curved": lambda x: np.abs(x - 0.2) ** 1.5 + np.maximum(x - 1, 0) ** 2,
+}
 IN_SPACE = {
     "sphere": mb.Sphere(10),
     "ellipsoid": mb.Ellipsoid(5.0, 20.0),
     "cone": mb.Cone(0.1),
     "punch": mb.FlatPunch(0.2),
     "hills": _hills,
+}
+WARNED = {  # with loads at which something is to be said
+    "bump between nodes": (
+        SLAB,
+        lambda x: x**2 / 20 - 0.004 * np.exp(-(((x - 0.05) / 0.02) ** 2)),
+        TURNED,
+        None,
+    ),
+    "valley": (SLAB, mb.Obstacle(lambda x: x**2 - 0.02 * np.abs(x - 0.03), kinks=(0.03,)), LINE, None),
+    "wedge": (SLAB, SHAPES["wedge"], BLOCKS, None),
+    "bumps": (SLAB, SHAPES["two bumps"], LINE, None),
+    "samples": (
+        SLAB,
+        mb.Obstacle.from_samples(np.linspace(-1, 1, 41), np.linspace(-1, 1, 41) ** 2),
+        TURNED,
+        None,
+    ),
+    "thin layers": (SLAB.of(mb.Cosserat(E=100, nu=0.4995, beta=1, ell=0.004)), CYLINDER, BLOCKS, None),
+    "rough": (PERIOD, mb.Rough(1.0, 0.2, waves=(2, 30), seed=1), BLOCKS, mb.Cells(nodes=64)),
+    "samples on cells": (
+        PLANE,
+        mb.Obstacle.from_samples([-1, -0.1, 0.2, 1], [0.05, 0, 0.001, 0.04]),
+        LINE,
+        FEW,
+    ),
+    "bumps on elements": (
+        mb.Block(SOLID, 4.0),
+        SHAPES["two bumps"],
+        BLOCKS,
+        mb.Uniform(h=0.2, reach=0.8, order=1),
+    ),
+    "pins": (mb.HalfSpace(SOLID), _hills, TURNED, mb.Cells(32, (-0.25, 0.25))),
 }
 PATHS = {
     "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
@@ -129,6 +184,15 @@ HISTORIES = {
 def to_rtol(states):
     for name, (*parts, rtol) in states.items():
         yield from of_state(f"to rtol {name}", mb.Contact(*parts).solve(1.0, rtol=rtol))
+
+
+def warned():
+    """Rows of states of which something is to be said, under two loads."""
+    for name, parts in WARNED.items():
+        for load in (1.0, 0.05):
+            state = mb.Contact(*parts).solve(load)
+            yield from of_state(f"warned {name} {load}", state, "discrete")
+            yield f"warned {name} {load} in words", words(state), "outcome"
 
 
 def on_nodes():
@@ -249,6 +313,78 @@ def trials():
             yield of(f"{where} minima", sum(x + 10 * gap for _, x, gap in found.least), "estimated", 1e-5)
 
 
+def parts():
+    """Rows of functions that take numbers and give numbers: samples, proxies, intervals, meshes, bytes."""
+    for name, shape in (SHAPES | {"cylinder": CYLINDER}).items():
+        for part, own in zip(("places", "heights"), _everywhere(shape, 0.1, 24, 1e4)):
+            yield f"{part} of {name} number", len(own), "outcome"
+            yield of(f"{part} of {name}", ramp(np.tanh(own)), "estimated", 1e-9)
+    for name, function in PROXIES.items():
+        own, sizes = proxy(function, np.linspace(-1, 2, 13), 1e-9), []
+        for part in ("edges", "singular", "jumps", "powers", "samples", "values", "lengths"):
+            values = np.asarray(getattr(own, part))
+            sizes.append(f"{part} {len(values)}")
+            yield of(f"proxy {name} {part}", ramp(values[np.isfinite(values)]), "estimated", 1e-5)
+        yield f"proxy {name} sizes", " ".join(sizes), "outcome"
+    pairs, other = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
+    x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
+    texts = {
+        "over the end": [
+            over_the_end(each, period) for each in (pairs, pairs[:2]) for period in (None, 1.5, 2.0)
+        ],
+        "joined": [joined([*pairs, *other], slack) for slack in (0.0, 0.25)],
+        "without": [without(pairs, *each) for each in other],
+        "common": common(pairs, other),
+        "changes": [zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))],
+        "contains": contains(pairs, x).tolist(),
+        "interrupted": interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
+        "runs": runs(flags).__repr__().replace("np.int64", ""),
+        "distance": distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
+        "moved": [moved_on({0: pairs}, {0: other}, share) for share in (0.5, 2.0, 2.1, -2.1)],
+        "of others": moved_on({0: pairs}, {0: other[:2]}, 0.5),
+    }
+    yield from ((f"intervals {name}", str(value), "outcome") for name, value in texts.items())
+    for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):
+        ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
+        for name, spacing, sizes in (
+            ("even", 0.1, ()),
+            ("parts", ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1)), ((0.4, 0.01),)),
+        ):
+            mesh = meshes.graded(ground, tips, spacing=spacing, levels=3, sizes=sizes)
+            orders = meshes.falling_orders(mesh, ground, tips, 7)
+            yield (
+                f"mesh {half} {name} elements",
+                f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}",
+                "outcome",
+            )
+        for quads in (True, False):
+            mesh = meshes.uniform(ground, 0.15, quads)
+            points = ramp([vertex.point for vertex in mesh.vertices])
+            _, depths = meshes.thicknesses(mesh, mesh.Boundaries("contact"))
+            yield f"mesh {half} {quads} elements", f"{mesh.ne} {mesh.nv} {mesh.GetBoundaries()}", "outcome"
+            yield of(f"mesh {half} {quads} points and depths", points + ramp(depths), "discrete", 1e-12)
+    for order in (1, 2, 4):
+        yield of(f"longest element {order}", meshes.longest_element(SOLID, order), "definition", 1e-12)
+        stiff = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1)
+        yield f"locking {order}", str(meshes.locking(stiff, order, 0.3, 0.4)), "outcome"
+    grades = meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7)
+    yield of("grades", ramp(grades), "discrete", 1e-12)
+    yield of("lines", ramp(meshes.uniform_lines(0.5, 4.0, 0.12)), "discrete", 1e-12)
+    yield of("bytes of factors", cost.of_factors(1000, 50000), "definition", 1e-12)
+    yield of("bytes of nodes", cost.of_nodes(100), "definition", 1e-12)
+    for pairs in (1, 1000, 10**6):
+        with patch.object(cost, "available", lambda: 8e9):
+            yield (
+                f"history of {pairs}",
+                library.refused(lambda pairs=pairs: cost.require_history(9, 3000, pairs)),
+                "outcome",
+            )
+    for turn, depth in ((0.0, 0.0), (0.1, 0.01), (0.001, 0.3), (1.0, 2.0), (1e-5, 1e-6)):
+        yield f"magnified {turn} {depth}", f"{blocks.magnification(turn, depth):g}", "outcome"
+    for contact in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)]):
+        yield f"window {contact}", str(np.round(blocks.window(0.1, contact), 12).tolist()), "outcome"
+
+
 def of(name, value, kind="doubt", tolerance=CLOSE):
     return (
         (name, value, "outcome")
@@ -262,7 +398,7 @@ def of_state(name, state, kind="estimated"):
     tolerance = 1e-3 if kind == "estimated" else 1e-9
     yield f"{name} unknowns", state.unknowns, "outcome"
     yield f"{name} method", state.method, "outcome"
-    yield f"{name} warnings number", len(state.warnings), "outcome"
+    yield f"{name} warnings", " | ".join(state.warnings), "outcome"
     yield of(f"{name} iterations", state.iterations, tolerance=ABOUT)
     yield of(f"{name} error_estimate", state.error_estimate)
     for part, value in vars(state.error_parts or object).items() if state.error_parts else ():
