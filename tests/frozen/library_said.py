@@ -1,43 +1,32 @@
 """What states, paths and histories say of themselves: estimates and their parts, counts, tables, figures."""
 
 import html
+import os
 import re
 import tempfile
 from dataclasses import replace
 from unittest.mock import patch
 
+import meshio
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import microblock as mb
-from microblock import cost
+from microblock import command, cost
 from microblock.fem import meshes, meshes3d
-from microblock.halfplane.edges import fit
+from microblock.halfplane import search
 from microblock.halfplane.first_zones import first_zones
-from microblock.halfplane.search import amended
-from microblock.halfplane.survey import survey
-from microblock.model.picture import _everywhere, picture
+from microblock.model import picture, summary, zones
 from microblock.model.problem import Problem
 from microblock.model.proxy import proxy
-from microblock.model.zones import (
-    common,
-    contains,
-    distance_to_ends,
-    interrupted,
-    joined,
-    moved_on,
-    over_the_end,
-    runs,
-    without,
-    zone_changes,
-)
 from microblock.view import blocks, surface_figure
 
 from . import library
 from . import problems as given
 
-CLOSE = 1e-2  # estimates are differences of states, which rounding moves by a share of them
-ABOUT = 0.1  # steps, of many of which one more may be taken elsewhere
+DOUBT = "doubt", 1e-2  # estimates are differences of states, which rounding moves by a share of them
+STEPS = "doubt", 0.1  # of many of which one more may be taken elsewhere
+FIXED, CLOSE, READ = ("discrete", 1e-9), ("estimated", 1e-6), ("estimated", 1e-3)
 SOLID, OTHER = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1), mb.Cosserat(E=60, nu=0.2, beta=0.7, ell=0.2)
 PLANE, SECOND, CYLINDER = mb.HalfPlane(SOLID), mb.HalfPlane(OTHER), mb.Cylinder(10)
 PERIOD, WAVE, ROUGH = mb.HalfPlane(SOLID, 1.0), mb.Wave(0.01, 1.0), mb.Rough(1.0, 0.1, waves=(2, 8), seed=3)
@@ -83,7 +72,7 @@ ON_MESHES = {
     "half-space hills": (mb.HalfSpace(SOLID), _hills, LINE, None, 0.1),
     "half-space cone": (mb.HalfSpace(SOLID), mb.Cone(0.1), CLAMPED, None, 0.1),
 }
-FIXED = {  # on nodes that are given
+ON_NODES = {
     "panels": (PLANE, CYLINDER, TURNED, mb.Panels(order=6)),
     "punch": (PLANE, mb.Punch(0.3), LINE, mb.Panels(order=6)),
     "cells": (PLANE, CYLINDER, LEVERS, FEW),
@@ -100,16 +89,16 @@ FIXED = {  # on nodes that are given
 }
 BROAD, NARROW, TWO = ((-0.6, 0.6),), ((-0.05, 0.06),), ((-0.36, -0.2), (0.15, 0.4))
 TRIALS = {  # obstacle, law, zones of all corners or of each
-    "broad": (CYLINDER, TURNED, BROAD),
-    "narrow": (CYLINDER, BLOCKS, NARROW),
-    "two": (CYLINDER, LINE, TWO),
-    "crossed": (CYLINDER, TURNED, TWO, NARROW),
-    "one for two": (SHAPES["two bumps"], TURNED, BROAD),
-    "two bumps": (SHAPES["two bumps"], LINE, TWO),
-    "left alone": (SHAPES["two bumps"], BLOCKS, TWO[:1]),
-    "tip": (SHAPES["tip"], LINE, BROAD),
-    "kink": (SHAPES["skew wedge"], TURNED, NARROW),
-    "punch": (SHAPES["tilted"], TURNED, BROAD),
+    "broad": ("cylinder", TURNED, BROAD),
+    "narrow": ("cylinder", BLOCKS, NARROW),
+    "two": ("cylinder", LINE, TWO),
+    "crossed": ("cylinder", TURNED, TWO, NARROW),
+    "one for two": ("two bumps", TURNED, BROAD),
+    "two bumps": ("two bumps", LINE, TWO),
+    "left alone": ("two bumps", BLOCKS, TWO[:1]),
+    "tip": ("tip", LINE, BROAD),
+    "kink": ("skew wedge", TURNED, NARROW),
+    "punch": ("tilted", TURNED, BROAD),
 }
 PROXIES = {
     "waves": lambda x: np.cos(9 * x) + 0.1 * x**2,
@@ -181,6 +170,72 @@ HISTORIES = {
 }
 
 
+def table(where, values, kind=FIXED):
+    """Rows of texts as they are, and of numbers, all of which weigh in a sum."""
+    for part, value in values.items():
+        text = value is None or isinstance(value, str)
+        yield (f"{where} {part}", value, "outcome") if text else (f"{where} {part}", ramp(value), *kind)
+
+
+def ramp(values):
+    """A sum in which every finite number has a share of its own."""
+    numbers = np.ravel(values).astype(float)
+    return float(np.where(np.isfinite(numbers), numbers, 0.0) @ np.linspace(1, 2, len(numbers)))
+
+
+def words(thing):
+    """What something says of itself, without marks."""
+    marked = thing._repr_html_() if hasattr(thing, "_repr_html_") else ""
+    return f"{thing!r} " + " ".join(html.unescape(re.sub("<[^>]+>", " ", marked)).split())
+
+
+def of_state(name, state, kind=READ):
+    """Rows of counts, of estimates, and of what is read between nodes."""
+    parts = vars(state.error_parts) if state.error_parts else {}
+    zone_errors = {zone: own and np.sum(own) for zone, own in (state.zone_errors or {}).items()}
+    forces = ["load", "approach", "energy", "contact_area", "dissipation", "work", "tangential_approach"]
+    found = {part: getattr(state, part) for part in forces} | dict(state.zones or {})
+    if state.flat:
+        at = {f"gap {corner}": state.gap_at(corner, PLACES) for corner in state.law.corners}
+        found |= {"pressures": state.pressure_at(PLACES), "moments": state.micromoment_at(PLACES), **at}
+    sizes = [state.unknowns, *map(len, (state.zones or {}).values())]
+    texts = {"method": f"{state.method} {sizes}", "warnings": " | ".join(state.warnings)}
+    yield from table(name, texts | found, kind)
+    yield from table(name, {"error": state.error_estimate, **parts}, DOUBT)
+    yield from table(f"{name} error of", zone_errors, DOUBT)
+    yield from table(name, {"iterations": state.iterations}, STEPS)
+
+
+def of_files(name, state):
+    """Rows of the numbers in what is written for other programs."""
+    with tempfile.TemporaryDirectory() as folder:
+        for file in mb.to_vtk(state, f"{folder}/state"):
+            mesh = meshio.read(file)
+            cells = {"cells": " ".join(f"{len(own.data)} {own.type}" for own in mesh.cells)}
+            yield from table(f"{name} {file.stem}", cells | {"points": mesh.points} | mesh.point_data, CLOSE)
+
+
+def of_figure(name, drawing, kind=FIXED):
+    """Rows of the limits, ticks, texts, lines, images and collections of a figure."""
+    for number, axis in enumerate(drawing.axes):
+        texts = axis.get_xlabel(), axis.get_ylabel(), axis.get_title("left"), *axis.texts
+        found = {
+            "texts": " | ".join(getattr(text, "get_text", text.__str__)() for text in texts),
+            "looks": str([(own.get_label(), own.get_color(), own.get_linestyle()) for own in axis.lines]),
+            "limits": (*axis.get_xlim(), *axis.get_ylim(), *axis.get_yticks()),
+            **{f"line {i}": own.get_xydata() for i, own in enumerate(axis.lines)},
+            **{
+                f"image {i}": (ramp(own.get_array()), own.get_extent()[0])
+                for i, own in enumerate(axis.images)
+            },
+        }
+        for i, own in enumerate(axis.collections):
+            shown = [path.vertices for path in own.get_paths()] + [own.get_offsets(), own.get_facecolor()]
+            values = [] if own.get_array() is None else own.get_array()
+            found[f"collection {i}"] = np.concatenate([np.ravel(each) for each in (*shown, values)])
+        yield from table(f"{name} {number}", found, kind)
+
+
 def to_rtol(states):
     for name, (*parts, rtol) in states.items():
         yield from of_state(f"to rtol {name}", mb.Contact(*parts).solve(1.0, rtol=rtol))
@@ -191,294 +246,197 @@ def warned():
     for name, parts in WARNED.items():
         for load in (1.0, 0.05):
             state = mb.Contact(*parts).solve(load)
-            yield from of_state(f"warned {name} {load}", state, "discrete")
-            yield f"warned {name} {load} in words", words(state), "outcome"
+            yield from of_state(f"warned {name} {load}", state, FIXED)
+            yield from table(f"warned {name} {load}", {"words": words(state)})
 
 
 def on_nodes():
     """Rows of states, what they say in words, and their figures."""
-    for name, parts in FIXED.items():
+    for name, parts in ON_NODES.items():
         state = mb.Contact(*parts).solve(1.0)
-        yield from of_state(f"on nodes {name}", state, "discrete")
-        yield f"on nodes {name} caption", state.caption, "outcome"
-        for part in (state, state.problem, state.problem.body, state.law):
-            yield f"on nodes {name} {type(part).__name__} in words", words(part), "outcome"
-        yield from of_figure(f"on nodes {name} figure", state.plot())
-        yield from of_files(f"on nodes {name} file", state)
+        yield from of_state(name, state, FIXED)
+        shown = state, state.problem, state.problem.body, state.law
+        texts = {type(part).__name__: words(part) for part in shown}
+        yield from table(f"{name} in words", texts | {"caption": state.caption})
+        yield from of_figure(f"{name} figure", state.plot())
+        yield from of_files(f"{name} file", state)
+        for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
+            yield from of_figure(f"{name} {field}", state.plot_below(field))
         if name == "half-space":
             with patch.object(surface_figure, "Poly3DCollection", wraps=Poly3DCollection) as made:
                 state.plot_blocks()
-            faces = made.call_args
-            yield of(f"on nodes {name} faces", ramp(faces.args[0]), "discrete", 1e-9)
-            yield of(f"on nodes {name} colours", ramp(faces.kwargs["facecolors"]), "discrete", 1e-9)
-        for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
-            yield from of_figure(f"on nodes {name} {field}", state.plot_below(field))
+            faces, looks = made.call_args
+            yield from table(name, {"faces": faces[0], "colours": looks["facecolors"]})
 
 
 def on_the_way():
     """Rows of load paths and histories."""
     for name, (*parts, rtol) in PATHS.items():
         path = mb.Contact(*parts).path(1.0, rtol=rtol)
-        yield from of_figure(f"path {name} figure", path.plot(), CLOSE / 10)
-        yield f"path {name} first", path.first, "estimated", CLOSE / 10
+        yield from of_figure(f"path {name} figure", path.plot(), READ)
+        yield from table(f"path {name}", {"words": words(path), "first": path.first}, READ)
         for number, event in enumerate(path.events):
-            yield f"path {name} event {number}", f"{event.kind} {event.zone}", "outcome"
-            for part in ("load", "load_error", "x"):
-                yield of(f"path {name} event {number} {part}", getattr(event, part))
+            found = {part: getattr(event, part) for part in ("kind", "zone", "load", "load_error", "x")}
+            yield from table(f"path {name} event {number}", found, DOUBT)
     for name, (*parts, rtol) in HISTORIES.items():
         history = mb.Contact(*parts).history(SHEARED, rtol=rtol)
-        yield from of_figure(f"history {name} figure", history.plot(), CLOSE / 10)
+        yield from of_figure(f"history {name} figure", history.plot(), READ)
         for number, state in enumerate(history.states):
             yield from of_state(f"history {name} state {number}", state)
         for number, event in enumerate(history.events):
-            yield f"history {name} event {number} kind", event.kind, "outcome"
-            yield of(f"history {name} event {number} shear", event.shear)
+            found = {part: getattr(event, part) for part in ("kind", "shear", "load")}
+            yield from table(f"history {name} event {number}", found, DOUBT)
+
+
+def seen(name, law):
+    """The Problem of one of SHAPES with its picture."""
+    problem = Problem(SOLID, law, (SHAPES | {"cylinder": CYLINDER})[name])
+    return replace(problem, picture=picture.picture(problem, 1.0))
 
 
 def pictures():
     """Rows of what is seen of obstacles before anything is solved, in the plane and in space."""
-    for name, shape in SHAPES.items():
-        for law in (TURNED, ANGLE, LINE):
-            where, problem = f"seen {name} {law.corners} {law in (ANGLE,)}", Problem(SOLID, law, shape)
-            found = picture(problem, 1.0)
-            problem = replace(problem, picture=found)
-            zones, longest = next(first_zones(problem, 1.0))
-            kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
-            yield (
-                f"{where} counts",
-                f"{len(found.sites)} {len(found.edges)} {len(kinks)} {len(zones[0])}",
-                "outcome",
-            )
-            lengths = [
-                float(own[np.isfinite(own)].sum()) for own in (found.lengths, found.edges, found.sites)
-            ]
-            numbers = {
-                "half_width": found.half_width,
-                **dict(zip(("lengths", "edges", "sites"), lengths)),
-                "stretches": np.dot((1, 2), np.sum(problem.stretches, axis=0)),
-                "scale": min(problem.scale(0.1, 0.2), 9.0),
-                "sites of the last corner": problem.sites(len(law.corners) - 1).sum(),
-                "kinks": np.dot((1, 2), np.sum(kinks or [(0, 0)], axis=0)),
-                "tips": sum(problem.tips),
-                "ends": sum(end for corner in problem.corners for end in problem.ends_of(corner)),
-                "first zones": sum(np.dot((1, 2), np.sum(own, axis=0)) for own in zones.values()),
-                "longest cell": longest,
-            }
-            yield from (of(f"{where} {part}", value, "estimated", 1e-6) for part, value in numbers.items())
+    for name, (number, law) in ((name, each) for name in SHAPES for each in enumerate((TURNED, ANGLE, LINE))):
+        problem = seen(name, law)
+        first, longest = next(first_zones(problem, 1.0))
+        parts = {part: getattr(problem.picture, part) for part in ("half_width", "lengths", "edges", "sites")}
+        kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
+        counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
+        found = {
+            "stretches": problem.stretches,
+            "scale": problem.scale(0.1, 0.2),
+            "sites of the last corner": problem.sites(len(law.corners) - 1),
+            "kinks": kinks,
+            "tips": sorted(problem.tips),
+            "ends": [problem.ends_of(corner) for corner in problem.corners],
+            "first zones": [edge for own in first.values() for edge in np.ravel(own)],
+            "longest cell": longest,
+        }
+        yield from table(f"seen {name} {number}", {"counts": counts} | parts | found, CLOSE)
     for name, shape in IN_SPACE.items():
-        for law in (TURNED, LINE):
-            for window in (None, (-0.5, 0.5)):
-                contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
-                for level in ((1.0, None), (None, 0.02)):
-                    own = contact.solver._picture(*level, contact.solver._given_window())
-                    where = f"seen {name} {law.corners[0]} {window} {level[0]}"
-                    numbers = {
-                        "bound": own.bound,
-                        "radius": own.radius,
-                        "samples": own.samples[:, :2].sum(),
-                        "valleys": own.valleys[:, 2].sum(),
-                        "lowest": own.lowest[2],
-                        "separate": len(own.separate(own.bound)),
-                    }
-                    yield from (
-                        of(f"{where} {part}", value, "estimated", 1e-6) for part, value in numbers.items()
-                    )
+        for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
+            contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
+            for load, approach in ((1.0, None), (None, 0.02)):
+                own = contact.solver._picture(load, approach, contact.solver._given_window())
+                found = {part: getattr(own, part) for part in ("bound", "radius", "valleys", "lowest")}
+                found |= {"samples": own.samples[:, :2], "separate": own.separate(own.bound)}
+                yield from table(f"seen {name} {law.corners[0]} {window} {load}", found, CLOSE)
 
 
 def trials():
     """Rows of single steps of the search for zones, from zones that are wrong."""
     for name, (shape, law, *wrong) in TRIALS.items():
-        problem = Problem(SOLID, law, shape)
-        problem = replace(problem, picture=picture(problem, 1.0))
-        zones = dict(enumerate(wrong * len(problem.corners) if len(wrong) == 1 else wrong))
+        problem = seen(shape, law)
+        start = dict(enumerate(wrong * len(problem.corners) if len(wrong) == 1 else wrong))
         for load in (1.0, 0.1):
-            where = f"trial {name} load {load}"
             try:
-                state = fit(problem, load, zones, 8, 1e-4)
+                state = search.fit(problem, load, start, 8, 1e-4)
             except mb.NotConverged as failure:
-                yield f"{where} fails", f"{failure} in {failure.iterations}", "outcome"
+                yield f"trial {name} {load} fails", f"{failure} in {failure.iterations}", "outcome"
                 continue
-            found = survey(state)
-            further = amended(state, found, 1e-6)
-            counts = state.iterations, len(found.violations), len(found.least)
-            yield f"{where} steps, violations, minima, beyond", f"{counts} {found.beyond}", "outcome"
-            yield of(f"{where} share of edges", state.estimate.edges)
-            yield of(f"{where} worth", found.worth, tolerance=1e-4)
-            for part, own in (("zones", state.zones), ("further", state.further), ("amended", further or {})):
-                values = [np.dot((1, 2), np.sum(each, axis=0)) for each in own.values() if len(each)]
-                yield of(f"{where} {part}", sum(values), "estimated", 1e-6)
-            for number, each in enumerate(found.violations):
-                place = np.dot((1, 2, 4, 8), (each.corner, each.left, each.right, each.depth))
-                yield of(f"{where} violation {number}", place, "estimated", 1e-5)
-            yield of(f"{where} minima", sum(x + 10 * gap for _, x, gap in found.least), "estimated", 1e-5)
+            found = search.survey(state)
+            amended = search.amended(state, found, 1e-6) or {}
+            counts = state.iterations, len(found.violations), len(found.least), found.beyond
+            own = {"zones": state.zones, "further": state.further, "amended": amended}
+            places = {
+                part: [edge for own in each.values() for edge in np.ravel(own)] for part, each in own.items()
+            }
+            violations = [(own.corner, own.left, own.right, own.depth) for own in found.violations]
+            places |= {"violations": violations, "minima": found.least, "worth": found.worth}
+            yield from table(f"trial {name} {load}", {"counts": str(counts)} | places, READ)
+            yield from table(f"trial {name} {load}", {"share of edges": state.estimate.edges}, DOUBT)
+
+
+def first_cells(law, count):
+    """First zones of an obstacle over so many stretches of 48 cells."""
+    problem = Problem(SOLID, law, lambda x: 0.01 * np.sin(np.pi * x) ** 2)
+    stretches = tuple((place - 0.1, place + 0.1) for place in range(count))
+    wide = replace(problem, picture=picture.within(problem, 0.1, stretches, 0.1, 0.01))
+    return lambda: next(first_zones(wide, 0.1))
+
+
+def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float, float] | None = None):
+    """Computes.
+
+    load : it
+        goes on
+    nodes, names : both
+    """
 
 
 def parts():
-    """Rows of functions that take numbers and give numbers: samples, proxies, intervals, meshes, bytes."""
-    for name, shape in (SHAPES | {"cylinder": CYLINDER}).items():
-        for part, own in zip(("places", "heights"), _everywhere(shape, 0.1, 24, 1e4)):
-            yield f"{part} of {name} number", len(own), "outcome"
-            yield of(f"{part} of {name}", ramp(np.tanh(own)), "estimated", 1e-9)
+    """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
+    for name, shape in SHAPES.items():
+        x, heights = picture._everywhere(shape, 0.1, 24, 1e4)
+        yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
     for name, function in PROXIES.items():
-        own, sizes = proxy(function, np.linspace(-1, 2, 13), 1e-9), []
-        for part in ("edges", "singular", "jumps", "powers", "samples", "values", "lengths"):
-            values = np.asarray(getattr(own, part))
-            sizes.append(f"{part} {len(values)}")
-            yield of(f"proxy {name} {part}", ramp(values[np.isfinite(values)]), "estimated", 1e-5)
-        yield f"proxy {name} sizes", " ".join(sizes), "outcome"
-    pairs, other = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
-    x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
-    texts = {
-        "over the end": [
-            over_the_end(each, period) for each in (pairs, pairs[:2]) for period in (None, 1.5, 2.0)
-        ],
-        "joined": [joined([*pairs, *other], slack) for slack in (0.0, 0.25)],
-        "without": [without(pairs, *each) for each in other],
-        "common": common(pairs, other),
-        "changes": [zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))],
-        "contains": contains(pairs, x).tolist(),
-        "interrupted": interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
-        "runs": runs(flags).__repr__().replace("np.int64", ""),
-        "distance": distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
-        "moved": [moved_on({0: pairs}, {0: other}, share) for share in (0.5, 2.0, 2.1, -2.1)],
-        "of others": moved_on({0: pairs}, {0: other[:2]}, 0.5),
-    }
-    yield from ((f"intervals {name}", str(value), "outcome") for name, value in texts.items())
+        own = proxy(function, np.linspace(-1, 2, 13), 1e-9)
+        found = {part: np.asarray(value) for part, value in (vars(own) | {"lengths": own.lengths}).items()}
+        sizes = {"sizes": str({part: len(value) for part, value in found.items()})}
+        yield from table(f"proxy {name}", sizes | found, READ)
     for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):
         ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
-        for name, spacing, sizes in (
-            ("even", 0.1, ()),
-            ("parts", ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1)), ((0.4, 0.01),)),
-        ):
-            mesh = meshes.graded(ground, tips, spacing=spacing, levels=3, sizes=sizes)
+        finer = ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1))
+        graded = {
+            "even": meshes.graded(ground, tips, spacing=0.1, levels=3),
+            "finer": meshes.graded(ground, tips, spacing=finer, levels=3, sizes=((0.4, 0.01),)),
+        }
+        for name, mesh in graded.items():
             orders = meshes.falling_orders(mesh, ground, tips, 7)
-            yield (
-                f"mesh {half} {name} elements",
-                f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}",
-                "outcome",
-            )
+            yield f"mesh {half} {name}", f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}", "outcome"
         for quads in (True, False):
             mesh = meshes.uniform(ground, 0.15, quads)
-            points = ramp([vertex.point for vertex in mesh.vertices])
-            _, depths = meshes.thicknesses(mesh, mesh.Boundaries("contact"))
-            yield f"mesh {half} {quads} elements", f"{mesh.ne} {mesh.nv} {mesh.GetBoundaries()}", "outcome"
-            yield of(f"mesh {half} {quads} points and depths", points + ramp(depths), "discrete", 1e-12)
-    for order in (1, 2, 4):
-        yield of(f"longest element {order}", meshes.longest_element(SOLID, order), "definition", 1e-12)
-        stiff = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1)
-        yield f"locking {order}", str(meshes.locking(stiff, order, 0.3, 0.4)), "outcome"
-    grades = meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7)
-    yield of("grades", ramp(grades), "discrete", 1e-12)
-    yield of("lines", ramp(meshes.uniform_lines(0.5, 4.0, 0.12)), "discrete", 1e-12)
-    yield of("bytes of factors", cost.of_factors(1000, 50000), "definition", 1e-12)
-    yield of("bytes of nodes", cost.of_nodes(100), "definition", 1e-12)
-    for pairs in (1, 1000, 10**6):
-        with patch.object(cost, "available", lambda: 8e9):
-            yield (
-                f"history of {pairs}",
-                library.refused(lambda pairs=pairs: cost.require_history(9, 3000, pairs)),
-                "outcome",
-            )
-    for turn, depth in ((0.0, 0.0), (0.1, 0.01), (0.001, 0.3), (1.0, 2.0), (1e-5, 1e-6)):
-        yield f"magnified {turn} {depth}", f"{blocks.magnification(turn, depth):g}", "outcome"
-    for contact in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)]):
-        yield f"window {contact}", str(np.round(blocks.window(0.1, contact), 12).tolist()), "outcome"
-
-
-def of(name, value, kind="doubt", tolerance=CLOSE):
-    return (
-        (name, value, "outcome")
-        if value is None or isinstance(value, str)
-        else (name, value, kind, tolerance)
-    )
-
-
-def of_state(name, state, kind="estimated"):
-    """Rows of counts, of estimates, and of what is read between nodes."""
-    tolerance = 1e-3 if kind == "estimated" else 1e-9
-    yield f"{name} unknowns", state.unknowns, "outcome"
-    yield f"{name} method", state.method, "outcome"
-    yield f"{name} warnings", " | ".join(state.warnings), "outcome"
-    yield of(f"{name} iterations", state.iterations, tolerance=ABOUT)
-    yield of(f"{name} error_estimate", state.error_estimate)
-    for part, value in vars(state.error_parts or object).items() if state.error_parts else ():
-        yield of(f"{name} {part}", value)
-    for part in ("load", "approach", "energy", "contact_area", "dissipation", "work", "tangential_approach"):
-        yield of(f"{name} {part}", getattr(state, part), kind, tolerance)
-    for zone, own in (state.zones or {}).items():
-        yield f"{name} {zone} number", len(own), "outcome"
-        yield of(f"{name} {zone} edges", np.sum(own), kind, tolerance)
-    for zone, errors in (state.zone_errors or {}).items():
-        yield of(f"{name} {zone} errors", None if errors is None else np.sum(errors))
-    if state.flat:
-        yield of(f"{name} pressures", PLACES**2 @ state.pressure_at(PLACES), kind, tolerance)
-        yield of(f"{name} micromoments", PLACES**3 @ state.micromoment_at(PLACES), kind, tolerance)
-        for corner in state.law.corners:
-            gaps = np.where(np.isfinite(state.gap_at(corner, PLACES)), state.gap_at(corner, PLACES), 0.0)
-            yield of(f"{name} gaps {corner}", PLACES**3 @ gaps, kind, tolerance)
-
-
-def ramp(values):
-    """A sum in which every number has a share of its own."""
-    values = np.nan_to_num(np.ravel(values).astype(float))
-    return float(values @ np.linspace(1, 2, len(values)))
-
-
-def words(thing):
-    """What something says of itself, without marks."""
-    table = thing._repr_html_() if hasattr(thing, "_repr_html_") else ""
-    return f"{thing!r} " + " ".join(html.unescape(re.sub("<[^>]+>", " ", table)).split())
-
-
-def of_files(name, state):
-    """Rows of the numbers in what is written for other programs."""
-    import meshio
-
-    with tempfile.TemporaryDirectory() as folder:
-        for file in mb.to_vtk(state, f"{folder}/state"):
-            mesh, part = meshio.read(file), file.stem.rpartition("_")[2]
-            yield (
-                f"{name} {part} cells",
-                " ".join(f"{len(own.data)} {own.type}" for own in mesh.cells),
-                "outcome",
-            )
-            values = {"points": mesh.points, **mesh.point_data}
-            for entry, own in values.items():
-                yield of(f"{name} {part} {entry}", ramp(own), "discrete", 1e-6)
-
-
-def of_figure(name, drawing, close=1e-9):
-    """Rows of the limits, ticks, texts, lines and collections of a figure."""
-    for number, axis in enumerate(drawing.axes):
-        where = f"{name} {number}"
-        yield f"{where} texts", " | ".join(text.get_text() for text in axis.texts), "outcome"
-        yield (
-            f"{where} labels",
-            f"{axis.get_xlabel()} | {axis.get_ylabel()} | {axis.get_title('left')}",
-            "outcome",
-        )
-        yield of(
-            f"{where} limits", np.dot((1, 2, 3, 4), (*axis.get_xlim(), *axis.get_ylim())), "discrete", 1e-9
-        )
-        yield of(f"{where} ticks", np.sum(axis.get_yticks()), "discrete", close)
-        for line, own in enumerate(axis.lines):
-            points = np.nan_to_num(np.array(own.get_data(), float))
-            yield (
-                f"{where} line {line} is",
-                f"{own.get_label()} {own.get_color()} {own.get_linestyle()}",
-                "outcome",
-            )
-            yield of(f"{where} line {line}", ramp(points), "discrete", close)
-        for image, own in enumerate(axis.images):
-            yield of(
-                f"{where} image {image}", ramp(own.get_array()) + ramp(own.get_extent()), "discrete", close
-            )
-        for number, own in enumerate(axis.collections):
-            points = np.concatenate([path.vertices for path in own.get_paths()] or [np.zeros((0, 2))])
-            yield f"{where} collection {number} faces", len(np.unique(own.get_facecolor(), axis=0)), "outcome"
-            shown = (
-                ramp(points)
-                + ramp(own.get_offsets())
-                + ramp([] if own.get_array() is None else own.get_array())
-            )
-            yield of(f"{where} collection {number}", shown, "discrete", close)
+            found = {"points": [vertex.point for vertex in mesh.vertices], "sizes": f"{mesh.ne} {mesh.nv}"}
+            found["depths"] = meshes.thicknesses(mesh, mesh.Boundaries("contact"))
+            yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
+    stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
+    numbers = {
+        "longest element": [meshes.longest_element(SOLID, order) for order in orders],
+        "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
+        "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
+        "bytes": (cost.of_factors(1000, 50000), cost.of_nodes(100)),
+        "magnified": [
+            blocks.magnification(*each) for each in ((0, 0), (0.1, 0.01), (0.001, 0.3), (1e-5, 1e-6))
+        ],
+        "window": [blocks.window(0.1, each) for each in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])],
+    }
+    pairs, other = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
+    x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
+    one, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
+    texts = {
+        "over the end": [
+            zones.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
+        ],
+        "joined": [zones.joined([*pairs, *other], slack) for slack in (0.0, 0.25)],
+        "without": [zones.without(pairs, *each) for each in other],
+        "common": zones.common(pairs, other),
+        "changes": [zones.zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))],
+        "contains": zones.contains(pairs, x).tolist(),
+        "interrupted": zones.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
+        "runs": np.array(zones.runs(flags)).tolist(),
+        "distance": zones.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
+        "moved": [zones.moved_on({0: pairs}, {0: other}, share) for share in (0.5, 2.0, 2.1, -2.1)],
+        "moved of others": zones.moved_on({0: pairs}, {0: other[:2]}, 0.5),
+        "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
+        "calls": [summary.call(law) for law in (LEVERS, TURNED, LINE, one)],
+        "cut": [
+            summary.call(one, 20),
+            summary.call(one, 33),
+            summary.short("x" * 99, 9),
+            summary.short("x" * 7, 9),
+        ],
+        "elastic": words(mb.Elastic(100, 0.3)),
+        "alike": [one == same, hash(one) == hash(same), one == higher, one == "x"],
+        "options": [(own.name, own.kind.__name__, own.many, own.text) for own in command.options(solve)],
+        "first cells": [
+            library.refused(first_cells(*each)) for each in ((LINE, 42), (LINE, 3), (BLOCKS, 21), (BLOCKS, 3))
+        ],
+    }
+    with patch.object(cost, "available", lambda: 8e9), patch.dict(os.environ, COLUMNS="32"):
+        histories = [lambda n=n: cost.require_history(9, 3000, n) for n in (1, 10**6)]
+        texts["histories"] = [library.refused(history) for history in histories]
+        head, item = "A head of ``x`` that goes on, and on.", "label  its words, of which some\nare many more"
+        texts["help"] = command._wrapped(f"{head}\n\n{item}\n:of: :math:`y` alone")
+    yield from table("of numbers", numbers)
+    yield from table("in words", {name: str(value) for name, value in texts.items()})
+    yield from trials()

@@ -1,7 +1,5 @@
-"""What functions give that take numbers: samples, proxies, intervals, meshes, bytes, windows."""
+"""What functions give that take numbers, and single steps of the search for zones."""
 
 from .. import library_said
 
-
-def rows():
-    return library_said.parts()
+rows = library_said.parts

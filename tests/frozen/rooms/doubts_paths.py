@@ -2,6 +2,4 @@
 
 from .. import library_said
 
-
-def rows():
-    return library_said.on_the_way()
+rows = library_said.on_the_way

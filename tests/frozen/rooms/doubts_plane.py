@@ -1,7 +1,7 @@
 """Estimates, counts and errors of states on half-planes."""
 
+from functools import partial
+
 from .. import library_said
 
-
-def rows():
-    return library_said.to_rtol(library_said.IN_THE_PLANE)
+rows = partial(library_said.to_rtol, library_said.IN_THE_PLANE)

@@ -1,7 +1,5 @@
-"""What is seen of obstacles before anything is solved: widths, places, first zones, bounds."""
+"""What is seen of obstacles before anything is solved."""
 
 from .. import library_said
 
-
-def rows():
-    return library_said.pictures()
+rows = library_said.pictures

@@ -1,7 +1,5 @@
-"""Counts, tables and figures of states on nodes that are given."""
+"""Counts, words, figures and files of states on nodes that are given."""
 
 from .. import library_said
 
-
-def rows():
-    return library_said.on_nodes()
+rows = library_said.on_nodes
