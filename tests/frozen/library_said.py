@@ -401,21 +401,22 @@ def parts():
         "window": [blocks.window(0.1, each) for each in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])],
     }
     pairs, other = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
+    near = [(left + 0.01, right + 0.02) for left, right in pairs]
     x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
     one, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
     texts = {
         "over the end": [
             zones.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
         ],
-        "joined": [zones.joined([*pairs, *other], slack) for slack in (0.0, 0.25)],
+        "joined": [zones.joined(reversed(pairs), slack) for slack in (0.0, 0.2, 0.25)],
         "without": [zones.without(pairs, *each) for each in other],
         "common": zones.common(pairs, other),
         "changes": [zones.zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))],
-        "contains": zones.contains(pairs, x).tolist(),
+        "contains": zones.contains(other, x).tolist(),
         "interrupted": zones.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
         "runs": np.array(zones.runs(flags)).tolist(),
         "distance": zones.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
-        "moved": [zones.moved_on({0: pairs}, {0: other}, share) for share in (0.5, 2.0, 2.1, -2.1)],
+        "moved": [zones.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
         "moved of others": zones.moved_on({0: pairs}, {0: other[:2]}, 0.5),
         "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
         "calls": [summary.call(law) for law in (LEVERS, TURNED, LINE, one)],
