@@ -5,6 +5,7 @@ import os
 import re
 import tempfile
 from dataclasses import replace
+from itertools import product
 from unittest.mock import patch
 
 import meshio
@@ -14,7 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 import microblock as mb
 from microblock import command, cost
 from microblock.fem import meshes, meshes3d
-from microblock.halfplane import search
+from microblock.halfplane import coalescence, search
 from microblock.halfplane.first_zones import first_zones
 from microblock.model import picture, summary, zones
 from microblock.model.problem import Problem
@@ -288,17 +289,18 @@ def on_the_way():
             yield from table(f"history {name} event {number}", found, DOUBT)
 
 
-def seen(name, law):
+def seen(name, law, load=1.0):
     """The Problem of one of SHAPES with its picture."""
     problem = Problem(SOLID, law, (SHAPES | {"cylinder": CYLINDER})[name])
-    return replace(problem, picture=picture.picture(problem, 1.0))
+    return replace(problem, picture=picture.picture(problem, load))
 
 
 def pictures():
     """Rows of what is seen of obstacles before anything is solved, in the plane and in space."""
-    for name, (number, law) in ((name, each) for name in SHAPES for each in enumerate((TURNED, ANGLE, LINE))):
-        problem = seen(name, law)
-        first, longest = next(first_zones(problem, 1.0))
+    laws = (TURNED, 1.0), (ANGLE, 1.0), (LINE, 1.0), (TURNED, 1e-4)  # over less than a block at last
+    for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
+        problem = seen(name, law, load)
+        first, longest = next(first_zones(problem, load))
         parts = {part: getattr(problem.picture, part) for part in ("half_width", "lengths", "edges", "sites")}
         kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
         counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
@@ -364,6 +366,12 @@ def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float
     """
 
 
+def meeting(inner, outer, loads):
+    """Made-up (K0, K1) of the inner and the outer edge at loads: they vanish at load 1 and at 1.5."""
+    gone = 1 + abs(inner) ** 0.8 + abs(inner) ** 1.1
+    return [(load - gone, 1.0) for load in loads], [(1.5 - outer, 2.0) for _ in loads]
+
+
 def parts():
     """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
     for name, shape in SHAPES.items():
@@ -391,6 +399,7 @@ def parts():
             yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
     stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
     numbers = {
+        "coalescence": coalescence.extrapolated(meeting, SOLID, (1.0, 1.5, 2.0, 2.5), lambda outer: 0.35),
         "longest element": [meshes.longest_element(SOLID, order) for order in orders],
         "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
         "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
