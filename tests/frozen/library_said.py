@@ -153,13 +153,7 @@ PATHS = {
     "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
     "bumps": (PLANE, SHAPES["two bumps"], BLOCKS, None, 1e-3),
     "line": (PLANE, lambda x: x**2 / 20 - 0.0011 * np.exp(-(((x - 0.45) / 0.05) ** 2)), LINE, None, 1e-3),
-    "twins": (
-        PLANE,
-        lambda x: np.minimum(x**2, (np.abs(x - 1e-6) - 0.45) ** 2 + 0.003) / 20,
-        LINE,
-        None,
-        1e-3,
-    ),
+    "twins": (PLANE, lambda x: x**2 / 20 - 4e-4 * np.cos(25 * (x - 2e-7)), LINE, None, 1e-3),
     "fitted": (mb.Block(SOLID, 4.0), CYLINDER, BLOCKS, None, 2e-2),
     "body": (SLAB, SHAPES["two bumps"], BLOCKS, None, None),
 }
