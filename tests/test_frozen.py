@@ -22,5 +22,5 @@ def test_rows_guard_what_they_hold(name):
     assert rows
     for row in rows:
         assert row.kind in TOLERANCES, row.name
-        assert row.kind == "count" or row.tolerance <= GUARDED, row.name
+        assert row.kind in ("count", "doubt") or row.tolerance <= GUARDED, row.name
         assert row.kind != "outcome" or row.tolerance == 0, row.name

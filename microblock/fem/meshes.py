@@ -252,8 +252,8 @@ def _face(ground, tips, parts):
     names = ["contact" if left <= x < right else "free" for x in surface[:-1]]
     names += ["side", "bottom", "axis" if ground.half else "side"]
     vertices, edges = [occ.Vertex(occ.Pnt(*point, 0)) for point in corners], []
-    for vertex, (x, y) in zip(vertices, corners):
-        vertex.hpref = float(y == 0 and x in tips)
+    for vertex, x in zip(vertices, surface):
+        vertex.hpref = float(x in tips)
     for i, name in enumerate(names):
         edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
         edge.name, middle = name, (corners[i][0] + corners[(i + 1) % len(corners)][0]) / 2

@@ -11,7 +11,8 @@ definition   law, material, kernels, closed forms, problems at fixed nodes: 1e-1
 discrete     states and events on fixed meshes and cells: 1e-9
 estimated    what an error estimate speaks of: the estimate, 1e-9 at least and 1e-3 at most
 outcome      texts, classes of errors, numbers of zones and events: equal
-count        unknowns, iterations, residuals and estimates: shown, never a failure
+doubt        estimates, errors of loads and edges, differences that rounding moves: 1e-2
+count        unknowns and estimates, 0.1; iterations and residuals: shown, never a failure
 
 Another tolerance stands in the row, with its reason. Of a value 0 it is absolute.
 """
@@ -32,10 +33,12 @@ import numpy as np  # noqa: E402
 
 FOLDER = Path(__file__).with_name("rooms")
 COLUMNS = ("name", "value", "kind", "tolerance", "reason")
-TOLERANCES = {"definition": 1e-12, "discrete": 1e-9, "estimated": 1e-3, "outcome": 0.0, "count": np.inf}
+TOLERANCES = {"definition": 1e-12, "discrete": 1e-9, "estimated": 1e-3, "outcome": 0.0, "doubt": 1e-2}
+TOLERANCES["count"] = np.inf
 VANISHES = 1e-12  # what should be 0, such as the rotation under a flat punch
 LEVELS = (0.0, 1e-12, 1e-9, 1e-6, np.inf)
 ROOMS = tuple(module.name for module in pkgutil.iter_modules([str(FOLDER)]))
+DRIFTS = {"unknowns": 0.1, "error_estimate": 0.1}  # of those counted, what a change of algorithm may move
 COUNTED = {"unknowns", "iterations", "products", "nodes", "elements", "residual", "kkt", "error_estimate"}
 
 
@@ -48,6 +51,11 @@ def of_kind(name, value, kind, tolerance=None):
     if kind == "estimated":
         return name, value, kind, min(max(tolerance, TOLERANCES["discrete"]), TOLERANCES[kind])
     return name, value, kind
+
+
+def usual(kind, name):
+    """The tolerance of a row without one of its own."""
+    return DRIFTS.get(name.replace(".", " ").split()[-1], np.inf) if kind == "count" else TOLERANCES[kind]
 
 
 def written(value):
@@ -107,7 +115,7 @@ class Room:
                 row["name"],
                 row["value"],
                 row["kind"],
-                float(row["tolerance"] or TOLERANCES[row["kind"]]),
+                float(row["tolerance"] or usual(row["kind"], row["name"])),
                 "no longer computed",
                 row["reason"],
             )
@@ -148,8 +156,8 @@ class Room:
         value = old.value if kept and row.kind != "count" else row.value
         if old and old.reason and row.kind == old.kind:
             return row.name, value, row.kind, f"{old.tolerance:g}", old.reason
-        usual = row.tolerance == TOLERANCES[row.kind]
-        return row.name, value, row.kind, "" if usual else f"{row.tolerance:.1e}", ""
+        alike = row.tolerance == TOLERANCES[row.kind]
+        return row.name, value, row.kind, "" if alike else f"{row.tolerance:.1e}", ""
 
 
 def compare(rooms):

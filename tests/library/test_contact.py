@@ -139,6 +139,10 @@ def test_complementarity(kind, law):
         middle = contains(own, state.x, 0.2 * state.half_width) if kind == "panels" else slice(None)
         at_nodes = state.pressure_at(state.x[middle], corner)
         assert at_nodes == pytest.approx(p[middle], abs=1e-4 * p.max() + 1e-12)
+        moments = state.micromoment_at(state.x[middle]) / SOLID.ell  # at an edge between nodes it jumps
+        assert moments == pytest.approx(
+            state.micromoment[middle] / SOLID.ell, abs=0.01 * state.pressure.max()
+        )
     both = sum(state.pressure_at(x, corner) for corner in state.pressures)
     assert state.pressure_at(x) == pytest.approx(both)
 

@@ -1,0 +1,446 @@
+"""What states, paths and histories say of themselves: estimates and their parts, counts, tables, figures."""
+
+import html
+import os
+import re
+import tempfile
+from dataclasses import replace
+from itertools import product
+from unittest.mock import patch
+
+import meshio
+import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+import microblock as mb
+from microblock import command, cost
+from microblock.fem import meshes, meshes3d
+from microblock.halfplane import coalescence, search
+from microblock.halfplane.first_zones import first_zones
+from microblock.model import picture, summary, zones
+from microblock.model.problem import Problem
+from microblock.model.proxy import proxy
+from microblock.view import blocks, surface_figure
+
+from . import library
+from . import problems as given
+
+DOUBT = "doubt", 1e-2  # estimates are differences of states, which rounding moves by a share of them
+STEPS = "doubt", 0.1  # of many of which one more may be taken elsewhere
+FIXED, CLOSE, READ = ("discrete", 1e-9), ("estimated", 1e-6), ("estimated", 1e-3)
+SOLID, OTHER = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1), mb.Cosserat(E=60, nu=0.2, beta=0.7, ell=0.2)
+PLANE, SECOND, CYLINDER = mb.HalfPlane(SOLID), mb.HalfPlane(OTHER), mb.Cylinder(10)
+PERIOD, WAVE, ROUGH = mb.HalfPlane(SOLID, 1.0), mb.Wave(0.01, 1.0), mb.Rough(1.0, 0.1, waves=(2, 8), seed=3)
+BLOCKS, LINE, CLAMPED, TURNED = mb.Microblock(), mb.Unilateral(), mb.Microclamped(), mb.Microblock(0.004)
+LEVERS, ANGLE = (mb.Microblock(0.004, psi0_in="levers"), mb.Microblock(given.FUNCTIONS["slow wave"]))
+SHAPES = {name: given.FUNCTIONS[name] for name in ("two bumps", "tip", "skew wedge")}
+SHAPES |= {"wedge": mb.Wedge(0.02), "punch": mb.Punch(0.4), "tilted": mb.Punch(0.4, tilt=0.005)}
+PLACES = np.array([-0.31, -0.17, 0.03, 0.12, 0.26, 0.36])
+GRADES = meshes3d.graded(reach=0.6, step=0.2, far=2.0, growth=2.0)
+IN_A_CUBE = mb.Body(meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6), SOLID, 1, fixed="bottom")
+SLAB = mb.Body(library.mesh_of("block"), SOLID, 2, fixed="bottom")
+FEW, SHEARED = mb.Cells(nodes=64, window=(-0.8, 0.8)), [(1.0, 0.0), (1.0, 0.2), (0.8, -0.1)]
+RUB, RUBS = mb.Unilateral(friction=0.3), mb.Microblock(friction=0.3)
+
+
+def _hills(x1, x2):
+    return (x1**2 + (x2 - 0.1) ** 2) / 10 + 0.01 * np.cos(9 * x1) * np.cos(7 * x2)
+
+
+IN_THE_PLANE = {  # to an accuracy
+    **{
+        f"panels {law}": (PLANE, CYLINDER, law, None, 1e-3) for law in (BLOCKS, LINE, CLAMPED, TURNED, LEVERS)
+    },
+    "panels angle": (PLANE, CYLINDER, ANGLE, None, 1e-3),
+    **{f"panels {name}": (PLANE, shape, TURNED, None, 1e-3) for name, shape in SHAPES.items()},
+    **{f"line {name}": (PLANE, shape, LINE, None, 1e-3) for name, shape in SHAPES.items()},
+    **{
+        f"two {law}": (PLANE, mb.Deformable(SECOND, CYLINDER), law, None, 1e-3)
+        for law in (TURNED, LINE, CLAMPED)
+    },
+    **{
+        f"cells {law}": (PLANE, SHAPES["two bumps"], law, mb.Cells(), 5e-2) for law in (TURNED, LINE, CLAMPED)
+    },
+    **{f"waves {law}": (PERIOD, WAVE, law, None, 2e-2) for law in (TURNED, LINE, CLAMPED)},
+    "rough": (PERIOD, ROUGH, BLOCKS, None, 5e-2),
+}
+ON_MESHES = {
+    **{f"fitted {law}": (mb.Block(SOLID), CYLINDER, law, None, 1e-2) for law in (TURNED, LINE, CLAMPED)},
+    "fitted wedge": (mb.Block(SOLID, 4.0), SHAPES["wedge"], BLOCKS, None, 1e-2),
+    "fitted bumps": (mb.Block(SOLID, 4.0), SHAPES["two bumps"], BLOCKS, None, 2e-2),
+    **{f"body {law}": (SLAB, CYLINDER, law, None, 5e-2) for law in (TURNED, LINE)},
+    "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, None, 0.1),
+    "half-space hills": (mb.HalfSpace(SOLID), _hills, LINE, None, 0.1),
+    "half-space cone": (mb.HalfSpace(SOLID), mb.Cone(0.1), CLAMPED, None, 0.1),
+}
+ON_NODES = {
+    "panels": (PLANE, CYLINDER, TURNED, mb.Panels(order=6)),
+    "punch": (PLANE, mb.Punch(0.3), LINE, mb.Panels(order=6)),
+    "cells": (PLANE, CYLINDER, LEVERS, FEW),
+    "punch on cells": (PLANE, mb.Punch(0.3), TURNED, FEW),
+    "punch on a body": (SLAB, mb.Punch(0.4), TURNED, None),
+    "punch on a half-space": (mb.HalfSpace(SOLID), mb.FlatPunch(0.2), LINE, mb.Cells(32, (-0.4, 0.4))),
+    "two": (PLANE, mb.Deformable(SECOND, CYLINDER), CLAMPED, FEW),
+    "period": (PERIOD, WAVE, TURNED, mb.Cells(nodes=64)),
+    "body": (SLAB, CYLINDER, TURNED, None),
+    "newton": (SLAB, CYLINDER, CLAMPED, mb.Newton()),
+    "uniform": (mb.Block(SOLID, 4.0), SHAPES["skew wedge"], BLOCKS, mb.Uniform(h=0.2, order=2)),
+    "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, mb.Cells(nodes=32)),
+    "in space": (IN_A_CUBE, mb.Sphere(10), TURNED, None),
+}
+BROAD, NARROW, TWO = ((-0.6, 0.6),), ((-0.05, 0.06),), ((-0.36, -0.2), (0.15, 0.4))
+TRIALS = {  # obstacle, law, zones of all corners or of each
+    "broad": ("cylinder", TURNED, BROAD),
+    "narrow": ("cylinder", BLOCKS, NARROW),
+    "two": ("cylinder", LINE, TWO),
+    "crossed": ("cylinder", TURNED, TWO, NARROW),
+    "one for two": ("two bumps", TURNED, BROAD),
+    "two bumps": ("two bumps", LINE, TWO),
+    "left alone": ("two bumps", BLOCKS, TWO[:1]),
+    "tip": ("tip", LINE, BROAD),
+    "kink": ("skew wedge", TURNED, NARROW),
+    "punch": ("tilted", TURNED, BROAD),
+}
+PROXIES = {
+    "waves": lambda x: np.cos(9 * x) + 0.1 * x**2,
+    "corners": lambda x: np.abs(np.sin(3 * x)) + x,
+    "root": lambda x: np.sqrt(np.abs(x - 0.3)),
+    "step": lambda x: x + (x > 0.7),
+    "pit": lambda x: x**2 - 0.1 * np.exp(-(((x - 0.5) / 0.01) ** 2)),
+    "ends": lambda x: np.where(np.abs(x - 0.4) < 0.9, x**2, np.inf),
+    "curved": lambda x: np.abs(x - 0.2) ** 1.5 + np.maximum(x - 1, 0) ** 2,
+}
+IN_SPACE = {
+    "sphere": mb.Sphere(10),
+    "ellipsoid": mb.Ellipsoid(5.0, 20.0),
+    "cone": mb.Cone(0.1),
+    "punch": mb.FlatPunch(0.2),
+    "hills": _hills,
+}
+WARNED = {  # with loads at which something is to be said
+    "bump between nodes": (
+        SLAB,
+        lambda x: x**2 / 20 - 0.004 * np.exp(-(((x - 0.05) / 0.02) ** 2)),
+        TURNED,
+        None,
+    ),
+    "valley": (SLAB, mb.Obstacle(lambda x: x**2 - 0.02 * np.abs(x - 0.03), kinks=(0.03,)), LINE, None),
+    "wedge": (SLAB, SHAPES["wedge"], BLOCKS, None),
+    "bumps": (SLAB, SHAPES["two bumps"], LINE, None),
+    "samples": (
+        SLAB,
+        mb.Obstacle.from_samples(np.linspace(-1, 1, 41), np.linspace(-1, 1, 41) ** 2),
+        TURNED,
+        None,
+    ),
+    "thin layers": (SLAB.of(mb.Cosserat(E=100, nu=0.4995, beta=1, ell=0.004)), CYLINDER, BLOCKS, None),
+    "rough": (PERIOD, mb.Rough(1.0, 0.2, waves=(2, 30), seed=1), BLOCKS, mb.Cells(nodes=64)),
+    "samples on cells": (
+        PLANE,
+        mb.Obstacle.from_samples([-1, -0.1, 0.2, 1], [0.05, 0, 0.001, 0.04]),
+        LINE,
+        FEW,
+    ),
+    "bumps on elements": (
+        mb.Block(SOLID, 4.0),
+        SHAPES["two bumps"],
+        BLOCKS,
+        mb.Uniform(h=0.2, reach=0.8, order=1),
+    ),
+    "pins": (mb.HalfSpace(SOLID), _hills, TURNED, mb.Cells(32, (-0.25, 0.25))),
+}
+PATHS = {
+    "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
+    "bumps": (PLANE, SHAPES["two bumps"], BLOCKS, None, 1e-3),
+    "line": (PLANE, lambda x: x**2 / 20 - 0.0011 * np.exp(-(((x - 0.45) / 0.05) ** 2)), LINE, None, 1e-3),
+    "twins": (PLANE, lambda x: x**2 / 20 - 4e-4 * np.cos(25 * (x - 2e-7)), LINE, None, 1e-3),
+    "fitted": (mb.Block(SOLID, 4.0), CYLINDER, BLOCKS, None, 2e-2),
+    "body": (SLAB, SHAPES["two bumps"], BLOCKS, None, None),
+}
+HISTORIES = {
+    "panels": (PLANE, mb.Deformable(PLANE, CYLINDER), RUB, mb.Panels(), 0.02),
+    "cells": (PLANE, CYLINDER, RUBS, None, 0.1),
+    "wedge": (PLANE, SHAPES["wedge"], RUB, None, 0.1),
+    "body": (SLAB, CYLINDER, RUBS, None, None),
+}
+
+
+def table(where, values, kind=FIXED):
+    """Rows of texts as they are, and of numbers, all of which weigh in a sum."""
+    for part, value in values.items():
+        text = value is None or isinstance(value, str)
+        yield (f"{where} {part}", value, "outcome") if text else (f"{where} {part}", ramp(value), *kind)
+
+
+def ramp(values):
+    """A sum in which every finite number has a share of its own."""
+    numbers = np.ravel(values).astype(float)
+    return float(np.where(np.isfinite(numbers), numbers, 0.0) @ np.linspace(1, 2, len(numbers)))
+
+
+def words(thing):
+    """What something says of itself, without marks."""
+    marked = thing._repr_html_() if hasattr(thing, "_repr_html_") else ""
+    return f"{thing!r} " + " ".join(html.unescape(re.sub("<[^>]+>", " ", marked)).split())
+
+
+def of_state(name, state, kind=READ):
+    """Rows of counts, of estimates, and of what is read between nodes."""
+    parts = vars(state.error_parts) if state.error_parts else {}
+    zone_errors = {zone: own and np.sum(own) for zone, own in (state.zone_errors or {}).items()}
+    forces = ["load", "approach", "energy", "contact_area", "dissipation", "work", "tangential_approach"]
+    found = {part: getattr(state, part) for part in forces} | dict(state.zones or {})
+    if state.flat:
+        at = {f"gap {corner}": state.gap_at(corner, PLACES) for corner in state.law.corners}
+        found |= {"pressures": state.pressure_at(PLACES), "moments": state.micromoment_at(PLACES), **at}
+    sizes = [state.unknowns, *map(len, (state.zones or {}).values())]
+    texts = {"method": f"{state.method} {sizes}", "warnings": " | ".join(state.warnings)}
+    yield from table(name, texts | found, kind)
+    yield from table(name, {"error": state.error_estimate, **parts}, DOUBT)
+    yield from table(f"{name} error of", zone_errors, DOUBT)
+    yield from table(name, {"iterations": state.iterations}, STEPS)
+
+
+def of_files(name, state):
+    """Rows of the numbers in what is written for other programs."""
+    with tempfile.TemporaryDirectory() as folder:
+        for file in mb.to_vtk(state, f"{folder}/state"):
+            mesh = meshio.read(file)
+            cells = {"cells": " ".join(f"{len(own.data)} {own.type}" for own in mesh.cells)}
+            yield from table(f"{name} {file.stem}", cells | {"points": mesh.points} | mesh.point_data, CLOSE)
+
+
+def of_figure(name, drawing, kind=FIXED):
+    """Rows of the limits, ticks, texts, lines, images and collections of a figure."""
+    for number, axis in enumerate(drawing.axes):
+        texts = axis.get_xlabel(), axis.get_ylabel(), axis.get_title("left"), *axis.texts
+        found = {
+            "texts": " | ".join(getattr(text, "get_text", text.__str__)() for text in texts),
+            "looks": str([(own.get_label(), own.get_color(), own.get_linestyle()) for own in axis.lines]),
+            "limits": (*axis.get_xlim(), *axis.get_ylim(), *axis.get_yticks()),
+            **{f"line {i}": own.get_xydata() for i, own in enumerate(axis.lines)},
+            **{
+                f"image {i}": (ramp(own.get_array()), own.get_extent()[0])
+                for i, own in enumerate(axis.images)
+            },
+        }
+        for i, own in enumerate(axis.collections):
+            shown = [path.vertices for path in own.get_paths()] + [own.get_offsets(), own.get_facecolor()]
+            values = [] if own.get_array() is None else own.get_array()
+            found[f"collection {i}"] = np.concatenate([np.ravel(each) for each in (*shown, values)])
+        yield from table(f"{name} {number}", found, kind)
+
+
+def to_rtol(states):
+    for name, (*parts, rtol) in states.items():
+        yield from of_state(f"to rtol {name}", mb.Contact(*parts).solve(1.0, rtol=rtol))
+
+
+def warned():
+    """Rows of states of which something is to be said, under two loads."""
+    for name, parts in WARNED.items():
+        for load in (1.0, 0.05):
+            state = mb.Contact(*parts).solve(load)
+            yield from of_state(f"warned {name} {load}", state, FIXED)
+            yield from table(f"warned {name} {load}", {"words": words(state)})
+
+
+def on_nodes():
+    """Rows of states, what they say in words, and their figures."""
+    for name, parts in ON_NODES.items():
+        state = mb.Contact(*parts).solve(1.0)
+        yield from of_state(name, state, FIXED)
+        shown = state, state.problem, state.problem.body, state.law
+        texts = {type(part).__name__: words(part) for part in shown}
+        yield from table(f"{name} in words", texts | {"caption": state.caption})
+        yield from of_figure(f"{name} figure", state.plot())
+        yield from of_files(f"{name} file", state)
+        for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
+            yield from of_figure(f"{name} {field}", state.plot_below(field))
+        if name == "half-space":
+            with patch.object(surface_figure, "Poly3DCollection", wraps=Poly3DCollection) as made:
+                state.plot_blocks()
+            faces, looks = made.call_args
+            yield from table(name, {"faces": faces[0], "colours": looks["facecolors"]})
+
+
+def on_the_way():
+    """Rows of load paths and histories."""
+    for name, (*parts, rtol) in PATHS.items():
+        path = mb.Contact(*parts).path(1.0, rtol=rtol)
+        yield from of_figure(f"path {name} figure", path.plot(), READ)
+        yield from table(f"path {name}", {"words": words(path), "first": path.first}, READ)
+        for number, event in enumerate(path.events):
+            found = {part: getattr(event, part) for part in ("kind", "zone", "load", "load_error", "x")}
+            yield from table(f"path {name} event {number}", found, DOUBT)
+    for name, (*parts, rtol) in HISTORIES.items():
+        history = mb.Contact(*parts).history(SHEARED, rtol=rtol)
+        yield from of_figure(f"history {name} figure", history.plot(), READ)
+        for number, state in enumerate(history.states):
+            yield from of_state(f"history {name} state {number}", state)
+        for number, event in enumerate(history.events):
+            found = {part: getattr(event, part) for part in ("kind", "shear", "load")}
+            yield from table(f"history {name} event {number}", found, DOUBT)
+
+
+def seen(name, law, load=1.0):
+    """The Problem of one of SHAPES with its picture."""
+    problem = Problem(SOLID, law, (SHAPES | {"cylinder": CYLINDER})[name])
+    return replace(problem, picture=picture.picture(problem, load))
+
+
+def pictures():
+    """Rows of what is seen of obstacles before anything is solved, in the plane and in space."""
+    laws = (TURNED, 1.0), (ANGLE, 1.0), (LINE, 1.0), (TURNED, 1e-4)  # over less than a block at last
+    for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
+        problem = seen(name, law, load)
+        first, longest = next(first_zones(problem, load))
+        parts = {part: getattr(problem.picture, part) for part in ("half_width", "lengths", "edges", "sites")}
+        kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
+        counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
+        found = {
+            "stretches": problem.stretches,
+            "scale": problem.scale(0.1, 0.2),
+            "sites of the last corner": problem.sites(len(law.corners) - 1),
+            "kinks": kinks,
+            "tips": sorted(problem.tips),
+            "ends": [problem.ends_of(corner) for corner in problem.corners],
+            "first zones": [edge for own in first.values() for edge in np.ravel(own)],
+            "longest cell": longest,
+        }
+        yield from table(f"seen {name} {number}", {"counts": counts} | parts | found, CLOSE)
+    for name, shape in IN_SPACE.items():
+        for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
+            contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
+            for load, approach in ((1.0, None), (None, 0.02)):
+                own = contact.solver._picture(load, approach, contact.solver._given_window())
+                found = {part: getattr(own, part) for part in ("bound", "radius", "valleys", "lowest")}
+                found |= {"samples": own.samples[:, :2], "separate": own.separate(own.bound)}
+                yield from table(f"seen {name} {law.corners[0]} {window} {load}", found, CLOSE)
+
+
+def trials():
+    """Rows of single steps of the search for zones, from zones that are wrong."""
+    for name, (shape, law, *wrong) in TRIALS.items():
+        problem = seen(shape, law)
+        start = dict(enumerate(wrong * len(problem.corners) if len(wrong) == 1 else wrong))
+        for load in (1.0, 0.1):
+            try:
+                state = search.fit(problem, load, start, 8, 1e-4)
+            except mb.NotConverged as failure:
+                yield f"trial {name} {load} fails", f"{failure} in {failure.iterations}", "outcome"
+                continue
+            found = search.survey(state)
+            amended = search.amended(state, found, 1e-6) or {}
+            counts = state.iterations, len(found.violations), len(found.least), found.beyond
+            own = {"zones": state.zones, "further": state.further, "amended": amended}
+            places = {
+                part: [edge for own in each.values() for edge in np.ravel(own)] for part, each in own.items()
+            }
+            violations = [(own.corner, own.left, own.right, own.depth) for own in found.violations]
+            places |= {"violations": violations, "minima": found.least, "worth": found.worth}
+            yield from table(f"trial {name} {load}", {"counts": str(counts)} | places, READ)
+            yield from table(f"trial {name} {load}", {"share of edges": state.estimate.edges}, DOUBT)
+
+
+def first_cells(law, count):
+    """First zones of an obstacle over so many stretches of 48 cells."""
+    problem = Problem(SOLID, law, lambda x: 0.01 * np.sin(np.pi * x) ** 2)
+    stretches = tuple((place - 0.1, place + 0.1) for place in range(count))
+    wide = replace(problem, picture=picture.within(problem, 0.1, stretches, 0.1, 0.01))
+    return lambda: next(first_zones(wide, 0.1))
+
+
+def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float, float] | None = None):
+    """Computes.
+
+    load : it
+        goes on
+    nodes, names : both
+    """
+
+
+def meeting(inner, outer, loads):
+    """Made-up (K0, K1) of the inner and the outer edge at loads: they vanish at load 1 and at 1.5."""
+    gone = 1 + abs(inner) ** 0.8 + abs(inner) ** 1.1
+    return [(load - gone, 1.0) for load in loads], [(1.5 - outer, 2.0) for _ in loads]
+
+
+def parts():
+    """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
+    for name, shape in SHAPES.items():
+        x, heights = picture._everywhere(shape, 0.1, 24, 1e4)
+        yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
+    for name, function in PROXIES.items():
+        own = proxy(function, np.linspace(-1, 2, 13), 1e-9)
+        found = {part: np.asarray(value) for part, value in (vars(own) | {"lengths": own.lengths}).items()}
+        sizes = {"sizes": str({part: len(value) for part, value in found.items()})}
+        yield from table(f"proxy {name}", sizes | found, READ)
+    for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):
+        ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
+        finer = ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1))
+        graded = {
+            "even": meshes.graded(ground, tips, spacing=0.1, levels=3),
+            "finer": meshes.graded(ground, tips, spacing=finer, levels=3, sizes=((0.4, 0.01),)),
+        }
+        for name, mesh in graded.items():
+            orders = meshes.falling_orders(mesh, ground, tips, 7)
+            yield f"mesh {half} {name}", f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}", "outcome"
+        for quads in (True, False):
+            mesh = meshes.uniform(ground, 0.15, quads)
+            found = {"points": [vertex.point for vertex in mesh.vertices], "sizes": f"{mesh.ne} {mesh.nv}"}
+            found["depths"] = meshes.thicknesses(mesh, mesh.Boundaries("contact"))
+            yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
+    stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
+    numbers = {
+        "coalescence": coalescence.extrapolated(meeting, SOLID, (1.0, 1.5, 2.0, 2.5), lambda outer: 0.35),
+        "longest element": [meshes.longest_element(SOLID, order) for order in orders],
+        "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
+        "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
+        "bytes": (cost.of_factors(1000, 50000), cost.of_nodes(100)),
+        "magnified": [
+            blocks.magnification(*each) for each in ((0, 0), (0.1, 0.01), (0.001, 0.3), (1e-5, 1e-6))
+        ],
+        "window": [blocks.window(0.1, each) for each in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])],
+    }
+    pairs, other = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
+    near = [(left + 0.01, right + 0.02) for left, right in pairs]
+    x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
+    one, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
+    texts = {
+        "over the end": [
+            zones.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
+        ],
+        "joined": [zones.joined(reversed(pairs), slack) for slack in (0.0, 0.2, 0.25)],
+        "without": [zones.without(pairs, *each) for each in other],
+        "common": zones.common(pairs, other),
+        "changes": [zones.zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))],
+        "contains": zones.contains(other, x).tolist(),
+        "interrupted": zones.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
+        "runs": np.array(zones.runs(flags)).tolist(),
+        "distance": zones.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
+        "moved": [zones.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
+        "moved of others": zones.moved_on({0: pairs}, {0: other[:2]}, 0.5),
+        "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
+        "calls": [summary.call(law) for law in (LEVERS, TURNED, LINE, one)],
+        "cut": [
+            summary.call(one, 20),
+            summary.call(one, 33),
+            summary.short("x" * 99, 9),
+            summary.short("x" * 7, 9),
+        ],
+        "elastic": words(mb.Elastic(100, 0.3)),
+        "alike": [one == same, hash(one) == hash(same), one == higher, one == "x"],
+        "options": [(own.name, own.kind.__name__, own.many, own.text) for own in command.options(solve)],
+        "first cells": [
+            library.refused(first_cells(*each)) for each in ((LINE, 42), (LINE, 3), (BLOCKS, 21), (BLOCKS, 3))
+        ],
+    }
+    with patch.object(cost, "available", lambda: 8e9), patch.dict(os.environ, COLUMNS="32"):
+        histories = [lambda n=n: cost.require_history(9, 3000, n) for n in (1, 10**6)]
+        texts["histories"] = [library.refused(history) for history in histories]
+        head, item = "A head of ``x`` that goes on, and on.", "label  its words, of which some\nare many more"
+        texts["help"] = command._wrapped(f"{head}\n\n{item}\n:of: :math:`y` alone")
+    yield from table("of numbers", numbers)
+    yield from table("in words", {name: str(value) for name, value in texts.items()})
+    yield from trials()
