@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import microblock as mb
 from cases import rough
 
 
@@ -24,22 +23,6 @@ def change(coarse, fine):
 def test_estimate_bounds_the_change_to_four_times_as_many_cells(solve, nodes):
     coarse = solve(nodes)
     assert change(coarse, solve(4 * nodes)) < coarse.error_estimate < 0.05
-
-
-def test_aligned_blocks_meet_the_panels():
-    cells = rough.cylinder(psi0=0.0)
-    panels = cells.problem.with_(law=mb.Microblock(), method=mb.Panels()).solve(load=cells.load, rtol=1e-6)
-    wrong = np.linalg.norm(cells.pressure - panels.pressure_at(cells.x)) / np.linalg.norm(cells.pressure)
-    assert wrong < cells.error_estimate < 5e-3
-    assert cells.half_width == pytest.approx(panels.half_width, abs=4 / 2048)  # a cell
-
-
-def test_mirrored_rotations_give_the_mirror_image():
-    state = rough.cylinder(0.3, seed=5, nodes=512)
-    law = mb.Microblock(lambda x: -state.law.psi0(-x))
-    other = state.problem.with_(law=law).solve(load=state.load)
-    for corner, opposite in ("AB", "BA"):  # residuals of 1e-9, pressures of order 1
-        assert other.pressures[opposite][::-1] == pytest.approx(state.pressures[corner], rel=0, abs=1e-7)
 
 
 def test_the_contact_of_both_corners_goes_first_and_scatters():

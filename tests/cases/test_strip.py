@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cases import strip as script
-from cases.__main__ import main
 from cases.closed_forms import Strip
 from cases.commands import strip
 
@@ -75,30 +74,6 @@ def test_script_finds_layers_and_full_contact():
     assert (*script.lengths(states[0]), script.full_contact(states[0].problem)) == pytest.approx(
         (exact.L_psi, exact.L_u, exact.delta_fc), rel=1e-9
     )
-
-
-@pytest.mark.parametrize(
-    "status, words",
-    [
-        (2, "--nu 0.5"),
-        (2, "--beta 0"),
-        (2, "--psi0-deg 60"),
-        (2, "--order 0"),
-        (2, "--rtol 1e-3 --order 2"),
-        (1, "--rtol 1e-17"),
-        (1, "--ell-over-H 1e-6"),
-        (1, "--method penalty --rho 1e3 --rtol 1e-6"),
-        (1, "--rho 1e16 --order 6 --elements 2"),
-        (0, "--order 4 --delta-over-H 0.2"),
-    ],
-)
-def test_exit_status(status, words, capsys):
-    assert main(["strip", *words.split(), "--json", "-"]) == status
-    printed = capsys.readouterr()
-    lines = [line for line in printed.err.splitlines() if not line.startswith("warning: ")]
-    assert len(lines) == (status > 0)
-    # a bad argument is named; delta = 0.2 H is beyond small strain
-    assert words.split()[0] in printed.err if status == 2 else status == 1 or "small strain" in printed.out
 
 
 def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):

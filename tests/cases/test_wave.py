@@ -5,16 +5,6 @@ import pytest
 
 from cases import wave
 from microblock.halfplane.kernels import symbol
-from tests.closed_forms import Wavy
-
-
-def test_classical_contact_is_westergaards():
-    states = wave.solve(nodes=1024, last=0.99, loads=9)["classical"]
-    for state, length in zip(states, wave.in_contact(states, np.max)):
-        exact = Wavy(1.0, 1.0, state.load)
-        assert length == pytest.approx(2 * exact.half_width, abs=2 / 1024)  # a cell at either edge
-        # the square of a cell's width
-        assert state.approach / wave.AMPLITUDE == pytest.approx(exact.approach_over_amplitude, abs=2e-5)
 
 
 def test_all_corners_close_at_the_load_of_the_closed_form():

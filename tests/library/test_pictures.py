@@ -75,18 +75,6 @@ def test_pictures_do_not_magnify_rounding(block):
     assert np.all(np.nan_to_num(shown) == 0)
 
 
-def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
-    wave = solved(mb.Wave(0.01, 1.0), LINE, mb.Cells(nodes=256), mb.HalfPlane(SOLID, 1.0), 0.5)
-    fitted = solved(law=mb.Microclamped(), body=mb.Block(SOLID), rtol=1e-2)
-    for state in (solved(), solved(mb.Punch(0.3), LINE), fitted, on_mesh(block), wave):
-        assert len(repr(state)) < 150 and "force per thickness" in state._repr_html_()
-        assert ink(state.plot()) > 0.01  # lines and letters on white
-        for one in (state.problem, state.problem.body, state.solid):
-            assert "<table" in one._repr_html_() and len(str(one)) < 250
-    solved().plot_blocks(tmp_path / "load_0.5")
-    assert [file.name for file in tmp_path.iterdir()] == ["load_0.5.png"]
-
-
 # fields below
 
 
