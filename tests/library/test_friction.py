@@ -9,7 +9,7 @@ import microblock as mb
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.halfplane.kernels import symbol
-from microblock.halfplane.shear_cells import frictional_contact, with_counter
+from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
 from tests import friction_histories
 
@@ -64,25 +64,6 @@ def test_a_wave_on_cells_answers_as_in_fourier_space():
     for place in (400, 480, 497):
         direct = (known @ (packet * np.exp(1j * waves * x[place]))).real / np.pi
         assert found[:, place] == pytest.approx(direct, abs=2e-3 * np.abs(direct).max())
-
-
-def test_corners_press_and_drag_a_second_body_where_they_stand():
-    """A at x - ell/2, B at x + ell/2; Flamant's solution, upside down. Cells are averages, 1e-3 of their
-    distance squared; surfaces are drawn to a load, so that what is added to u1 has Y's sign.
-    """
-    second, edges = mb.Cosserat(E=2.0, nu=0.2, ell=0.1, beta=0), cells(40, 1.0)
-    problem, n = Problem(half_plane().solid, BLOCKS, None, counter=second), len(edges)
-    plain = frictional_contact(problem, edges, np.zeros((2, n)))
-    whole = with_counter(plain, problem, edges)
-    x, i, j, c = edges.mean(axis=1), 2, n - 2, 0.8 / second.mu  # cells far from each other, i on the left
-    corners = np.array((-0.125, 0.125))
-    depth = -c / np.pi * np.log(np.abs(x[i] - x[j] + corners[:, None] - corners) / second.ell)
-    normal = whole.normal - plain.normal
-    cross = whole.cross - np.tile(plain.cross, (2, 1))
-    along = whole.tangential - np.tile(plain.tangential, (2, 2))
-    assert normal.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(depth, abs=2e-3)
-    assert along.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(depth, abs=2e-3)
-    assert cross.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(-(1 - 2 * 0.2) / (4 * second.mu), rel=1e-9)
 
 
 @pytest.mark.parametrize(
