@@ -13,16 +13,11 @@ FILE       two columns, x (ascending) and height, with commas, semicolons or bla
            a thousand in contact take minutes, with a window seconds.
 """
 
-import os
 import sys
 from math import radians
 from typing import Any, Literal
 
-# threads stall small dense work on busy cores; set before numpy is first imported
-for library in ("OPENBLAS", "OMP"):
-    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-
-from . import (  # noqa: E402
+from . import (
     BadArgument,
     Cells,
     Contact,
@@ -34,11 +29,11 @@ from . import (  # noqa: E402
     Unilateral,
     __version__,
 )
-from .command import run  # noqa: E402
-from .data.expressions import function_of_x  # noqa: E402
-from .data.samples import read_samples  # noqa: E402
-from .model.plain_data import plain_data  # noqa: E402
-from .model.sharp import unbounded  # noqa: E402
+from .command import run
+from .data.expressions import function_of_x
+from .data.samples import read_samples
+from .model.plain_data import plain_data
+from .model.sharp import unbounded
 
 
 def solve(

@@ -111,7 +111,7 @@ def sweep(
         done = len({*keys}) - len(missing)
         with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
             for key, outcome in _outcomes(executor, workers, function, missing, records is not None):
-                known[key] = {"key": key, "point": _shown(missing[key]), **outcome}
+                known[key] = {"key": key, "point": missing[key], **outcome}
                 append(known[key])
                 progress.update()
     return _rows(points, [known[key] for key in keys])
@@ -231,24 +231,16 @@ def _told(failure):
     return f"{type(failure).__name__}: {' '.join(str(failure).split())}"
 
 
-def _shown(point):
-    """A point as JSON's types and texts."""
-    known = json.dumps(
-        point, default=lambda value: value.item() if isinstance(value, np.generic) else repr(value)
-    )
-    return json.loads(known)
-
-
 def _rows(points, found):
     names = dict.fromkeys(name for one in found for name in one["answer"] or ())
     arguments = dict.fromkeys(name for point in points for name in point)
     return [
         {
-            **{name: one["point"].get(name) for name in arguments},
+            **{name: point.get(name) for name in arguments},
             **{name: (one["answer"] or {}).get(name) for name in names},
             **{name: one[name] for name in ("seconds", "error")},
         }
-        for one in found
+        for point, one in zip(points, found)
     ]
 
 
@@ -270,7 +262,7 @@ def _opened(path, quiet):
         def append(record):
             record["modules"] = record.get("modules") or loaded()  # of a process that died, this one's
             with writing(path, "records"):
-                file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+                file.write(json.dumps(record, default=str).encode() + b"\n")
                 os.fsync(file.fileno())
 
         yield _read(path, file, quiet), append
