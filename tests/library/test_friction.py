@@ -11,7 +11,6 @@ from microblock.errors import out_of_reach
 from microblock.halfplane.kernels import symbol
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
-from tests import friction_histories
 
 P, F = np.pi / 4, 0.3  # E* = 1 and R = 1: the classical contact is |x1| < 1
 PAIRS = ((P, 0.0), (P, 0.7 * F * P), (0.8 * P, -0.2 * F * P))
@@ -144,12 +143,6 @@ def test_a_surface_that_slips_both_ways_sticks_nowhere(law, alpha, f, pairs):
         and zones["slip"] == zones["contact"]
         and len(zones["contact"]) == 1 + (alpha == 1)
     )
-
-
-@pytest.mark.parametrize("seed", [0, 4])
-def test_seeded_histories_are_right(seed):
-    """Of 300, `python -m tests.friction_histories 300`, none is wrong."""
-    assert friction_histories.outcome(seed)[1] == "right"
 
 
 # --- equal bodies on panels
