@@ -10,6 +10,7 @@ from functools import cache
 from importlib import metadata, util
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from ..errors import BadArgument
 
@@ -44,11 +45,11 @@ def loaded() -> dict[str, object]:
 def made_of(name: str) -> object:
     """Returns the versions of the packages that install a module, else a digest of its files, or None."""
     try:
-        spec = util.find_spec(name)
-        found = spec and (spec.submodule_search_locations or [spec.origin])
+        spec: Any = util.find_spec(name)
+        found = [*(spec.submodule_search_locations or [spec.origin])] if spec else []
     except ValueError:  # of a script, or of what was made in memory
         found = [getattr(sys.modules.get(name), "__file__", None)]
-    places = [Path(place) for place in found or () if place]
+    places = [Path(place) for place in found if place]
     if any({"site-packages", "dist-packages"} & {*place.parts} for place in places):
         return [metadata.version(package) for package in _distributions().get(name, ())]
     files = [file for place in places for file in sorted(place.rglob("*.py")) or [place] if file.is_file()]
