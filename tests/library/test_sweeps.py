@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
+from microblock.data.provenance import digest
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -162,3 +163,5 @@ def test_processes_find_what_threads_have_computed(tmp_path, capsys):
     study = partial(mb.sweep, partial(called, str(log)), {"x": (1.0, 2.0)}, records=file)
     assert study(executor=THREAD, quiet=True) == study(workers=1) and calls(log) == [1, 2]
     assert "1 points of other code" in capsys.readouterr().out
+    word, equal = "steel", "".join(("st", "eel"))  # two objects
+    assert digest(called, {"a": word, "b": word}) == digest(called, {"a": word, "b": equal})
