@@ -210,13 +210,6 @@ def test_states_on_a_path_have_the_rtol_that_was_asked_for():
     assert any("few nodes" in words for words in leaning.warnings)
 
 
-def test_loads_are_reported_as_they_were_given():
-    """Tables of several methods are joined on them."""
-    for method in METHODS:
-        loads = [0.3, 1.0, 10.0]
-        assert [pressed(flat(), BLOCKS, method, load=load).load for load in loads] == loads
-
-
 def test_a_deformed_mesh_is_refused():
     """Its deformation counted without rtol, and was dropped with it."""
     mesh = flat()

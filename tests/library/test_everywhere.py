@@ -12,7 +12,7 @@ from microblock.halfplane import search
 from microblock.halfplane.kernels import short_waves
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
-from microblock.model.proxy import TooRough, proxy
+from microblock.model.proxy import proxy
 from tests.states import apart
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -363,18 +363,6 @@ def test_singular_points_are_found_where_they_are(name):
     assert found.singular == pytest.approx(places, abs=1e-7) and len(found.lengths) <= pieces
     # differences of 1e-6
     assert found.jumps == pytest.approx(jumps, rel=1e-6, abs=1e-9, nan_ok=True)
-
-
-def test_a_pit_narrower_than_the_first_intervals_has_pieces_of_its_width():
-    found = proxy(lambda x: x**2 + 1e-4 * np.exp(-(((x - 0.1) / 0.002) ** 2)), FIRST)
-    near = np.abs((found.edges[1:] + found.edges[:-1]) / 2 - 0.1) < 0.004
-    # 14 points on a few widths of a Gaussian
-    assert found.lengths[near].max() < 0.01 < found.lengths[~near].max() and len(found.singular) == 0
-
-
-def test_noise_is_told_from_a_function():
-    with pytest.raises(TooRough, match="quickly"):
-        proxy(lambda x: x**2 + 1e-6 * np.sin(1e9 * x), FIRST)
 
 
 # --- events of a load path: what was read before does not change them, and their errors hold
