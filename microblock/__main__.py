@@ -13,16 +13,11 @@ FILE       two columns, x (ascending) and height, with commas, semicolons or bla
            a thousand in contact take minutes, with a window seconds.
 """
 
-import os
 import sys
 from math import radians
 from typing import Any, Literal
 
-# threads stall small dense work on busy cores; set before numpy is first imported
-for library in ("OPENBLAS", "OMP"):
-    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-
-from . import (  # noqa: E402
+from . import (
     BadArgument,
     Cells,
     Contact,
@@ -34,12 +29,11 @@ from . import (  # noqa: E402
     Unilateral,
     __version__,
 )
-from .command import run  # noqa: E402
-from .data.expressions import function_of_x  # noqa: E402
-from .data.samples import read_samples  # noqa: E402
-from .model.plain_data import plain_data  # noqa: E402
-from .model.sharp import unbounded  # noqa: E402
-from .model.summary import number  # noqa: E402
+from .command import run
+from .data.expressions import function_of_x
+from .data.samples import read_samples
+from .model.plain_data import plain_data
+from .model.sharp import unbounded
 
 
 def solve(
@@ -116,34 +110,17 @@ def figure(result):
     return {f"contact_{load}": state.plot() for load, state in zip(loads, result["states"])}
 
 
-def to_dict(result):
-    """The states with the loads that were given: those of the states have the rounding of a sum."""
-    data = plain_data(result)
-    for load, state in zip(data["parameters"]["loads"], data["states"]):
-        state["load"] = load
-    return data
-
-
 def table(result):
-    """What is printed: the parameters as taken, and a row a state."""
-    first = result["states"][0]
-    solid, ends = first.solid, getattr(first.solution.problem.obstacle, "ends", None)
-    words = {name: getattr(solid, name) for name in ("E", "nu", "beta", "ell")}
-    words |= {"psi0": first.law.psi0} if isinstance(first.law, Microblock) else {}
-    shown = f"{type(first.law).__name__}, " + " ".join(f"{name}={number(words[name])}" for name in words)
-    where = f", x from {ends[0]:g} to {ends[1]:g}" if ends else ""
-    if isinstance(first.problem.method, Cells):
-        where = ", x from {:g} to {:g}".format(*first.problem.method.window)
-    return {
-        "parameters": f"{shown} rtol={result['parameters']['rtol']:g}{where}",
-        "states": [row(*pair) for pair in zip(result["parameters"]["loads"], result["states"])],
-        **({"events": plain_data(result["events"])} if "events" in result else {}),
-    }
+    """What is printed: material and law as taken, and a row a state."""
+    first, rtol = result["states"][0], result["parameters"]["rtol"]
+    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": rtol}
+    events = {"events": plain_data(result["events"])} if "events" in result else {}
+    return {**taken, "states": list(map(row, result["states"])), **events}
 
 
-def row(load, state):
+def row(state):
     return {
-        "load": load,
+        "load": state.load,
         "contact_length": state.contact_area,
         "zones": len(state.zones["contact"]),
         "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),

@@ -10,9 +10,7 @@ which a `solve` that writes files takes as `out`. Lists named "warnings" go to s
 import argparse
 import inspect
 import re
-import shutil
 import sys
-import textwrap
 import time
 import traceback
 import types
@@ -123,8 +121,8 @@ def parser(program, module, known):
     head, _, rest = inspect.getdoc(module).partition("\n")
     command = OneLineParser(
         prog=program,
-        description=_wrapped(head),
-        epilog=_wrapped(rest.lstrip("=\n")),
+        description=_plain(head),
+        epilog=_plain(rest.lstrip("=\n")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -138,16 +136,9 @@ def parser(program, module, known):
     return command
 
 
-def _wrapped(text):
-    """A text without marks of RST, as wide as the terminal."""
-    width = shutil.get_terminal_size().columns - 2
-    label = r":\w+: +|\w[\w ]*?  +"  # of an item
-    lines, text = [], re.sub(r"(:\w+:)?`+([^`]+)`+", r"\2", text)
-    for item in re.split(rf"\n(?=\n|{label})", text):
-        margin = " " * len(re.match(f"\n*({label})?", item)[1] or "")
-        words = re.sub(r"\n\s*", " ", item.strip("\n"))
-        lines += [""] * (item[:1] in ("", "\n")) + textwrap.wrap(words, width, subsequent_indent=margin)
-    return "\n".join(lines)
+def _plain(text):
+    """A text without marks of RST."""
+    return re.sub(r"(:\w+:)?`+([^`]+)`+", r"\2", text)
 
 
 def run(program, module, words, setup=0.0):
@@ -273,9 +264,7 @@ def _complaint(failure, known, given):
     near = [name for name in names if name in given] or given  # of one alone: the defaults are right
     near = near if len(near) == 1 else [name for name in names if name in known]
     name = failure.name if failure.name in known else near[0] if near else None
-    if failure.name in ("json", "out"):
-        name = None
-    elif name is None:
+    if name is None and failure.name not in ("json", "out"):
         return str(failure)
     value = failure.value if isinstance(failure.value, tuple) else (failure.value,)
     value = " ".join(shortened(one) if isinstance(one, str) else shown(one) for one in value).strip() or "''"

@@ -92,21 +92,6 @@ def pytest_collection_modifyitems(config, items):
         items[:] = [item for item in items if item not in left]
 
 
-def smallest_letters(drawing, rows):
-    """Points of the smallest letters of a figure, drawing(rows), where it is 9 cm wide."""
-    import matplotlib
-    from matplotlib.text import Text
-
-    from microblock.view import plots
-
-    with matplotlib.rc_context(plots.STYLE):
-        finished = drawing(rows)
-        finished.draw_without_rendering()
-    letters = [text for text in finished.findobj(Text) if text.get_visible() and text.get_text().strip()]
-    # a figure of the width of a column is 0.1 % narrower or wider than 9 cm
-    return min(text.get_fontsize() for text in letters) * min(1, 1.002 * 9 / 2.54 / finished.get_figwidth())
-
-
 @pytest.fixture
 def run(capsys):
     """A function of a command line: (exit status, standard output, standard error)."""

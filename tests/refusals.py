@@ -118,7 +118,6 @@ def history(kind):
 
 
 explorer = cache(partial(Explorer, PROBLEMS["panels"], 0.1))
-rubbing = cache(partial(Explorer, PROBLEMS["rubbed"], 0.1))
 
 
 def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):

@@ -1,4 +1,6 @@
-"""How far two states are apart, by what states of every method return."""
+"""How far two states are apart, by what states of every method return; a state on cells as arrays."""
+
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -14,3 +16,14 @@ def apart(state, exact, ends=()):
     weights = exact.weights * np.min([np.ones_like(exact.x), *far], axis=0)
     size = weights @ exact.pressure**2
     return float(np.sqrt(max(weights @ change**2 for change in (sum(changes), moments)) / size))
+
+
+def on_cells(state):
+    """What a state on cells has, as arrays (n, n) over its cells, or (2, n, n) of what has two components."""
+    flat = {name: getattr(state, name) for name in ("pressure", "displacement", "opposite", "closed")}
+    turned = {name: getattr(state, name).T.reshape(2, *state.shape) for name in ("psi", "micromoment")}
+    pressures = {name: values.reshape(state.shape) for name, values in state.pressures.items()}
+    cells = {name: values if values is None else values.reshape(state.shape) for name, values in flat.items()}
+    names = ("x1", "x2", "width", "approach", "load", "problem", "warnings", "seen_width")
+    plain = {name: getattr(state, name) for name in names}
+    return SimpleNamespace(**plain, **cells, **turned, pressures=pressures, weights=state.width**2)

@@ -29,6 +29,7 @@ from ..errors import (
     require_whole,
     writing,
 )
+from .provenance import digest, loaded, made_of
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -61,8 +62,8 @@ def sweep(
         Number of local processes, by default one a core.
     records : str or path, optional
         The file of records, of one sweep at a time, with which an interrupted sweep goes on. A point is
-        computed again after a change of the function, of a loaded file of the user's or of microblock, or of
-        a package's version.
+        computed again after a change of a loaded file of the user's or of microblock, of a package's version,
+        or of the script, if that defines the function: in a module of its own the function outlives it.
     retry : bool
         Whether failed points are computed again.
     quiet : bool
@@ -77,11 +78,12 @@ def sweep(
     Raises
     ------
     BadArgument
-        If an argument cannot be told from others, or the file holds something else or is in use.
+        If an argument does not pickle or is defined in a notebook, or the file holds something else or is in
+        use.
     NotConverged
         If the executor breaks down, or local processes do not start; what is done is recorded.
     MissingExtra
-        If local processes or records lack the extra `study`.
+        If local processes lack the extra `study`.
 
     Examples
     --------
@@ -102,14 +104,14 @@ def sweep(
         raise BadArgument("executor", executor, "must be a concurrent.futures.Executor")
     if workers is not None:
         require_whole(1, workers=workers)
-    keys = range(len(points)) if records is None else _keys(function, points)
+    keys = range(len(points)) if records is None else [digest(function, point) for point in points]
     with _opened(records, quiet) as (known, append):
         known = {key: row for key, row in known.items() if not (retry and row["error"])}
         missing = {key: point for key, point in zip(keys, points) if key not in known}
         done = len({*keys}) - len(missing)
         with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
             for key, outcome in _outcomes(executor, workers, function, missing, records is not None):
-                known[key] = {"key": key, "point": _shown(missing[key]), **outcome}
+                known[key] = {"key": key, "point": missing[key], **outcome}
                 append(known[key])
                 progress.update()
     return _rows(points, [known[key] for key in keys])
@@ -160,13 +162,6 @@ def _extra():
         raise MissingExtra("sweep()", failure.name, "study") from failure
 
 
-def _keys(function, points):
-    with _extra():
-        from .provenance import digest
-    base = digest(function)
-    return [digest(base, point) for point in points]
-
-
 def _points(over):
     if isinstance(over, Mapping):
         for name, values in over.items():
@@ -202,11 +197,7 @@ def _attempt(function, point, recorded):
     except Exception as failure:  # whatever it is, the others go on
         answer, error = None, _told(failure)
     outcome = {"answer": answer, "error": error, "seconds": time.perf_counter() - start}
-    if recorded:
-        from .provenance import loaded
-
-        outcome["modules"] = loaded()
-    return outcome
+    return outcome | ({"modules": loaded()} if recorded else {})
 
 
 def _answer(given, point):
@@ -240,24 +231,16 @@ def _told(failure):
     return f"{type(failure).__name__}: {' '.join(str(failure).split())}"
 
 
-def _shown(point):
-    """A point as JSON's types and texts."""
-    known = json.dumps(
-        point, default=lambda value: value.item() if isinstance(value, np.generic) else repr(value)
-    )
-    return json.loads(known)
-
-
 def _rows(points, found):
     names = dict.fromkeys(name for one in found for name in one["answer"] or ())
     arguments = dict.fromkeys(name for point in points for name in point)
     return [
         {
-            **{name: one["point"].get(name) for name in arguments},
+            **{name: point.get(name) for name in arguments},
             **{name: (one["answer"] or {}).get(name) for name in names},
             **{name: one[name] for name in ("seconds", "error")},
         }
-        for one in found
+        for point, one in zip(points, found)
     ]
 
 
@@ -267,8 +250,6 @@ def _opened(path, quiet):
     if path is None:
         yield {}, lambda record: None
         return
-    from .provenance import loaded
-
     require_place(path, "records")
     with writing(path, "records"):
         file = open(path, "a+b", buffering=0)
@@ -281,7 +262,7 @@ def _opened(path, quiet):
         def append(record):
             record["modules"] = record.get("modules") or loaded()  # of a process that died, this one's
             with writing(path, "records"):
-                file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+                file.write(json.dumps(record, default=str).encode() + b"\n")
                 os.fsync(file.fileno())
 
         yield _read(path, file, quiet), append
@@ -289,8 +270,6 @@ def _opened(path, quiet):
 
 def _read(path, file, quiet):
     """{key: record} of those that would be computed alike now; a torn last line is cut off."""
-    from .provenance import made_of
-
     file.seek(0)
     *lines, torn = file.read().split(b"\n")
     now, known = {}, {}

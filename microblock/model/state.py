@@ -819,24 +819,22 @@ class State(PlainData):
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
     ) -> Figure:
-        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
-        three dimensions coloured by how many corners touch.
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
 
         Parameters
         ----------
         file, ax, window : optional
-            As of `plot`; in three dimensions the axis has to be one, too.
+            As of `plot`.
 
         Raises
         ------
         BadArgument
-            In three dimensions, if the law has no blocks, or the state is one of nodes.
+            In three dimensions.
         """
-        from ..view import blocks, surface_figure
+        self._require_flat("picture of blocks")
+        from ..view import blocks
 
-        window = self._window(window)
-        drawing = blocks.draw(ax, self, window) if self.flat else surface_figure.draw_blocks(ax, self)
-        return self._saved(drawing, file, ax)
+        return self._saved(blocks.draw(ax, self, self._window(window)), file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.

@@ -3,24 +3,13 @@
 from dataclasses import replace
 
 from ..contact import Contact
-from ..errors import (
-    BadArgument,
-    require_choice,
-    require_finite,
-    require_kind,
-    require_positive,
-    require_tolerance,
-)
-from ..halfplane.friction_solver import FrictionSolver
-from ..halfplane.kernels import HalfPlane
-from ..model.history import pairs_of
+from ..errors import BadArgument, require_choice, require_kind, require_positive, require_tolerance
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
 from ..model.obstacles import Cylinder
 from ..model.state import State
 from ..model.summary import saved
 from ..threads import bounded
-from .history_figure import draw_history
 from .state_figure import draw
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
@@ -30,28 +19,24 @@ class Explorer:
     """A contact problem under changing parameters.
 
     Parameters are the load (force per thickness), psi0 (radians), R of a cylinder and ell (lengths),
-    and the law, by name. Under a law with friction they are the load, at most the first one, and the shear
-    force over friction times load; each step goes on from the last one, without the estimate of
-    `Contact.history`: 1e-2 as a rule.
+    and the law, by name.
 
     Attributes
     ----------
     choice : dict, parameters by name
     problem : Contact of these; of a body on a mesh, on the mesh of the first state
     state : State
-    states : list of State, all with friction, else the last one
 
     Parameters
     ----------
     problem : Contact
     load : float, the first force per thickness
-    rtol : float, of `Contact.solve`; not with friction
+    rtol : float, of `Contact.solve`
 
     Raises
     ------
     BadArgument
-        If the problem is not of the plane, or has a law of its own; with friction, unless the body is a
-        half-plane without a period.
+        If the problem is not of the plane, or has friction or a law of its own.
 
     Examples
     --------
@@ -59,12 +44,6 @@ class Explorer:
     >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock(psi0=0))
     >>> Explorer(problem, load=1.0).update(ell=0.2).solid.ell
     0.2
-    >>> rubbing = Explorer(problem.with_(law=mb.Unilateral(friction=0.3)), load=1.0)
-    >>> for shear in (0.5, 1.0, 0.5):
-    ...     state = rubbing.update(shear=shear)
-    >>> slips = [float(abs(state.slip).max()) for state in rubbing.states]
-    >>> slips[3] > slips[1]      # slip that remains
-    True
     """
 
     @bounded
@@ -75,28 +54,18 @@ class Explorer:
             require_tolerance(rtol)
         if problem.solver.in_space:
             raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
-        self._first, self._rtol, self._friction = problem, rtol, getattr(problem.law, "friction", 0.0)
-        if self._friction:
-            if rtol is not None:
-                raise BadArgument("rtol", rtol, "is not for steps with friction: Contact.history takes it")
-            if not isinstance(problem.body, HalfPlane) or problem.body.period is not None:
-                raise BadArgument(
-                    "body", problem.body, "must be a half-plane without a period; else take Contact.history"
-                )
-            # shear loads whose edges say where cells have to be small
-            pairs = pairs_of(
-                [(load, share * self._friction * load) for share in (0, 0.5, -0.5)], self._friction
-            )
-            self._solver = FrictionSolver(problem.solver, pairs, True)
-        elif type(problem.law) is not LAWS.get(_name(problem.law)):
+        if getattr(problem.law, "friction", 0.0):
+            raise BadArgument("law", problem.law, "has friction: Contact.history takes it")
+        if type(problem.law) is not LAWS.get(_name(problem.law)):
             raise BadArgument("law", problem.law, f"must be one of {', '.join(LAWS)}")
+        self._first, self._rtol = problem, rtol
         self._load, self._drawings = float(load), {}
         self.restart()
 
     @bounded
     def restart(self):
         """Goes back to the first parameters; returns the state."""
-        problem, self.states = self._first, []
+        problem = self._first
         psi0 = getattr(problem.law, "psi0", 0.0)
         known = {
             "psi0": None if callable(psi0) else psi0,
@@ -106,8 +75,6 @@ class Explorer:
         }
         if isinstance(problem.solid, Elastic):  # without blocks
             known = {"R": known["R"]}
-        if self._friction:
-            self._walk, known = self._solver.walk(), {"shear": 0.0}
         choice = {"load": self._load} | {name: own for name, own in known.items() if own is not None}
         return self._go(problem, choice, None)
 
@@ -122,13 +89,7 @@ class Explorer:
                 raise BadArgument(name, value, words)
         choice, problem = self.choice | changes, self.problem
         require_positive(load=choice["load"])
-        if self._friction:
-            require_finite(shear=choice["shear"])
-            if choice["load"] > self._load * (1 + 1e-9):  # the end of a slider, rounded
-                raise BadArgument("load", choice["load"], f"must be at most the first one, {self._load}")
-            if not abs(choice["shear"]) <= 1:
-                raise BadArgument("shear", choice["shear"], "must lie between -1 and 1: it is Q/(f P)")
-        elif changes.keys() - {"load"}:
+        if changes.keys() - {"load"}:
             named = choice.get("law", "unilateral")  # alone on a solid without blocks
             require_choice(LAWS, law=named)
             law, changed = LAWS[named](), {}
@@ -144,20 +105,14 @@ class Explorer:
 
     def _go(self, problem, choice, near):
         """Solves, from a near solution, and keeps the state."""
-        if self._friction:
-            load = min(choice["load"], self._load)
-            self.states.append(State(self._walk.to(load, choice["shear"] * self._friction * load)))
-        else:
-            self.states = [State(problem.solver.follow(choice["load"], self._rtol, near))]
-        self.state, self.choice = self.states[-1], choice
+        self.state = State(problem.solver.follow(choice["load"], self._rtol, near))
+        self.choice = choice
         self.problem = self.state.problem
         return self.state
 
     @bounded
     def png(self):
-        """The figure of the state, with friction of all states, as a PNG, bytes."""
-        if self._friction:
-            return draw_history(self.states)._repr_png_()
+        """The figure of the state as a PNG, bytes."""
         law = type(self.state.law)  # which says what a figure holds
         drawing, room = self._drawings.get(law, (None, ()))
         drawing = saved(draw(self.state, drawing=drawing), None, self.state.warnings, self.state.caption)

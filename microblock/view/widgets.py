@@ -16,14 +16,13 @@ if TYPE_CHECKING:
 
     from ..contact import Contact
 
-LABELS = {"load": "load P", "shear": "Q/(fP)", "psi0": "ψ₀", "R": "radius R", "ell": "side ℓ", "law": "law"}
+LABELS = {"load": "load P", "psi0": "ψ₀", "R": "radius R", "ell": "side ℓ", "law": "law"}
 
 
 def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
 
-    Under a law with friction, on a half-plane, sliders have the normal and the shear force, and draw the loop
-    of shear and slip. A list has the fields below half-planes on panels and bodies on meshes.
+    A list has the fields below half-planes on panels and bodies on meshes.
 
     Parameters
     ----------
@@ -82,12 +81,10 @@ class Panel:
         words |= {"value": value, "description": LABELS[name]}
         if name == "law":
             return self._widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
-        if name in ("psi0", "shear"):
-            side = 0.05 if name == "psi0" else 1.0
-            words |= {"min": value - side, "max": value + side, "step": side / 100, "readout_format": ".4f"}
+        if name == "psi0":
+            words |= {"min": value - 0.05, "max": value + 0.05, "step": 5e-4, "readout_format": ".4f"}
         else:
-            most = 1 if "shear" in self.explorer.choice else 4
-            words |= {"min": value / 20, "max": most * value, "step": value / 20, "readout_format": ".3g"}
+            words |= {"min": value / 20, "max": 4 * value, "step": value / 20, "readout_format": ".3g"}
         return self._widgets.FloatSlider(**words)
 
     def _changed(self, name, value):

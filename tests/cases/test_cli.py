@@ -49,16 +49,8 @@ def test_a_script_has_its_header_its_figure_and_its_test(path):
 @pytest.mark.parametrize("name", cases())
 def test_help_has_every_option(name, run):
     status, out, err = run(f"{name} --help")
-    assert (status, err) == (0, "") and "--json" in out
+    assert (status, err) == (0, "") and "--json" in out and ":math:" not in out
     assert all(flag(option.name) in out for option in options(import_module(cases()[name][0]).solve))
-
-
-@pytest.mark.parametrize("name", ["layers", "wave"])  # labels of commands, and of scripts
-def test_help_fits_a_terminal_of_80_columns(name, run, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-    _, out, _ = run(f"{name} --help")
-    assert max(map(len, out.splitlines())) <= 80 and ":math:" not in out
-    assert re.search(r"\n\n:?Geometry:?  +half-plane x_?2 < 0", out) and "\n           " in out
 
 
 def test_help_has_defaults_of_zero(run):
@@ -112,6 +104,10 @@ REFUSED = {
     "hertz --rtol 1e-15": (1, "the smallest error estimate"),
     "hertz --alpha 1e-8": (1, "blocks wide"),
     "strip --rtol 1e-17": (1, "1e-17"),
+    "strip --ell-over-H 1e-6": (1, ""),
+    "strip --method penalty --rho 1e3 --rtol 1e-6": (1, ""),
+    "strip --rho 1e16 --order 6 --elements 2": (1, ""),
+    "strip --rtol 1e-3 --order 2": (2, "--rtol"),
     "sphere --cells 64 --rtol 0.1": (2, "--rtol 0.1: does not go together with --cells"),
     "lattice --spring 1": (2, "--spring: expected 2 arguments"),
     "lattice --spring 1 1000": (2, "--spring 1.0 1000.0: must be two"),

@@ -19,8 +19,7 @@ def test_states_and_events_are_the_librarys(answer):
     first = problem.solve(load=0.05, rtol=1e-4)
     assert found["states"][0] == first.to_dict()
     second = problem.solve(load=0.3, rtol=1e-4, initial=first)
-    assert found["states"][1] == second.to_dict() | {"load": 0.3}  # that of the state has rounding
-    assert abs(second.load - 0.3) < 1e-12
+    assert found["states"][1] == second.to_dict()
     assert found["events"] == problem.path(load=0.3, rtol=1e-4).to_dict()["events"]
 
 
@@ -128,8 +127,8 @@ def test_a_table_has_what_is_asked_for_and_warnings_are_said_once(run, tmp_path)
     """Parameters as they are taken, the whole length of two zones, and what is unbounded in words."""
     words = 'contact --height "where(abs(x) <= 0.5, 0, inf)" --loads 0.1 0.2'
     status, out, err = run(words)
-    parameters, _, names, *rows = out.splitlines()
-    assert status == 0 and "E=100 nu=0.3 beta=1 ell=0.1 psi0=0 rtol=0.001, x from -0.5 to 0.5" in parameters
+    solid, law, rtol, _, names, *rows = out.splitlines()
+    assert status == 0 and repr(SOLID) in solid and repr(mb.Microblock()) in law and rtol == "rtol  0.001"
     assert names.split() == ["load", "contact_length", "zones", "pressure_max", "error_estimate"]
     problem = mb.Contact(mb.HalfPlane(SOLID), mb.Punch(0.5), mb.Microblock())
     length = sum(right - left for left, right in problem.solve(load=0.1).zones["contact"])

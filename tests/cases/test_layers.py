@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from cases import layers as script
-from cases.__main__ import main
 from cases.commands import layers
 
 FITTED = "L_bl_over_ell", "L_bl_error", "L_sol", "A_bl", "A_sol"
@@ -83,8 +82,3 @@ def test_meshes_agree_with_the_modes(monkeypatch):
     assert abs(row["mode_length_over_ell"] - exact["mode_length_over_ell"]) <= row["mode_length_error"] < 0.01
     # nearly all of the error of the fit is common to both
     assert abs(row["L_bl_over_ell"] - exact["L_bl_over_ell"]) <= row["L_bl_error"] - 0.9 * exact["L_bl_error"]
-
-
-@pytest.mark.parametrize("words", ["--alphas 0", "--positions -0.1", "--model fem", "--beta 2", "--nu nan"])
-def test_bad_options(words, capsys):
-    assert main(["layers", *words.split()]) == 2 and words.split()[0] in capsys.readouterr().err

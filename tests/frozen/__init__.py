@@ -2,8 +2,8 @@
 
 `rooms/NAME.csv` holds the numbers of a room, a row each, and `rooms/NAME.py` computes them: its function
 `rows()` yields (name, value, kind) or, of an estimate, (name, value, "estimated", tolerance).
-`python -m tests.frozen [ROOM ...]` computes them anew and says how well they agree, `--count` how many rows
-of each kind there are; with `--write` it writes the files, in which a row that agrees keeps its value.
+`python -m tests.frozen [ROOM ...]` computes them anew and says how well they agree; with `--write` it
+writes the files, in which a row that agrees keeps its value.
 
 A kind says what may change a row and how far it may move:
 
@@ -21,7 +21,6 @@ import csv
 import importlib
 import os
 import pkgutil
-from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -173,13 +172,3 @@ def compare(rooms):
         print(*wrong, f"{room.name}: {len(wrong)} of {len(rows)} rows beyond; off by {spread}", sep="\n")
         good = good and not wrong
     return good
-
-
-def count(rooms):
-    """Print how many rows of each kind each room has, and the largest tolerance of those that can fail."""
-    print(f"{'room':12}" + "".join(f"{kind:>12}" for kind in TOLERANCES) + f"{'all':>8}  largest tolerance")
-    tables = {room: list(Room(room).known.values()) for room in rooms}
-    for room, rows in {**tables, "all": sum(tables.values(), [])}.items():
-        kinds = Counter(row.kind for row in rows)
-        largest = max((row.tolerance for row in rows if row.kind != "count"), default=0.0)
-        print(f"{room:12}" + "".join(f"{kinds[k]:12}" for k in TOLERANCES) + f"{len(rows):8}  {largest:g}")

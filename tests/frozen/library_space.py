@@ -46,8 +46,6 @@ def _made(pair):
         return given.FUNCTIONS[pair]
     name, options = pair
     options = {key: _functions(value) for key, value in options.items()}
-    if "psi0_in" in options:
-        options["psi0_in"] = {"levers": "levers"}[options["psi0_in"]]
     return getattr(mb, name)(**options)
 
 

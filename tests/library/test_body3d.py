@@ -112,9 +112,3 @@ def test_a_penalty_leads_back_from_the_approach_to_the_load():
     problem = mb.Contact(body, lambda x1, x2: 0 * x1, mb.Microblock(), mb.Newton("penalty"))
     pressed = problem.solve(load=1.0)
     assert problem.solve(approach=pressed.approach).load == pytest.approx(1.0, rel=1e-8)  # of the residual
-
-
-@pytest.mark.parametrize("method", [mb.Condensed(), mb.Newton()], ids=str)
-def test_friction_in_space_is_refused_with_what_follows_it(method):
-    with pytest.raises(mb.BadArgument, match="cannot follow friction on a Body"):
-        mb.Contact(box(), SPHERE, mb.Microblock(friction=0.3), method).history([(1.0, 0.0)])

@@ -14,8 +14,6 @@ from ngsolve.meshes import MakeStructured2DMesh
 import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.fem import meshes, meshes3d, recovery
-from microblock.fem.body import Loads
-from microblock.fem.condensation import Condensed
 from microblock.fem.meshes import Ground
 from tests.states import apart
 
@@ -95,21 +93,6 @@ def on_block(size, law, obstacle=mb.Cylinder(R=1.0), solid=UNIT, method=None):
 
 
 # the discrete problem
-
-
-def test_condensed_bodies_are_plain_solves():
-    """Under a uniform traction and micromoment, which the Lobatto rule integrates exactly."""
-    land, edges = Ground(5.0, (0.0, 1.3)), (0.5, 1.0)
-    mesh = meshes.graded(land, edges, spacing=0.5, levels=3)
-    body = mb.Body(mesh, UNIT, meshes.falling_orders(mesh, land, edges, 6), fixed=land.supports)
-    plain = body.solve(Loads(traction={"contact": (0, -0.7)}, micromoment={"contact": 0.3}))
-    graded = Condensed(body)
-    loads = np.concatenate((-0.7 * graded.weights, 0.3 * graded.weights))
-    for field, expected in zip(graded.fields(loads), plain):
-        # rounding of direct solves of some thousand unknowns
-        assert ng.Integrate((field - expected) ** 2, mesh) ** 0.5 < 1e-11
-    turned = (graded.compliance.matrix @ loads)[-1]
-    assert turned == pytest.approx(plain.psi(mesh(*graded.points[-1])), abs=1e-11)
 
 
 @pytest.mark.parametrize("law", [LINE, BLOCKS], ids=str)
@@ -225,13 +208,6 @@ def test_states_on_a_path_have_the_rtol_that_was_asked_for():
     assert np.array_equal(below.pressure, alone.pressure)
     leaning = mb.Contact(problem.body, CYLINDER, mb.Microblock(psi0=0.001)).path(load=0.5, rtol=2e-2)
     assert any("few nodes" in words for words in leaning.warnings)
-
-
-def test_loads_are_reported_as_they_were_given():
-    """Tables of several methods are joined on them."""
-    for method in METHODS:
-        loads = [0.3, 1.0, 10.0]
-        assert [pressed(flat(), BLOCKS, method, load=load).load for load in loads] == loads
 
 
 def test_a_deformed_mesh_is_refused():

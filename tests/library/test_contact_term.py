@@ -3,11 +3,24 @@
 import ngsolve as ng
 import numpy as np
 import pytest
+from conftest import dome
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
-from microblock import Body, Cosserat, Cylinder, Microblock, Microclamped, Plane, Punch, Unilateral
+import microblock as mb
+from microblock import (
+    Body,
+    Cosserat,
+    Cylinder,
+    Microblock,
+    Microclamped,
+    NotConverged,
+    Plane,
+    Punch,
+    Unilateral,
+)
 from microblock.fem import meshes, meshes3d
 from microblock.fem.facets import ContactFacets
+from microblock.fem.newton import MonolithicNewton
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 
@@ -46,43 +59,6 @@ def test_micromoment_is_that_of_29():
         assert -ell / 2 * sum(moments) == pytest.approx([micromoment])
     assert Microblock(-0.1, psi0_in="levers").levers(np.zeros(1)) == {"A": [0.9], "B": [-1.1]}
     assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
-
-
-def test_arms_in_the_plane_and_in_space_are_one():
-    """A corner r from the centre of its block moves by u + psi x r: normal parts are the levers of (29), and
-    along a cylinder the four corners are the two of the plane."""
-    points, n = np.array(((0.3, 0.0), (-1.0, 0.2))), np.array(((0.0, 1.0), (-0.6, 0.8)))
-    t = np.array(((1.0, 0.0), (0.8, 0.6)))
-    for one in (Microblock(0.02), Microblock(lambda x: 0.1 * x), Unilateral()):
-        arms, levers = one.arms(points, n), np.array(list(one.levers(points[:, 0]).values()))
-        # n.(e3 x r) = t.r and t.(e3 x r) = -n.r
-        assert -2 * np.sum(arms * t, axis=-1) == pytest.approx(levers, abs=1e-15)
-        heights = np.sum(arms * n, axis=-1).mean(axis=0)
-        assert heights == pytest.approx(np.full(2, 0.5 * (len(arms) > 1)), abs=1e-15)
-    space = Microblock(0.25).arms(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[:, 0]
-    plane = Microblock(0.25).arms(np.zeros((1, 2)), np.array([[0.0, 1.0]]))[:, 0]
-    assert space[:, 0::2] == pytest.approx(np.repeat(plane, 2, axis=0), abs=1e-15)
-    assert space[:, 1].tolist() == [-0.5, 0.5, -0.5, 0.5]
-
-
-def test_gap_22_on_an_inclined_surface_by_hand():
-    """n = (-0.6, 0.8), s = n x e3 = (0.8, 0.6), psi0 = 0.1, ell = 0.4, u = (0.03, -0.02), psi = 0.05.
-
-    The approach is 0.01. At C = (0, 0): corners -+0.2 (s + 0.1 n), so A = (-0.148, -0.136) and
-    B = (0.148, 0.136). Plane at height 0.5: g0_A = (0.5 + 0.136) 0.8 = 0.5088, g0_B = 0.2912. Then
-    -u.n = 0.018 + 0.016 = 0.034, the approach takes 0.01*0.8 = 0.008, and ell/2 psi times 1.1 and -0.9 is
-    0.011 and -0.009.
-    """
-    mesh = MakeStructured2DMesh(nx=2, ny=1, mapping=lambda x, y: (1.6 * x - 0.8, y - 1 + 1.2 * x - 0.6))
-    body = Body(mesh, SOLID, 1, fixed="bottom")
-    facets = ContactFacets(body, Microblock(0.1), Plane(0.5), "top")
-    fields = np.repeat((0.03, -0.02, 0.05), [space.ndof for space in body.spaces])
-    gaps = facets.gaps(facets.displacements(fields), 0.01)
-    gaps = dict(zip(facets.law.corners, gaps))
-    middle = np.argmin(np.abs(facets.points[:, 0]))
-    assert facets.normals[middle] == pytest.approx([-0.6, 0.8])
-    assert gaps["A"][middle] == pytest.approx(0.5088 + 0.034 - 0.008 + 0.011, abs=1e-14)
-    assert gaps["B"][middle] == pytest.approx(0.2912 + 0.034 - 0.008 - 0.009, abs=1e-14)
 
 
 # rule and nodes
@@ -198,3 +174,52 @@ def test_contact_term_in_space_with_given_multipliers(order):
             total += weight * ((lam + rho / 2 * g) * g if lam + rho * g <= 0 else -(lam**2) / (2 * rho))
     assert form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
     assert np.ptp(nodes.weights / nodes.shares) > (1e-3 if order == 1 else -1)
+
+
+# --- semismooth Newton: conditions of contact, independence of rho, the slope of the energy, typed failures
+
+
+def indented(block, model=Microblock(), order=2, **options):
+    """A block pressed by a cylinder."""
+    body = Body(block, SOLID, order, fixed={"u1": "bottom", "u2": "bottom"})
+    return MonolithicNewton(body, ContactFacets(body, model, Cylinder(1.0)), **options)
+
+
+def test_result_does_not_depend_on_rho(block):
+    stiffness = indented(block).rho
+    law, powers = Microblock(0.05), (-4, -2, 2, 4, 0)
+    states = [indented(block, law, rho=stiffness * 10.0**k).solve(0.1) for k in powers]
+    *others, wanted = (state.forces for state in states)
+    # rounding by the conditioning of the extreme rho
+    assert others == pytest.approx(np.array(4 * [wanted]), abs=1e-9 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("model", [Microblock(), Microblock(0.05), Unilateral()], ids=str)
+def test_the_load_on_curved_and_inclined_surfaces_is_the_slope_of_the_energy(model):
+    """Which knows nothing of normals, corners and levers."""
+    inclined = MakeStructured2DMesh(nx=6, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1.5 + x))
+    for body, obstacle, boundary, approach in (
+        (Body(dome(), SOLID, 3, fixed="base"), Plane(1.0), "contact", 0.15),
+        (Body(inclined, SOLID, 2, fixed="bottom"), lambda x: 0.5 * x + x**2, "top", 0.1),
+    ):
+        newton = MonolithicNewton(body, ContactFacets(body, model, obstacle, boundary))
+        low, state, high = (newton.solve(approach + step) for step in (-1e-6, 0, 1e-6))
+        slope = (high.fields.energy() - low.fields.energy()) / 2e-6
+        # on curved elements the energy is integrated to a higher order than the form, which differs by 1e-7
+        assert slope == pytest.approx(state.load, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["al", "penalty"])
+def test_rounding_of_a_high_rho_is_an_error_not_a_result(block, method):
+    with pytest.raises(NotConverged):
+        indented(block, method=method, rho=1e16).solve(0.1)
+
+
+def test_a_residual_that_falls_slowly_does_not_stall(block):
+    """Rounding of a large rho leaves a step that halves the residual again and again."""
+    body = Body(block, mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085), 1, fixed="bottom")
+    usual, large = (
+        mb.Contact(body, Cylinder(R=10), Microblock(), mb.Newton("al", rho=rho)).solve(load=1.0).pressure
+        for rho in (None, 1e12)
+    )
+    assert large == pytest.approx(usual, abs=1e-3 * usual.max())  # the rounding of rho

@@ -1,14 +1,20 @@
 """CSV, VTK and plain data: what comes back is what the state has."""
 
 import json
+import pickle
+import re
 from dataclasses import asdict
+from pathlib import Path
 
+import matplotlib
+import matplotlib.pyplot as plt
 import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
 
 import microblock as mb
+from cases.__main__ import main
 from microblock.data.records import read_records
 from microblock.fem import meshes, meshes3d
 from microblock.model.plain_data import plain_data
@@ -168,10 +174,9 @@ def test_no_line_crosses_a_gap_between_zones(tmp_path):
 
 
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
-    state, x1, x2 = solved(method=mb.Panels(order=8)), np.array([-0.3, 0.0, 0.2]), np.array([-1.0, -0.1, 0.0])
-    grid = meshio.read(mb.to_vtk(state, tmp_path / "state", x1=x1, x2=x2)[1])
-    assert [len(block.data) for block in grid.cells] == [4]
-    for number, point in enumerate(grid.points):
+    state = solved(method=mb.Panels(order=8))
+    grid = meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
+    for number, point in [*enumerate(grid.points)][::555]:
         own = state.fields(point[:1], point[1])
         wanted = {
             "u": (*own.u[:, 0], 0),
@@ -183,10 +188,10 @@ def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contac
             # the sums over sources are taken together, so that rounding differs
             close = 1e-9 * np.abs(own.stress).max()
             assert np.ravel(grid.point_data[name][number]) == pytest.approx(np.ravel(value), abs=close), name
-    points = meshio.read(mb.to_vtk(state, tmp_path / "usual")[1]).points
+    x1, x2, _ = grid.points.T
     edges = np.ravel(state.zones["contact"])
-    assert points[:, 0].min() < edges.min() and points[:, 0].max() > edges.max()
-    assert points[:, 1].max() == 0 and points[:, 1].min() < -np.ptp(edges)
+    assert x1.min() < edges.min() and x1.max() > edges.max()
+    assert x2.max() == 0 and x2.min() < -np.ptp(edges)
 
 
 @pytest.mark.parametrize("kind", ["body", "fitted", "in space"])
@@ -217,3 +222,199 @@ def test_elements_are_cut_for_the_finer_of_displacement_and_rotation(tmp_path):
         body = mb.Body(mesh, SOLID, order, order_psi=order_psi, fixed="bottom")
         counts.append(len(meshio.read(mb.to_vtk(solved(body), tmp_path / "state")[1]).points))
     assert counts[0] == counts[1] and counts[0] > 3 * mesh.nv
+
+
+# --- the page of columns and keys names what tables and JSON objects have, and nothing else
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "columns.md").read_text()
+LINE = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock())
+
+
+def told(heading):
+    """Names in the first column of the table under a heading."""
+    section = PAGE.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    first = re.findall(r"^\| (`.*?) \|", section, re.M)
+    return {name for cell in first for name in re.findall(r"`(.+?)`", cell)}
+
+
+def written(what, folder):
+    mb.to_csv(what, folder / "table.csv")
+    return {name for name in read_records(folder / "table.csv")[0] if not name.startswith("version_")}
+
+
+def test_columns_of_states(tmp_path):
+    plane = written(LINE.solve(load=1.0, rtol=1e-2), tmp_path)
+    assert plane == told("States in the plane")
+    point = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R=10), mb.Microblock(), mb.Cells(nodes=32))
+    surface = written(point.solve(load=1.0), tmp_path)
+    common = plane - {"pressure_A", "pressure_B", "micromoment", "psi"}
+    assert surface == told("States on a half-space") | common
+
+
+def test_columns_of_histories_and_events(tmp_path):
+    history = LINE.with_(law=mb.Microblock(friction=0.3)).history([(1.0, 0.1)], rtol=0.1)
+    assert written(history, tmp_path) == told("States in the plane") | told("Histories with friction")
+    assert set(asdict(history.events[0])) == told("Events")
+    path = LINE.path(load=0.05, rtol=1e-2)
+    assert written(path, tmp_path) == told("Events") | {"warnings"}
+
+
+@pytest.mark.parametrize(
+    "words", ["strip --elements 4 --order 2", "hertz", "size_effect --alphas 0.5", "lattice --blocks-per-a 2"]
+)
+def test_keys_of_json(words, capsys):
+    assert main([*words.split(), "--json", "-"]) == 0
+    keys = set(re.findall(r"\"([\w']+)\":", capsys.readouterr().out))  # at any depth
+    rows = re.findall(rf"^\| {words.split()[0]} \| (.*?) \| (.*?) \|$", PAGE, re.M)
+    for names, meaning in rows:
+        assert set(re.findall(r"([\w']+)`", names + meaning * meaning.startswith("list of"))) <= keys
+    assert len(rows) > 1
+
+
+# --- what comes with every result: data, labelled data sets, files and back, pictures; one class of states
+
+
+xarray = pytest.importorskip("xarray", reason="labelled data sets need the extra `xarray`")
+PROBLEM = mb.Contact(GROUND, CYLINDER, mb.Microblock())
+RESULTS = {
+    **KINDS,
+    "path": lambda: PROBLEM.path(load=1.0),
+    "functions": lambda: mb.Contact(
+        GROUND, lambda x: x**2 / 20, mb.Microblock(psi0=lambda x: 0.01 + 0 * x)
+    ).solve(load=1.0),
+}
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_result_comes_back_from_its_file_digit_by_digit(name, tmp_path):
+    """Every attribute; what lies between the points is refused by name, never another number."""
+    made = RESULTS[name]()
+    states = made.states if isinstance(made, mb.History) else [made] * (not isinstance(made, mb.LoadPath))
+    assert all(type(state) is mb.State for state in states)
+    made.save(tmp_path / "result")
+    back = mb.load(tmp_path / "result")
+    assert back.to_dict() == made.to_dict() and str(back) == str(made)
+    assert back.to_xarray().identical(made.to_xarray())
+    back.to_xarray().to_netcdf(tmp_path / "result.nc", engine="scipy")
+    for state, other in zip(states, back.states if isinstance(made, mb.History) else [back]):
+        for key in {*mb.State.names()} - {"solution", "problem", "body", "obstacle", "law"}:
+            assert_same(getattr(other, key), getattr(state, key))
+        where = 0.0 if state.zones else np.zeros((1, 2))
+        for asked in (lambda: other.pressure_at(where), lambda: other.fields, lambda: other.solution.solver):
+            with pytest.raises(mb.BadArgument, match="^file = .what lies between the points"):
+                asked()
+        assert_same(pickle.loads(pickle.dumps(other)).pressure, state.pressure)
+    if name != "depth":  # whose surface is one point
+        back.plot(tmp_path / "result.png")
+    plt.close("all")
+
+
+def assert_same(one, other):
+    if isinstance(one, np.ndarray):
+        assert one.dtype == other.dtype and np.array_equal(one, other)
+    elif isinstance(one, dict):
+        assert one.keys() == other.keys() and type(one) is type(other)
+        for name, own in one.items():
+            assert_same(own, other[name])
+    else:
+        assert one == other and type(one) is type(other)
+
+
+def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
+    RESULTS["functions"]().save(tmp_path / "state.npz")
+    back = mb.load(tmp_path / "state.npz")
+    assert back.solid == SOLID and "lambda" in repr(back.obstacle)
+    with pytest.raises(mb.BadArgument, match="there is no solve"):
+        back.problem.solve(load=1.0)
+    assert PROBLEM.solve(load=0.5, initial=back).load == 0.5  # passed over, as every other kind
+
+
+def test_files_that_are_none_of_ours_are_refused(tmp_path):
+    names = "os.system", "microblock.model.archive.import_module", "microblock.no.Thing"
+    for number, name in enumerate(names):
+        kind = list(name.rpartition(".")[::2])
+        text = json.dumps({"class": kind, "parts": {"name": "antigravity"}})
+        np.savez(tmp_path / f"{number}.npz", text=text)
+    (tmp_path / "words").write_text("words")
+    for name in ("0.npz", "1.npz", "2.npz", "words", "none"):
+        with pytest.raises(mb.BadArgument, match="^file = "):
+            mb.load(tmp_path / name)
+    with pytest.raises(mb.BadArgument, match="^file = "):
+        PROBLEM.path(load=1.0).save(tmp_path / "no" / "folder")
+
+
+def test_a_missing_extra_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "xarray", None)
+    with pytest.raises(mb.MissingExtra, match=r"microblock\[xarray\]"):
+        PROBLEM.solve(load=1.0).to_xarray()
+
+
+def test_pictures_are_drawn_into_an_axis_that_is_given(tmp_path):
+    state, path = PROBLEM.solve(load=1.0), PROBLEM.path(load=1.0)
+    history = RESULTS["friction on cells"]()
+    for plot in (state.plot, state.plot_blocks, state.plot_below, path.plot, history.plot):
+        figure, axis = plt.subplots()
+        assert plot(file=tmp_path / "drawn.png", ax=axis) is figure
+        assert axis.has_data() and (tmp_path / "drawn.png").stat().st_size
+        assert isinstance(plot(), matplotlib.figure.Figure)
+        plt.close("all")
+
+
+def test_states_follow_the_loads():
+    states = PROBLEM.states([0.5, 1.0, 0.2], rtol=1e-6)
+    assert [state.load for state in states] == [0.5, 1.0, 0.2]
+    for state in states:  # each within its own estimate of one that is solved alone
+        alone = PROBLEM.solve(load=state.load, rtol=1e-6)
+        assert state.half_width == pytest.approx(alone.half_width, rel=1e-5)
+    with pytest.raises(mb.BadArgument, match="^load = -1"):
+        PROBLEM.states([0.5, -1])
+    with pytest.raises(mb.BadArgument, match="^loads = 3"):
+        PROBLEM.states(3)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_an_elastic_solid_is_the_classical_one_at_every_size(size):
+    """Hertz' half-width and pressure, without a word on blocks: it has no length of its own."""
+    solid = mb.Elastic(E=100, nu=0.3)
+    load = size
+    state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10 * size), mb.Unilateral()).solve(load, rtol=1e-5)
+    a, p = mb.hertz_scales(solid, R=10 * size, P=load)
+    assert state.half_width == pytest.approx(a, rel=1e-5) and not state.warnings
+    assert state.pressure_at(0.0) == pytest.approx(p, rel=1e-4)  # ten times rtol, for a value at a place
+    with pytest.raises(mb.BadArgument, match="^law = "):
+        mb.Contact(mb.HalfPlane(solid), CYLINDER, mb.Microblock())
+
+
+@pytest.mark.parametrize("kind", ["half-space", "mesh"])
+def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
+    """They are those of the points there, to rounding, the mean of neighbours half way, and 0 far away; what
+    only a state of the plane has is refused by name.
+    """
+    state = on_grid() if kind == "half-space" else in_space()
+    close = 1e-12 * state.pressure.max()
+    assert state.pressure_at(state.points) == pytest.approx(state.pressure, abs=close)
+    for name, own in state.pressures.items():
+        assert state.pressure_at(state.points[:, :2], name) == pytest.approx(own, abs=close)
+    middle = np.argmax(state.pressure)
+    other = np.argsort(np.linalg.norm(state.points - state.points[middle], axis=1))[1]
+    half_way = state.points[[middle, other]].mean(axis=0)
+    mean = state.pressure[[middle, other]].mean()
+    assert state.pressure_at([half_way])[0] == pytest.approx(mean, abs=close)
+    assert state.pressure_at([(1e3, 0.0)])[0] == 0 and state.zones is None and state.half_width is None
+    for asked in (
+        lambda: state.gap_at(next(iter(state.pressures)), 0.0),
+        lambda: state.surface(),
+        lambda: state.plot_below(),
+        lambda: state.plot(window=(-1, 1)),
+        lambda: state.pressure_at([0.0]),
+    ):
+        with pytest.raises(mb.BadArgument):
+            asked()
+
+
+def test_a_material_near_the_largest_coupling_is_written_so_that_it_can_be_read():
+    """beta = 2 is excluded, and 1.99999999 in six digits is 2."""
+    near = mb.Cosserat(E=1, nu=0.3, ell=1, beta=2 - 1e-8)
+    assert "eta=" in repr(near) and "beta=" not in repr(near)
+    assert "beta=1.9," in repr(mb.Cosserat(E=1, nu=0.3, ell=1, beta=1.9))

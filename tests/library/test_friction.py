@@ -1,5 +1,5 @@
-"""Friction on half-planes: the response to shear, histories from event to event, edges and estimates beside
-sums on panels, and what a history says of itself. Closed forms stand in test_limits.
+"""Friction on half-planes: the response to shear, histories from event to event, edges and estimates, and
+what a history says of itself. Closed forms stand in test_limits.
 """
 
 import numpy as np
@@ -9,9 +9,8 @@ import microblock as mb
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.halfplane.kernels import symbol
-from microblock.halfplane.shear_cells import frictional_contact, with_counter
+from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
-from tests import friction_histories
 
 P, F = np.pi / 4, 0.3  # E* = 1 and R = 1: the classical contact is |x1| < 1
 PAIRS = ((P, 0.0), (P, 0.7 * F * P), (0.8 * P, -0.2 * F * P))
@@ -64,25 +63,6 @@ def test_a_wave_on_cells_answers_as_in_fourier_space():
     for place in (400, 480, 497):
         direct = (known @ (packet * np.exp(1j * waves * x[place]))).real / np.pi
         assert found[:, place] == pytest.approx(direct, abs=2e-3 * np.abs(direct).max())
-
-
-def test_corners_press_and_drag_a_second_body_where_they_stand():
-    """A at x - ell/2, B at x + ell/2; Flamant's solution, upside down. Cells are averages, 1e-3 of their
-    distance squared; surfaces are drawn to a load, so that what is added to u1 has Y's sign.
-    """
-    second, edges = mb.Cosserat(E=2.0, nu=0.2, ell=0.1, beta=0), cells(40, 1.0)
-    problem, n = Problem(half_plane().solid, BLOCKS, None, counter=second), len(edges)
-    plain = frictional_contact(problem, edges, np.zeros((2, n)))
-    whole = with_counter(plain, problem, edges)
-    x, i, j, c = edges.mean(axis=1), 2, n - 2, 0.8 / second.mu  # cells far from each other, i on the left
-    corners = np.array((-0.125, 0.125))
-    depth = -c / np.pi * np.log(np.abs(x[i] - x[j] + corners[:, None] - corners) / second.ell)
-    normal = whole.normal - plain.normal
-    cross = whole.cross - np.tile(plain.cross, (2, 1))
-    along = whole.tangential - np.tile(plain.tangential, (2, 2))
-    assert normal.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(depth, abs=2e-3)
-    assert along.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(depth, abs=2e-3)
-    assert cross.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(-(1 - 2 * 0.2) / (4 * second.mu), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -163,61 +143,6 @@ def test_a_surface_that_slips_both_ways_sticks_nowhere(law, alpha, f, pairs):
         and zones["slip"] == zones["contact"]
         and len(zones["contact"]) == 1 + (alpha == 1)
     )
-
-
-@pytest.mark.parametrize("seed", [0, 4])
-def test_seeded_histories_are_right(seed):
-    """Of 300, `python -m tests.friction_histories 300`, none is wrong."""
-    assert friction_histories.outcome(seed)[1] == "right"
-
-
-# --- equal bodies on panels
-
-
-def seeded(seed, count=5):
-    """Pairs that panels follow: first pressed, then with normal force that falls, is held, or grows."""
-    draw, found, last = np.random.default_rng(seed), [], (0.0, 0.0)
-    for number in range(count):
-        load = draw.uniform(0.3, 1.0) if not number else last[0] * draw.choice([1.0, 1.0, 0.7, 0.9, 1.3])
-        shear = F * load * np.clip(draw.uniform(-1.2, 1.2), -1, 1)
-        if load > last[0]:
-            shear = last[1] + F * (load - last[0]) * draw.uniform(-1, 1)
-        last = load, shear
-        found.append(last)
-    return found
-
-
-def uneven(x):
-    return np.where(x > 0, 0.3, 0.8) * x**2
-
-
-@pytest.mark.parametrize("seed, obstacle", [(0, mb.Cylinder(1.0)), (1, mb.Wedge(0.3)), (4, uneven)])
-def test_cells_find_what_panels_do(seed, obstacle):
-    """Another discretisation, that knows nothing of sums: forces and slip to rtol, energies, zones. Panels'
-    dissipation is f p times the slip where Q alone changes, by the states' own fields.
-    """
-    panels = contact(
-        LAWS[0], True, mb.Panels(), float(np.random.default_rng(seed).uniform(0.02, 1.0)), obstacle
-    )
-    pairs = seeded(seed, 4)
-    exact = panels.history(pairs, rtol=1e-4).states
-    for one, other in zip(exact, panels.with_(method=mb.Cells()).history(pairs, rtol=2e-2).states):
-        inside = other.pressure > 0
-        for name, scale in (("pressure", 1.0), ("shear_traction", F), ("slip", None)):
-            off = (np.interp(other.x, one.x, getattr(one, name)) - getattr(other, name)) * inside
-            if scale:
-                assert relative(other, off / scale, other.pressure) < 2e-2, name
-            else:
-                assert np.abs(off).max() < 0.02 * max(np.abs(one.slip).max(), np.abs(other.slip).max()) + 1e-9
-        assert one.dissipation == pytest.approx(other.dissipation, rel=5e-3, abs=1e-6)
-        assert one.work == pytest.approx(other.work, rel=1e-3)  # constants of the half-planes are the same
-        for name in ("contact", "stick"):
-            assert np.array(one.zones[name]) == pytest.approx(np.array(other.zones[name]), abs=5e-3)
-    before, after = panels.history([(P, 0.0), (P, 0.6 * F * P)], rtol=1e-4).states
-    lost = F * (
-        after.weights @ (after.pressure * np.abs(after.slip - np.interp(after.x, before.x, before.slip)))
-    )
-    assert after.dissipation - before.dissipation == pytest.approx(lost, rel=5e-3, abs=3e-6)
 
 
 # --- what a history says of itself

@@ -2,76 +2,33 @@
 
 import contextlib
 import itertools
+import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import dome
 
 import microblock as mb
 from microblock.corners import follower
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.fem import meshes
+from microblock.fem.friction import FrictionFacets
 
-# Two nodes under a flat obstacle, of unit compliances; the first is GAP away, and its gap falls by C t under
-# its shear force t, its displacement s by C n. Both in contact,
-#     2 n1 = P - GAP + C t1,        2 t1 = Q + C n1 if both stick and nothing had sheared before.
-# Where node 1 slips forwards n1 = (P - GAP)/(2 - C f): from f = 2/C on its force falls as P grows.
-C, GAP = 0.8, 1.0  # f = 2.5 is the critical friction
-P, Q = 2.0, 1.68
-
-
-def wedged(load):
-    """(n1, t1) of both nodes sticking under (load, Q), first pressed to (P, 0)."""
-    t = (Q + C / 2 * (load - GAP)) / (2 - C * C / 2)
-    return (load - GAP + C * t) / 2, t
-
-
-def slips_at(f):
-    """The load under Q at which t1 = f n1, from `wedged`."""
-    t0, slope = wedged(GAP)[1], (C / 2) / (2 - C * C / 2)
-    return GAP + t0 * (1 - C * f / 2) / (f / 2 - slope * (1 - C * f / 2))
-
-
-def on_nodes(f, coupled=True):
-    cross = np.diag([-C, 0.0])
-    return FrictionalContact(np.eye(2), cross, np.eye(2), np.array([GAP, 0.0]), f, coupled)
-
-
-def followed(f, pairs, coupled=True):
-    """[(n, t)] at the pairs of loads."""
-    path = Follower(on_nodes(f, coupled))
-    return [(one.normal, one.tangential) for one in (path.to(*pair) for pair in pairs)]
-
+C = 0.8  # of the shear force of a node, by which its gap falls: its displacement is C times its pressure
 
 NEWTON = mb.Newton()
 RTOL = {NEWTON: None, None: 0.3}
-WAY = [(P, 0.0), (P, Q)]
-
-
-def test_the_wedged_node_is_followed_up_to_where_it_snaps():
-    f = 3.0
-    snap = slips_at(f)
-    *_, (n, t) = followed(f, [*WAY, (snap + 1e-3, Q)])
-    assert (n[0], t[0]) == pytest.approx(wedged(snap + 1e-3), rel=1e-12)
-    with pytest.raises(mb.NotConverged, match="unique") as failure:
-        followed(f, [*WAY, (snap - 1e-3, Q)])
-    assert failure.value.reached == pytest.approx((snap, Q), rel=1e-12)
-
-
-@pytest.mark.parametrize("f, coupled", [(2.4, True), (3.0, False)])
-def test_what_is_advised_helps(f, coupled):
-    """A smaller friction, or no coupling: node 1 slips, and opens at P = GAP, as the way on says."""
-    (n, t), (last, _) = followed(f, [*WAY, (1.02, Q), (0.97, Q)], coupled)[-2:]
-    wanted = 0.02 / (2 - C * f) if coupled else 0.01
-    assert (n[0], t[0]) == pytest.approx((wanted, f * wanted), rel=1e-9) and abs(last[0]) < 1e-12
 
 
 def test_events_without_end_are_named(monkeypatch):
     """No input is known that has so many."""
     monkeypatch.setattr(follower, "range", lambda most: range(1), raising=False)
     with pytest.raises(mb.NotConverged, match="to and fro without end") as failure:
-        followed(0.3, [(P, 0.0)])
-    assert failure.value.reached == pytest.approx((GAP, 0.0))  # the other node touches
+        contact = FrictionalContact(np.eye(2), np.diag([-C, 0.0]), np.eye(2), np.array([1.0, 0.0]), 0.3)
+        Follower(contact).to(2.0, 0.0)
+    assert failure.value.reached == pytest.approx((1.0, 0.0))  # the other node touches
 
 
 @pytest.mark.parametrize("f,continues", [(0.9 / C, True), (1.1 / C, False)])
@@ -193,7 +150,7 @@ def cylinder(f, body, method=None, coupled=True):
     return mb.Contact(body, mb.Cylinder(1.0), law, method).history(pairs, coupled=coupled, rtol=RTOL[method])
 
 
-def block(h=0.2):
+def tall(h=0.2):
     mesh = meshes.uniform(meshes.Ground(far=4.0, reach=(-1.6, 1.6), half=False), h)
     return mb.Body(mesh, TALL, order=2, fixed="bottom")
 
@@ -201,7 +158,106 @@ def block(h=0.2):
 def test_a_mesh_on_which_no_way_goes_on_says_so():
     """Blocks three times as long as the contact: from a friction of 5 on no rates hold somewhere."""
     with pytest.raises(mb.NotConverged, match="no rates"):
-        cylinder(6.0, block(), NEWTON)
+        cylinder(6.0, tall(), NEWTON)
     for f, coupled in ((3.0, True), (6.0, False)):  # what it advises
-        state = cylinder(f, block(), NEWTON, coupled).states[-1]
+        state = cylinder(f, tall(), NEWTON, coupled).states[-1]
         assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
+
+
+# --- friction at the corners of bodies on meshes: tangent, columns and springs in closed form, reactions,
+
+
+F = 0.3
+SOLID, CYLINDER = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1), mb.Cylinder(R=10.0)
+BLOCKS = mb.Microblock(friction=F)
+PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
+
+
+def block(h=0.15, solid=SOLID, order=2):
+    """A block of the half-width 2 whose contact region has squares of the side h."""
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-0.6, 0.6), half=False), h)
+    return mb.Body(mesh, solid, order=order, fixed="bottom")
+
+
+def followed(body, friction, control, pairs):
+    facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
+    follower = Follower(facets.contact(), by_motions=control == "approach")
+    return [follower.to(*pair) for pair in pairs], follower.changes, facets
+
+
+def test_a_column_follows_the_closed_form():
+    """With psi = 0 at both ends, u1 = q/mu (H - beta L tanh(H/2L)) and the couple q/2 gamma' ell^2/L
+    tanh(H/2L) at the top; corner B opens where that and the moment of q exceed (ell/2) P, at `tip`; beyond, A
+    alone carries P. Dragged beyond f P it slips, and the work of the rest is lost.
+    """
+    solid, P, f = mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), 0.01, 0.2
+    body = mb.Body(meshes.line(depth=1.0, elements=2), solid, order=6, fixed="middle")
+    L, mu, ell = solid.layer_length, solid.mu, solid.ell
+    softness = (1 - solid.beta * L * math.tanh(1 / (2 * L))) / mu
+    tip = P / (1 + solid.curvature * ell / L * math.tanh(1 / (2 * L)))
+    (both, one), changes, facets = followed(body, 0.6, "load", [(P, 0.9 * tip), (P, 0.5 * P)])
+    assert both.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
+    assert np.subtract(*both.normal) == pytest.approx(0.9 * P, rel=1e-6) and both.stick.all()
+    opens = [change.share for change in changes if change.kind == "open"]
+    assert opens == [pytest.approx(0.1 * tip / (0.5 * P - 0.9 * tip), rel=1e-5)]
+    B = ell / 2 * 0.5 * P * L / (solid.curvature * ell**2 * mu)
+    A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
+    turned = -P / (4 * mu) + A * L * math.sinh(1 / L) + B * L * (1 - math.cosh(1 / L))
+    psi, u1 = A - P / (4 * mu), (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
+    found = facets.nodes.response @ facets.onto.T @ np.concatenate((one.normal, one.tangential))
+    assert found[1] == pytest.approx(psi, rel=1e-5)
+    assert one.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
+    d = P / (solid.lam + 2 * mu)
+    limit = f * P * softness
+    pairs = [(d, 0), (d, 0.5 * limit), (d, 3 * limit), (d, 0)]
+    (_, stuck, dragged, back), _, _ = followed(body, f, "approach", pairs)
+    assert (stuck.shear, stuck.dissipation) == pytest.approx((0.5 * f * P, 0), rel=1e-6, abs=1e-18)
+    for moment, sign, way in ((dragged, 1, 2), (back, -1, 3)):  # back by 3, of which 2 are elastic
+        assert moment.shear == pytest.approx(sign * f * P, rel=1e-9) and moment.slips.tolist() == [sign]
+        assert moment.dissipation == pytest.approx(way * limit * f * P, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "body, obstacle, far, coupled",
+    [
+        (block(), CYLINDER, "bottom", True),
+        (block(), CYLINDER, "bottom", False),
+        # there pressures and shear tractions both have parts along x1 and x2
+        (mb.Body(dome(order=2), SOLID, order=2, fixed="base"), mb.Plane(level=1.0), "base", True),
+    ],
+    ids=["block", "uncoupled", "curved"],
+)
+def test_supports_carry_both_loads_and_work_is_energy_and_dissipation(body, obstacle, far, coupled):
+    """Nothing is discretised in time: rounding. The energy is that of the fields."""
+    states, last = mb.Contact(body, obstacle, BLOCKS, mb.Newton()).history(PAIRS, coupled=coupled).states, 0.0
+    for state in states:
+        force, moment = state.solution.fields.reaction(far)
+        assert force == pytest.approx([-state.shear, state.load], abs=1e-9)
+        if far == "bottom":
+            arm = state.weights @ (state.pressure * state.x - state.micromoment)
+            assert moment == pytest.approx(arm, abs=1e-9)
+        assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
+        assert not coupled or state.energy == pytest.approx(state.fields.energy(), rel=1e-9)
+        assert state.dissipation >= last - 1e-14 * state.energy
+        last = state.dissipation
+    assert last > 1e-3 * state.energy
+
+
+def test_a_block_has_its_history_to_a_tolerance():
+    """Estimates bound the distance to squares four times shorter, by no more than they have to; what a
+    refusal advises is met; contact that leaves the region is said.
+    """
+    pairs, method = PAIRS[:2], mb.Uniform(h=0.2, order=1, reach=0.6)
+    problem = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, BLOCKS, method)
+    finest = problem.with_(method=replace(method, h=0.2 / 16)).history(pairs).states
+    for state, other in zip(problem.history(pairs, rtol=0.25).states, finest):
+        w, true = other.weights, 0.0
+        for name, scale in (("pressure", 1.0), ("micromoment", SOLID.ell), ("shear_traction", F)):
+            off = (np.interp(other.x, state.x, getattr(state, name)) - getattr(other, name)) / scale
+            true = max(true, math.sqrt(w @ off**2 / (w @ other.pressure**2)))
+        assert 0.1 * state.error_estimate < true < state.error_estimate <= 0.25
+    with pytest.raises(mb.NotConverged, match="smallest error estimate") as failure:
+        problem.history(pairs[:1], rtol=1e-3)
+    assert problem.history(pairs[:1], rtol=failure.value.rtol_reached).states
+    with pytest.raises(mb.NotConverged, match="leaves the region"):
+        problem.with_(method=replace(method, reach=0.3)).history(pairs)

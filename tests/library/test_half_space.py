@@ -4,7 +4,6 @@ blocks by vectors, a second body against a dense reference; conditions, balance 
 
 import numpy as np
 import pytest
-from scipy.interpolate import RectBivariateSpline
 from scipy.linalg import schur
 from scipy.special import j0
 
@@ -13,7 +12,7 @@ from microblock.corners.on_cells import Grid
 from microblock.halfplane.kernels import normal_symbol, short_waves
 from microblock.halfplane.kernels import symbol as plane_symbol
 from microblock.halfspace.symbol import along
-from tests.half_space_scenes import on_cells
+from tests.states import on_cells
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7, alpha_prime=0.3, beta_prime=-0.2)
@@ -90,29 +89,12 @@ def hilly(x1, x2):
     return one + 0.7 * two
 
 
-def tilted(psi1, psi2, height=hilly, where="gaps and levers"):
-    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2, alpha_prime=0.3, beta_prime=-0.2)
-    law = mb.Microblock((psi1, psi2), where)
-    return on_cells(problem(law, None, height, 3.0, solid, nodes=32, residual=1e-11).solve(load=1.8))
-
-
-def test_a_mirror_turns_rotations():
-    """Rotations are axial: x1 <-> x2 takes (psi1, psi2) to -(psi2, psi1), that of x1 to (psi1, -psi2)."""
-    state = tilted(lambda *x: tilts(*x)[0], lambda *x: tilts(*x)[1])
-    swapped = tilted(lambda x, y: -tilts(y, x)[1], lambda x, y: -tilts(y, x)[0], lambda x, y: hilly(y, x))
-    mirrored = tilted(lambda x, y: tilts(-x, y)[0], lambda x, y: -tilts(-x, y)[1], lambda x, y: hilly(-x, y))
-    close = 1e-8 * state.pressure.max()  # the residual
-    assert pytest.approx(state.pressure, abs=close) == swapped.pressure.T
-    assert -swapped.micromoment[::-1].transpose(0, 2, 1) == pytest.approx(state.micromoment, abs=close)
-    assert mirrored.pressure[::-1] == pytest.approx(state.pressure, abs=close)
-    signs = np.array((1, -1))[:, None, None]
-    assert mirrored.micromoment[:, ::-1] * signs == pytest.approx(state.micromoment, abs=close)
-
-
 @pytest.mark.parametrize("where", ["gaps and levers", "levers"])
 def test_gaps_and_moments_are_those_of_vectors(where):
     """Corners at x_O + (ell/2)(N + a S1 + b S2), their displacement u + psi x r, their moment r x f."""
-    state = tilted(lambda *x: tilts(*x)[0], lambda *x: tilts(*x)[1], where=where)
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2, alpha_prime=0.3, beta_prime=-0.2)
+    law = mb.Microblock((lambda *x: tilts(*x)[0], lambda *x: tilts(*x)[1]), where)
+    state = on_cells(problem(law, None, hilly, 3.0, solid, nodes=32, residual=1e-11).solve(load=1.8))
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
     zero, one = np.zeros_like(x1), np.ones_like(x1)
     e1, e2, e3 = (
@@ -144,32 +126,6 @@ def test_forces_of_blocks_that_are_not_unique_have_the_least_norm():
 
 
 # --- conditions, closed forms
-
-
-@pytest.mark.parametrize("second", [None, OTHER], ids=["rigid", "two bodies"])
-@pytest.mark.parametrize("law", LAWS, ids=str)
-def test_gaps_are_those_of_both_surfaces_at_the_corners(law, second):
-    """None is negative, closed ones are 0: the residual; of two bodies u2 by a spline through its cells, and
-    what holds blocks back from twisting, 1e-3 of the approach. Equilibrium to rounding.
-    """
-    state = on_cells(problem(law, second, nodes=64, window=(-1.0, 1.0)).solve(load=1.0))
-    assert np.sum(state.weights * state.pressure) == pytest.approx(1.0, rel=1e-12)
-    above = np.zeros_like(state.pressure) if second is None else state.opposite
-    surface = RectBivariateSpline(state.x1, state.x2, above)
-    (x1, x2), half, close = (
-        np.meshgrid(state.x1, state.x2, indexing="ij"),
-        SOLID.ell / 2,
-        1e-3 if second else 1e-8,
-    )
-    solver = state.problem.solver
-    initial, tilt = solver.gaps(x1, x2), solver.surface_law.tilt(x1, x2)
-    phi = np.array((-half * state.psi[1], half * state.psi[0])) * (len(initial) > 1)
-    for number, ((a, b), own) in enumerate(zip(solver.surface_law.offsets, state.pressures.values())):
-        gap = initial[number] - state.approach + state.displacement - a * phi[0] - b * phi[1]
-        gap += (tilt * phi[: len(tilt)]).sum(axis=0) + surface.ev(x1 + a * half, x2 + b * half)
-        gap, pressed = gap[4:-4, 4:-4], own[4:-4, 4:-4] > 0
-        assert own.min() >= 0 and gap.min() > -close * state.approach
-        assert np.abs(gap[pressed]).max(initial=0.0) < close * state.approach
 
 
 @pytest.mark.parametrize("second", [None, OTHER], ids=["rigid", "two bodies"])
@@ -232,15 +188,3 @@ def test_work_of_one_load_on_the_displacement_of_another_is_mutual(law, period):
         for matrix in (H, H.counter):
             assert np.sum(f * (matrix @ g)) == pytest.approx(np.sum(g * (matrix @ f)), rel=1e-12)
             assert np.sum((f - f.mean()) * (matrix @ (f - f.mean()))) > 0
-
-
-def test_a_classical_solid_is_pressed_by_a_sphere_as_hertz_says():
-    """Its constructor knows no side of a block."""
-    solid = mb.Elastic(E=100, nu=0.3)
-    state = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=10), mb.Unilateral()).solve(load=1.0)
-    a = (3 * 10 * (1 - 0.3**2) / (4 * 100)) ** (1 / 3)
-    assert state.approach == pytest.approx(a**2 / 10, rel=2 * state.error_estimate)
-    assert (
-        mb.Contact(mb.HalfSpace(solid, period=2.0), mb.Sphere(R=10), mb.Unilateral()).solve(load=1.0).load
-        == 1
-    )

@@ -1,5 +1,5 @@
 """Symbol, kernels and compliance of the half-plane: against the field equations in 60 digits, quadrature on
-the real axis and each other; products and exchanges of cells against dense matrices.
+the real axis and each other; anything admissible has finite kernels and a state or a typed error.
 """
 
 from decimal import Decimal, localcontext
@@ -12,10 +12,19 @@ from scipy.integrate import quad
 from scipy.special import k0
 
 import microblock as mb
-from microblock import Cosserat, HalfPlane, Microblock, Microclamped, Unilateral
-from microblock.corners import active_set, projected_gradients
-from microblock.corners.on_cells import Grid
-from microblock.halfplane.cell_solver import flexibility
+from microblock import (
+    Contact,
+    Cosserat,
+    Cylinder,
+    HalfPlane,
+    Microblock,
+    Microclamped,
+    NotConverged,
+    Panels,
+    Punch,
+    Unilateral,
+    Wedge,
+)
 from microblock.halfplane.kernels import Kernels, clamped, symbol
 from tests import closed_forms
 
@@ -245,9 +254,6 @@ def test_far_from_the_load_kernels_are_classical(solid):
     np.testing.assert_allclose(x * moment, V / W / np.pi, rtol=1e-9)
 
 
-# --- compliance of cells
-
-
 # --- anything admissible
 
 fuzzed = settings(derandomize=True, deadline=None, database=None)  # the same examples on every machine
@@ -280,50 +286,7 @@ def test_kernels_of_anything(material, x):
         assert np.all(np.diff(table(x, (number,))[0]) < 1e-12)
 
 
-# --- products and exchanges of cells
-
-
-def jagged(x):
-    """Rough beyond any smoothness, of either sign."""
-    return np.random.default_rng(7).uniform(-0.2, 0.2, 400)[
-        np.round((np.asarray(x) + 2) * 97).astype(int) % 400
-    ]
-
-
-CELLS = {
-    "unilateral": Unilateral(),
-    "microclamped": Microclamped(),
-    "microblock": Microblock(0.05),
-    "rough psi0": Microblock(jagged),
-    "levers": Microblock(jagged, psi0_in="levers"),
-}
-
-
-@pytest.mark.parametrize("name", CELLS)
-def test_states_of_cells_agree_with_pivoting(name):
-    """Of few corners and of many: 1e-12 times the condition of the matrix on vectors of zero sum, some
-    hundreds; also by the approach, on a period.
-    """
-    law, solid = CELLS[name], solid_of(0.3, 1.0, 2.0, ell=0.2)
-    for count, obstacle in (
-        (121, mb.Punch(0.5, 0.1)),
-        (300, mb.Cylinder(1.0)),
-        (300, SimpleNamespace(height=jagged)),
-    ):
-        grid, body = Grid(count, 2.3 / count, (0.15,)), HalfPlane(solid)
-        H, g0, _ = body.compliance(*grid.axes, clamped=law.clamps_rotation).corner_system(law, obstacle)
-        for load in (0.01, 0.5):
-            expected = active_set.solve(H, g0, load=load)
-            gaps = g0.reshape(len(law.corners), -1)
-            found = projected_gradients.solve(flexibility(body, law, grid), gaps, load=load, rtol=1e-12)
-            assert np.abs(found.forces.ravel() - expected.forces).max() <= 1e-9 * expected.forces.max()
-            assert found.approach == pytest.approx(expected.approach, rel=1e-10, abs=1e-12)
-    grid = Grid(121, 2.3 / 121, (0.15,))
-    H = flexibility(HalfPlane(solid, 2.3), law, grid)
-    g0 = np.tile(mb.Wave(0.1, 2.3).height(*grid.axes), (len(law.corners), 1))
-    at_load = projected_gradients.solve(H, g0, load=0.05, rtol=1e-12)
-    again = projected_gradients.solve(H, g0, approach=at_load.approach, rtol=1e-12)
-    assert again.forces == pytest.approx(at_load.forces, abs=1e-9 * at_load.forces.max())
+# --- solids without coupling
 
 
 @pytest.mark.parametrize("method", [None, mb.Cells(256)])
@@ -335,3 +298,60 @@ def test_without_coupling_a_half_plane_without_blocks_is_the_classical_one(metho
     )
     x = np.linspace(-0.5, 0.5, 11)
     assert np.allclose(free.pressure_at(x), classical.pressure_at(x), rtol=1e-12, atol=1e-12)  # rounding
+
+
+# --- anything admissible: a state or a typed error, never NaN, never a warning (the suite turns warnings into
+
+
+rotations = strategies.one_of(strategies.just(0.0), strategies.floats(-0.5, 0.5), decades(-6, -1))
+acts_in = strategies.sampled_from(["gaps and levers", "levers"])
+laws = strategies.one_of(
+    strategies.builds(Microblock, rotations, acts_in),
+    strategies.just(Unilateral()),
+    strategies.just(Microclamped()),
+)
+solids = strategies.builds(
+    lambda E, nu, ell, beta: Cosserat(E=E, nu=nu, ell=ell, beta=beta),
+    decades(-3, 3),
+    strategies.floats(-0.9, 0.499),
+    decades(-2, 0.7),
+    decades(-4, 0.3),
+)
+
+
+def is_a_state(state, load):
+    assert state.weights @ state.pressure == pytest.approx(load, rel=1e-12)
+    for values in (
+        *state.pressures.values(),
+        state.micromoment,
+        state.psi,
+        state.energy,
+        state.solution.approach,
+    ):
+        assert np.all(np.isfinite(values))
+    # the norm of the check that refuses a topology
+    assert state.residual < 1e-3
+
+
+@settings(fuzzed, max_examples=60)
+@given(solids, laws, decades(-3, 1))
+def test_a_cylinder_always_has_a_state(solid, law, load):
+    state = Contact(HalfPlane(solid), Cylinder(1.0), law).solve(load=load * solid.E)
+    assert 0 <= state.error_estimate <= 1e-3
+    is_a_state(state, load * solid.E)
+
+
+@settings(fuzzed, max_examples=15)
+@given(
+    solids,
+    laws,
+    decades(-2, 0),
+    strategies.one_of(strategies.builds(Wedge, decades(-2, 0)), strategies.builds(Punch, decades(-1, 1))),
+)
+def test_slope_discontinuities_and_edges_give_a_state_or_say_why_not(solid, law, load, obstacle):
+    try:
+        state = Contact(HalfPlane(solid), obstacle, law, Panels(order=8)).solve(load=load * solid.E)
+    except NotConverged as failure:
+        assert "load" in str(failure)
+    else:
+        is_a_state(state, load * solid.E)

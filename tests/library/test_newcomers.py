@@ -9,7 +9,6 @@ from scipy.interpolate import CubicSpline
 
 import microblock as mb
 from microblock.fem import fitted_mesh
-from microblock.fem.fitted import FittedSolver
 from microblock.model.law import Law
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -109,25 +108,6 @@ def test_slips_are_refused_early_by_their_names(name):
 def test_the_advised_height_presses_a_body_in_space():
     state = mb.Contact(CUBOID, lambda x, y: x**2 / 20 + 0 * y, mb.Microblock()).solve(approach=0.001)
     assert state.load > 0
-
-
-def test_the_load_of_an_approach_with_several_zones_is_met_in_few_solves(monkeypatch):
-    """The load is off by what the estimate allows of the pressure, once for each of the two states."""
-    rtol, solved, at = 2e-2, [], FittedSolver.at
-    monkeypatch.setattr(FittedSolver, "at", lambda *args: solved.append(args[1]) or at(*args))
-    solid = mb.Cosserat(299.5, 0.44, ell=0.2, beta=0.08, curvature=10.89)
-    problem = mb.Contact(mb.Block(solid, 6.0), waves, mb.Microblock())
-    pressed = problem.solve(load=10.0, rtol=rtol)
-    lowered = problem.solve(approach=pressed.approach, rtol=rtol)
-    assert len(pressed.zones["contact"]) > 2
-    assert lowered.approach == pytest.approx(pressed.approach, rel=1e-12)
-    assert lowered.load == pytest.approx(10.0, rel=2 * rtol) and lowered.error_estimate <= rtol
-    # secants from below: the first guess is three quarters of the load
-    assert len(solved) <= 1 + 6
-
-
-def waves(x):
-    return x**2 / 100 + 0.01 * (1 - np.cos(2 * np.pi * x / 1.5))
 
 
 def two_wedges(x):

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
+from microblock.data.provenance import digest
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -112,7 +113,7 @@ def test_an_interruption_loses_nothing_and_leaves_a_valid_file(tmp_path, how, ex
 # what makes a point another one
 
 
-NOTEBOOK = """
+STUDY = """
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -124,7 +125,7 @@ class Wall:
 
 @cache
 def factor(kind):
-    return {FACTOR} if kind in {"wall", "brick", "stone", "clay", "glass", "steel", "wood"} else 0
+    return {FACTOR}
 
 def area(wall, width):
     import helper
@@ -138,18 +139,20 @@ print(row["value"])
 
 
 def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
-    """Its own classes, a cached helper, which pickles by name, and what a helper imports; not its name."""
+    """Its own classes, a cached helper, and what a helper imports; without a file it is refused."""
     (tmp_path / "helper.py").write_text(
         "from digits import DIGITS\n\ndef rounded(x):\n    return round(x, DIGITS)\n"
     )
     printed = []
     for number, (factor, digits) in enumerate((("1", 1), ("1", 1), ("1/7", 1), ("1/7", 2), ("1/7", 2))):
         (tmp_path / "digits.py").write_text(f"DIGITS = {digits}\n")
-        code = f"exec(compile({NOTEBOOK.replace('{FACTOR}', factor)!r}, 'cell {number}', 'exec'))"
+        (tmp_path / "study.py").write_text(STUDY.replace("{FACTOR}", factor))
         environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}", "PYTHONHASHSEED": str(number)}
-        more = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "check": True}
-        printed.append(subprocess.run([sys.executable, "-c", code], **more).stdout.split())
+        more = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True}
+        printed.append(subprocess.run([sys.executable, "study.py"], check=True, **more).stdout.split())
     assert printed == [["called", "9.0"], ["9.0"], ["called", "1.3"], ["called", "1.29"], ["1.29"]]
+    typed = subprocess.run([sys.executable, "-c", STUDY.replace("{FACTOR}", "1")], **more)
+    assert "is defined in a notebook" in typed.stderr and not typed.stdout
 
 
 def test_processes_find_what_threads_have_computed(tmp_path, capsys):
@@ -160,3 +163,5 @@ def test_processes_find_what_threads_have_computed(tmp_path, capsys):
     study = partial(mb.sweep, partial(called, str(log)), {"x": (1.0, 2.0)}, records=file)
     assert study(executor=THREAD, quiet=True) == study(workers=1) and calls(log) == [1, 2]
     assert "1 points of other code" in capsys.readouterr().out
+    word, equal = "steel", "".join(("st", "eel"))  # two objects
+    assert digest(called, {"a": word, "b": word}) == digest(called, {"a": word, "b": equal})

@@ -4,15 +4,12 @@ import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 import microblock as mb
-from microblock.halfplane.averages import normal_averages
-from microblock.halfplane.kernels import normal_kernel, normal_symbol, symbol
+from microblock.halfplane.kernels import normal_symbol, symbol
 from tests.states import apart
 
 OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
-CLASSICAL = mb.Cosserat(E=100, nu=0.3, ell=0.2, beta=0)
 CYLINDER = mb.Cylinder(R=10)
 LAWS = [mb.Unilateral(), mb.Microclamped(), mb.Microblock(), mb.Microblock(psi0=0.02)]
 
@@ -54,21 +51,6 @@ def test_all_closed_on_a_period_corners_follow_the_waves():
         p = state.pressures[name]
         assert p.min() > 0
         assert 2 * np.mean(p * np.exp(-1j * k * state.x)) == pytest.approx(amplitude, rel=1e-8)  # residual
-
-
-def test_both_bodies_carry_the_same_force_and_moment():
-    """Far from the contact the second body shows force and moment of what presses it."""
-    state = on_panels(CLASSICAL, slanted, mb.Microblock(), 0.3).solve(load=1.0, rtol=1e-7)
-    moment, far, c = state.weights @ (state.x * state.pressure - state.micromoment), 300.0, 0.7 / CLASSICAL.mu
-    shares = [
-        state.weights @ (p * (state.x - side)) for p, side in zip(state.pressures.values(), (0.15, -0.15))
-    ]
-    assert sum(shares) == pytest.approx(moment, abs=1e-12)
-    right, left = state.counter_displacement(np.array([far, -far]))
-    near = state.counter_displacement(np.array([far, -far]) / 10).mean()
-    # of the dipole the next term is (a/far)^2, and 1e-10 that of the edges' q
-    assert right - left == pytest.approx(2 * c / np.pi * moment / far, rel=1e-4)
-    assert near - (right + left) / 2 == pytest.approx(c / np.pi * np.log(10), rel=1e-3)
 
 
 def block(sign, spacing, E=100.0):
@@ -135,25 +117,3 @@ def test_error_estimates_hold(seed):
     problem, load = seeded(seed)
     state, fine = (problem.solve(load=load, rtol=rtol) for rtol in (1e-3, 1e-5))
     assert apart(state, fine) <= state.error_estimate <= 1e-3
-
-
-@pytest.mark.parametrize("beta", [1.0, 0.3])
-@pytest.mark.parametrize(
-    "apart, source, target", [(0.0, 8.0, 1.0), (0.3, 0.5, 2.0), (5.0, 2.0, 2.0), (30.0, 10.0, 1.0)]
-)
-def test_averages_over_cells_are_those_of_quadrature(beta, apart, source, target):
-    """The distance of two points of the cells has a trapezoid as its density."""
-    solid = mb.Cosserat(E=1.0, nu=0.3, ell=1.0, beta=beta)
-    top, foot = abs(source - target) / 2, (source + target) / 2
-
-    def weighted(x):
-        density = min(1 / max(source, target), max(0.0, foot - abs(x - apart)) / (source * target))
-        return density * float(normal_kernel(solid, np.maximum(np.abs([x]), 1e-13))[0])
-
-    near = [sign * 10.0**-power for power in range(9) for sign in (-1, 1)]  # of the logarithm
-    ends = np.unique(
-        np.clip([0.0, *near, *apart + np.array((-foot, -top, top, foot))], apart - foot, apart + foot)
-    )
-    exact = sum(quad(weighted, *pair, epsabs=1e-13, limit=200)[0] for pair in zip(ends, ends[1:]))
-    # of the quadrature, and of the tables of kernels
-    assert normal_averages(solid, [apart], source, target)[0] == pytest.approx(exact, abs=1e-11)
