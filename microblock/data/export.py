@@ -9,8 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, MissingExtra, require_place, writing
+from ..errors import BadArgument, MissingExtra, require_numbers, require_place, writing
 from ..model.events import Event, LoadPath
 from ..model.history import History
 from ..model.state import State
@@ -100,12 +101,14 @@ def _rows(what):
     return rows
 
 
-def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
+def to_vtk(
+    state: State | History, path: str | os.PathLike, x1: ArrayLike | None = None, x2: ArrayLike | None = None
+) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it.
 
     The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
-    stress (2), in space psi (3), stress and couple stress (9, by rows), on 81 x 41 points or on elements, cut
-    by their order. States on cells, and on panels with friction, have no body.
+    stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on elements, cut by
+    their order. States on cells, and on panels with friction, have no body.
 
     Parameters
     ----------
@@ -114,6 +117,8 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     path : str or path
         Beginning of the files' names before "_surface.vtu" and "_body.vtu", in a history with the number of
         the state, and before ".pvd" of the series.
+    x1, x2 : array_like, optional
+        Grid of a half-plane, ascending, x2 <= 0; by default 1.5 times as wide and deep as the contact.
 
     Returns
     -------
@@ -123,7 +128,7 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     Raises
     ------
     BadArgument
-        If no file can be there.
+        If no file can be there, a state with nodes of its own gets a grid, or points lie above the surface.
     MissingExtra
         If meshio is not installed.
 
@@ -132,26 +137,35 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     >>> import meshio
     >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
     >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
-    >>> surface, body = mb.to_vtk(problem.solve(load=1.0), "state")
+    >>> surface, body = mb.to_vtk(problem.solve(load=1.0), "state", x1=np.linspace(-1, 1, 5),
+    ...     x2=np.linspace(-1, 0, 4))
     >>> meshio.read(body).point_data["stress"].shape
-    (3321, 4)
+    (20, 4)
     """
     if not isinstance(state, (State, History)):
         raise BadArgument("state", state, "must be a state, or a history of states")
     require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
     if isinstance(state, History):
-        return _write_series(state.states, path)
+        return _write_series(state.states, path, x1, x2)
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     fields = getattr(state.solution, "fields", None)
+    on_grid = fields is not None and not hasattr(fields, "body")
+    if not on_grid and (x1 is not None or x2 is not None):
+        raise BadArgument(
+            "x1" if x2 is None else "x2",
+            x1 if x2 is None else x2,
+            "belongs to a state of panels without friction; others have their own nodes, or no fields",
+        )
+    grid = _grid(state, x1, x2) if on_grid else ()
     if fields is not None:  # first, since it may raise an error: then no file is written
-        (_write_mesh if hasattr(fields, "body") else _write_grid)(state, body)
+        (_write_grid if on_grid else _write_mesh)(fields, body, *grid)
     _write_surface(state, surface)
     return [surface] if fields is None else [surface, body]
 
 
-def _write_series(states, path):
-    sets = [to_vtk(state, f"{path}_{number}") for number, state in enumerate(states)]
+def _write_series(states, path, x1, x2):
+    sets = [to_vtk(state, f"{path}_{number}", x1, x2) for number, state in enumerate(states)]
     lines = [
         f'<DataSet timestep="{number}" part="{part}" file="{file.name}"/>'
         for number, files in enumerate(sets)
@@ -194,13 +208,16 @@ def _lines(state, x1):
     return np.column_stack((numbers, numbers + 1))
 
 
-def _write_grid(state, path):
-    """The fields around the contact, 1.5 times as wide and deep."""
+def _grid(state, x1, x2):
     edges = zone_edges({"contact": state.zones["contact"]})
     middle, reach = (edges[-1] + edges[0]) / 2, 1.5 * (edges[-1] - edges[0]) / 2
-    x1, x2 = middle + reach * np.linspace(-1, 1, 81), -2 * reach * np.linspace(1, 0, 41) ** 2
+    across = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)
+    return across, -2 * reach * np.linspace(1, 0, 41) ** 2 if x2 is None else require_numbers(x2=x2)
+
+
+def _write_grid(fields, path, x1, x2):
     across, down = (part.ravel() for part in np.meshgrid(x1, x2))
-    found, zero = state.fields(across, down), np.zeros_like(across)
+    found, zero = fields(across, down), np.zeros_like(across)
     numbers = np.arange(across.size).reshape(len(x2), len(x1))
     data = {
         "u": np.column_stack((*found.u, zero)),
@@ -221,10 +238,10 @@ def _write(path, points, cells, data):
         meshio.Mesh(points, cells, point_data=data).write(path)
 
 
-def _write_mesh(state, path):
+def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
 
-    fields, body = state.fields, state.fields.body
+    body = fields.body
     pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
     stress, couples = (
         ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))

@@ -819,22 +819,25 @@ class State(PlainData):
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
     ) -> Figure:
-        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
+        three dimensions coloured by how many corners touch.
 
         Parameters
         ----------
         file, ax, window : optional
-            As of `plot`.
+            As of `plot`; in three dimensions the axis has to be one, too.
 
         Raises
         ------
         BadArgument
-            In three dimensions.
+            In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
-        self._require_flat("picture of blocks")
-        from ..view import blocks
+        from ..view import blocks, surface_figure
 
-        return self._saved(blocks.draw(ax, self, self._window(window)), file, ax)
+        window = self._window(window)
+        if not self.flat:
+            return self._saved(surface_figure.draw_blocks(ax, self), file, ax)
+        return self._saved(blocks.draw(ax, self, window), file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
