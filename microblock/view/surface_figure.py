@@ -7,8 +7,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from scipy.interpolate import RegularGridInterpolator
 
+from ..corners.surface_law import on_surface
 from ..errors import BadArgument, require_kind
-from ..halfspace.surface_law import on_surface
 from . import plots
 from .blocks import magnification
 

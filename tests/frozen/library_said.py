@@ -440,7 +440,7 @@ def parts():
         histories = [lambda n=n: cost.require_history(9, 3000, n) for n in (1, 10**6)]
         texts["histories"] = [library.refused(history) for history in histories]
         head, item = "A head of ``x`` that goes on, and on.", "label  its words, of which some\nare many more"
-        texts["help"] = command._wrapped(f"{head}\n\n{item}\n:of: :math:`y` alone")
+        texts["help"] = command._plain(f"{head}\n\n{item}\n:of: :math:`y` alone")
     yield from table("of numbers", numbers)
     yield from table("in words", {name: str(value) for name, value in texts.items()})
     yield from trials()

@@ -204,8 +204,8 @@ def test_a_column_follows_the_closed_form():
     A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
     turned = -P / (4 * mu) + A * L * math.sinh(1 / L) + B * L * (1 - math.cosh(1 / L))
     psi, u1 = A - P / (4 * mu), (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
-    found = facets.nodes.response @ facets.onto.T @ np.concatenate((one.normal, one.tangential))
-    assert found[1] == pytest.approx(psi, rel=1e-5)
+    _, found = facets.nodes.surface(np.concatenate((one.normal, one.tangential)), facets.onto)
+    assert found[0] == pytest.approx(psi, rel=1e-5)
     assert one.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
     d = P / (solid.lam + 2 * mu)
     limit = f * P * softness
@@ -261,3 +261,12 @@ def test_a_block_has_its_history_to_a_tolerance():
     assert problem.history(pairs[:1], rtol=failure.value.rtol_reached).states
     with pytest.raises(mb.NotConverged, match="leaves the region"):
         problem.with_(method=replace(method, reach=0.3)).history(pairs)
+
+
+def test_supports_that_move_are_refused():
+    """Forces of contact are counted from a body at rest."""
+    fixed, moved = {"u2": "bottom", "psi": "bottom"}, {"u1": {"bottom": 0.01}}
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-0.6, 0.6), half=False), 0.3)
+    body = mb.Body(mesh, SOLID, order=1, fixed=fixed, prescribed=moved)
+    with pytest.raises(mb.BadArgument, match="prescribed"):
+        mb.Contact(body, CYLINDER, BLOCKS, mb.Newton()).history(PAIRS)
