@@ -129,12 +129,6 @@ class NodalSolution(OfNodes):
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
-    @cached_property
-    def energy(self):
-        """Elastic energy per thickness, half the work of the corners."""
-        depth = self.approach * self.normals[:, 1] - np.where(self.forces > 0, self.gaps, 0)
-        return float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
-
     def gap(self, corner, x):
         """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
         if not np.all(self.reaches(x)):
@@ -157,6 +151,7 @@ class NodalSolution(OfNodes):
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
         compliance = getattr(nodes, "compliance", nodes)
         raised, psi = np.split(compliance.matrix @ compliance.loads(solver.law, forces), 2)
+        more.setdefault("method", type(solver.options).__name__.lower())
         counts = *counts, getattr(nodes, "unknowns", forces.size)
         return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **more)
 
@@ -186,9 +181,7 @@ class NodalSolution(OfNodes):
             ((0, self.x[0] - spacing[0]), (-1, self.x[-1] + spacing[-1])) if len(spacing) else ()
         ):
             there = self.points[[end]] + [beyond - self.x[end], 0.0]
-            gaps = self.law.initial_gaps(
-                there, self.normals[[end]], self.compliance.ell, self.problem.obstacle
-            )
+            gaps = self.law.initial_gaps(there, self.normals[[end]], self.nodes.ell, self.problem.obstacle)
             if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
                 words = (
                     f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "

@@ -23,10 +23,11 @@ def first_zones(problem, load):
         )
     for number in range(rounds):
         forces, closed = _pressed(problem, load, cells, closed)
-        parts = np.where(_unresolved(closed), 4, 1)
+        wide = np.diff(cells)[:, 0] > 4 * np.spacing(np.abs(cells).max())
+        parts = np.where(_unresolved(closed) & wide, 4, 1)
         if parts.max() == 1 or number == rounds - 1 or parts.sum() > most:
             yield {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
-            trials, parts = trials + 1, np.where(_changing(closed), 4, 1)
+            trials, parts = trials + 1, np.where(_changing(closed) & wide, 4, 1)
             if trials == 4 or parts.sum() > most:
                 return
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)

@@ -148,7 +148,7 @@ class LoadPath(PlainData):
         """
         from ..view.history_figure import draw_path  # here: whoever does not draw does not load matplotlib
 
-        return saved(draw_path(self, ax), file, () if ax else self.warnings)
+        return saved(draw_path(self, ax), file, () if ax is not None else self.warnings)
 
     def __repr__(self) -> str:
         known = "events" in vars(self)  # which are searched for when they are asked for

@@ -103,8 +103,8 @@ class History(PlainData):
         """
         from ..view.history_figure import draw_history, draw_loop
 
-        drawing = draw_loop(ax, self.states) if ax else draw_history(self.states)
-        return saved(drawing, file, () if ax else self.warnings)
+        drawing = draw_loop(ax, self.states) if ax is not None else draw_history(self.states)
+        return saved(drawing, file, () if ax is not None else self.warnings)
 
     def __repr__(self) -> str:
         return line("History", f"{len(self.states)} pairs, {len(self.events)} events", self.warnings)

@@ -813,7 +813,10 @@ class State(PlainData):
         window = self._window(window)
         if not self.flat:
             return self._saved(surface_figure.draw(self, ax), file, ax)
-        drawing = state_figure.draw_curves(ax, self, window) if ax else state_figure.draw(self, window)
+        drawing = (
+        one = ax is not None  # of which only the curves are drawn
+        drawing = state_figure.draw_curves(ax, self, window) if one else state_figure.draw(self, window)
+        )
         return self._saved(drawing, file, ax)
 
     def plot_blocks(
@@ -860,7 +863,7 @@ class State(PlainData):
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
 
     def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
-        return saved(drawing, file, *(() if ax else (self.warnings, self.caption + more)))
+        return saved(drawing, file, *(() if ax is not None else (self.warnings, self.caption + more)))
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:

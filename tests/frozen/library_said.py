@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 import microblock as mb
 from microblock import command, cost
 from microblock.fem import meshes, meshes3d
-from microblock.halfplane import coalescence, search
+from microblock.halfplane import search
 from microblock.halfplane.first_zones import first_zones
 from microblock.model import picture, summary, zones
 from microblock.model.problem import Problem
@@ -360,12 +360,6 @@ def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float
     """
 
 
-def meeting(inner, outer, loads):
-    """Made-up (K0, K1) of the inner and the outer edge at loads: they vanish at load 1 and at 1.5."""
-    gone = 1 + abs(inner) ** 0.8 + abs(inner) ** 1.1
-    return [(load - gone, 1.0) for load in loads], [(1.5 - outer, 2.0) for _ in loads]
-
-
 def parts():
     """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
     for name, shape in SHAPES.items():
@@ -393,7 +387,6 @@ def parts():
             yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
     stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
     numbers = {
-        "coalescence": coalescence.extrapolated(meeting, SOLID, (1.0, 1.5, 2.0, 2.5), lambda outer: 0.35),
         "longest element": [meshes.longest_element(SOLID, order) for order in orders],
         "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
         "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
