@@ -813,10 +813,8 @@ class State(PlainData):
         window = self._window(window)
         if not self.flat:
             return self._saved(surface_figure.draw(self, ax), file, ax)
-        drawing = (
-        one = ax is not None  # of which only the curves are drawn
-        drawing = state_figure.draw_curves(ax, self, window) if one else state_figure.draw(self, window)
-        )
+        whole = ax is None  # an axis has curves alone
+        drawing = state_figure.draw(self, window) if whole else state_figure.draw_curves(ax, self, window)
         return self._saved(drawing, file, ax)
 
     def plot_blocks(
