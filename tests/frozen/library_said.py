@@ -17,7 +17,7 @@ from microblock import command, cost
 from microblock.fem import meshes, meshes3d
 from microblock.halfplane import search
 from microblock.halfplane.first_zones import first_zones
-from microblock.model import picture, summary, zones
+from microblock.model import picture, zones
 from microblock.model.problem import Problem
 from microblock.model.proxy import proxy
 from microblock.view import blocks, surface_figure
@@ -294,7 +294,7 @@ def pictures():
     laws = (TURNED, 1.0), (ANGLE, 1.0), (LINE, 1.0), (TURNED, 1e-4)  # over less than a block at last
     for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
         problem = seen(name, law, load)
-        first, longest = next(first_zones(problem, load))
+        first = next(first_zones(problem, load))
         parts = {part: getattr(problem.picture, part) for part in ("half_width", "lengths", "edges", "sites")}
         kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
         counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
@@ -306,14 +306,13 @@ def pictures():
             "tips": sorted(problem.tips),
             "ends": [problem.ends_of(corner) for corner in problem.corners],
             "first zones": [edge for own in first.values() for edge in np.ravel(own)],
-            "longest cell": longest,
         }
         yield from table(f"seen {name} {number}", {"counts": counts} | parts | found, CLOSE)
     for name, shape in IN_SPACE.items():
         for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
             contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
             for load, approach in ((1.0, None), (None, 0.02)):
-                own = contact.solver._picture(load, approach, contact.solver._given_window())
+                own = contact.solver._picture(load, approach, contact.solver.given_window())
                 found = {part: getattr(own, part) for part in ("bound", "radius", "valleys", "lowest")}
                 found |= {"samples": own.samples[:, :2], "separate": own.separate(own.bound)}
                 yield from table(f"seen {name} {law.corners[0]} {window} {load}", found, CLOSE)
@@ -347,7 +346,7 @@ def first_cells(law, count):
     """First zones of an obstacle over so many stretches of 48 cells."""
     problem = Problem(SOLID, law, lambda x: 0.01 * np.sin(np.pi * x) ** 2)
     stretches = tuple((place - 0.1, place + 0.1) for place in range(count))
-    wide = replace(problem, picture=picture.within(problem, 0.1, stretches, 0.1, 0.01))
+    wide = replace(problem, picture=picture.within(problem, stretches, 0.1, 0.01))
     return lambda: next(first_zones(wide, 0.1))
 
 
@@ -415,13 +414,6 @@ def parts():
         "moved": [zones.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
         "moved of others": zones.moved_on({0: pairs}, {0: other[:2]}, 0.5),
         "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
-        "calls": [summary.call(law) for law in (LEVERS, TURNED, LINE, one)],
-        "cut": [
-            summary.call(one, 20),
-            summary.call(one, 33),
-            summary.short("x" * 99, 9),
-            summary.short("x" * 7, 9),
-        ],
         "elastic": words(mb.Elastic(100, 0.3)),
         "alike": [one == same, hash(one) == hash(same), one == higher, one == "x"],
         "options": [(own.name, own.kind.__name__, own.many, own.text) for own in command.options(solve)],
