@@ -23,7 +23,7 @@ def draw(state, axis=None):
         figure, axis = plots.in_place(axis)
         _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
         return figure
-    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
+    figure, axes = plots.figure(1, 3, height=2.4, width=2 * plots.COLUMN)
     figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
     _from_above(axes[0], state, state.pressure, "$p$", cmap="cividis")
     moment = np.hypot(*state.micromoment.T) / state.solid.ell
@@ -71,9 +71,9 @@ def draw_blocks(axis, state):
     axis.set(xlabel="$x_1$", ylabel="$x_2$", zticks=())
     axis.set_title(f"displacement and rotation {magnified:g} times as large")
     axis.locator_params(nbins=4)
-    axis.set_box_aspect(high - low, zoom=1.2)
-    axis.view_init(elev=50, azim=-60)
-    bar = axis.figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, label="closed corners")
+    axis.set_box_aspect(high - low)
+    axis.view_init(elev=50)
+    bar = axis.figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.5, label="closed corners")
     bar.set_ticks(range(len(law.names) + 1))
     return axis.figure
 
@@ -90,7 +90,7 @@ def _from_above(axis, state, values, label, **look):
         places = state.x1, state.x2, state.triangles
         shown = axis.tripcolor(*places, values, shading="gouraud", rasterized=True, **look)
     axis.set(xlabel="$x_1$", ylabel="$x_2$", aspect="equal", title=label)
-    axis.locator_params(nbins=5)  # as many as are there when the layout is made
+    axis.locator_params(nbins=4)  # as many as are there when the layout is made
     return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
 
 
