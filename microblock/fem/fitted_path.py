@@ -21,7 +21,7 @@ class FittedPath(LoadPath):
         """Zones that are born, merge, split or vanish, ascending in load."""
         (coarse, fine), found = self._seen, []
         slowest = 2 ** (2 * coalescence_exponent(self.problem.solid)) - 1
-        for key in coarse.keys() & fine.keys():
+        for key in filter(coarse.__contains__, fine):  # in their order, which a set has not
             event, missing = fine[key], (fine[key].load - coarse[key].load) / slowest
             load = event.load + missing * (self.problem.solver.symmetric and event.x == 0 < event.load)
             found.append(replace(event, load=load, load_error=abs(missing)))
