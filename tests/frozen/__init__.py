@@ -83,6 +83,8 @@ class Row:
             old, new = float(self.value), float(self.now)
         except ValueError:
             return 0.0 if self.value == self.now else np.inf
+        if max(abs(old), abs(new)) < 10 * VANISHES:
+            return 0.0
         return abs(new - old) / (abs(old) or 1.0)
 
     @property
