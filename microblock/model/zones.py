@@ -18,11 +18,13 @@ def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shea
     return float(np.sqrt(max(weights @ change**2 for change in changes) / size)) if size else 0.0
 
 
-def joined(intervals: Iterable[Interval]) -> list[Interval]:
-    """Returns the union of intervals [(left, right), ...], joined where they meet."""
+def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
+    """Returns the union of intervals [(left, right), ...], joined where they are apart by no more than
+    `slack`.
+    """
     found: list[Interval] = []
     for left, right in sorted(intervals):
-        if found and left <= found[-1][1]:
+        if found and left <= found[-1][1] + slack:
             found[-1] = (found[-1][0], max(found[-1][1], right))
         else:
             found.append((left, right))
