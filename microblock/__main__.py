@@ -32,7 +32,7 @@ from . import (
 from .command import run
 from .data.expressions import function_of_x
 from .data.samples import read_samples
-from .model.plain_data import plain_data
+from .model.results import plain_data
 from .model.sharp import unbounded
 
 

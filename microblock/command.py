@@ -29,7 +29,7 @@ from .errors import (
     shown,
     writing,
 )
-from .model.plain_data import plain_data
+from .model.results import plain_data
 
 
 class OneLineParser(argparse.ArgumentParser):

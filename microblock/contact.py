@@ -32,8 +32,8 @@ from .model.history import History, pairs_of
 from .model.material import Cosserat, Elastic
 from .model.problem import require_even
 from .model.progress import counting
+from .model.results import line
 from .model.state import State
-from .model.summary import line
 from .model.types import Array, BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 

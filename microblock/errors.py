@@ -193,8 +193,13 @@ def shortened(words: str) -> str:
 def _require(holds: Callable[[Any], object], words: str, arguments: dict[str, Any]) -> None:
     """Raises BadArgument for the first argument of which something does not hold."""
     for name, value in arguments.items():
-        if not holds(value):
-            raise BadArgument(name, value, words)
+        require(holds(value), name, value, words)
+
+
+def require(holds: object, name: str, value: object, allowed: str) -> None:
+    """Raises BadArgument of an argument unless something holds."""
+    if not holds:
+        raise BadArgument(name, value, allowed)
 
 
 def plain(value: Any) -> Any:

@@ -21,7 +21,7 @@ import pytest
 import microblock as mb
 from cases.__main__ import cases
 from microblock.fem import meshes, meshes3d
-from microblock.model.plain_data import PlainData
+from microblock.model.results import PlainData
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

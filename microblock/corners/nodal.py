@@ -13,7 +13,7 @@ from ..model.deformable import body_of, shape_of
 from ..model.events import Event, LoadPath
 from ..model.problem import Problem
 from ..model.solver import Solver
-from ..model.state import Solution, corner_gaps
+from ..model.state import Solution
 from ..model.zones import contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
@@ -143,8 +143,7 @@ class NodalSolution(OfNodes):
             for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
         )
         points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
-        counter = None if self.problem.counter is None else self.counter_displacement
-        return corner_gaps(self.problem, self.approach, points, normals, displacement, psi, counter)[corner]
+        return self.corner_gaps(points, normals, displacement, psi)[corner]
 
     @classmethod
     def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):

@@ -16,7 +16,7 @@ from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
-from ..model.summary import line
+from ..model.results import line
 from ..threads import bounded
 from . import contact_term, supports
 from .bulk import Bulk

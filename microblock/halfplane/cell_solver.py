@@ -15,7 +15,6 @@ from ..model.deformable import body_of, shape_of
 from ..model.law import level_surface, require_pure_force
 from ..model.obstacles import heights
 from ..model.problem import Problem
-from ..model.state import corner_gaps
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .counter import CounterCells
 from .friction_solver import FrictionSolver
@@ -64,8 +63,7 @@ class LineCells(CellSolution):
         if self.period is None and not np.all((x >= left) & (x <= right)):
             raise BadArgument("x", x, f"must lie within the cells, from {left} to {right}")
         raised, psi = (self.interpolated(own, x) for own in (self.displacement, self.psi))
-        where = self.problem, self.approach, *level_surface(x)
-        return corner_gaps(*where, raised, psi, self.counter_displacement)[corner]
+        return self.corner_gaps(*level_surface(x), raised, psi)[corner]
 
     def counter_displacement(self, x):
         if self.opposite is None:

@@ -9,7 +9,7 @@ import numpy as np
 from ..model.law import level_surface
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
-from ..model.state import ErrorParts, LineSolution, surface
+from ..model.state import ErrorParts, LineSolution
 from ..model.types import CornerZones
 from ..model.zones import contains, distance
 from ..threads import bounded
@@ -133,9 +133,6 @@ class OnPanels(LineSolution):
         found[panels.corner[panel], self._numbers] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
         return found * (self.load / (self.weights @ found.sum(axis=0)))
 
-    def _reaction_at_nodes(self):
-        return self.reaction(self.x)
-
     def reaction(self, x):
         """M that holds psi = 0 at x, array (n,)."""
         return self._response(x, np.zeros_like(x), clamping_kernel)
@@ -206,16 +203,7 @@ class OnPanels(LineSolution):
         if self.problem.law.clamps_rotation:
             values[-1] = self.reaction(x)
         displacement, psi = self.displacement_and_rotation(x)
-        return surface(
-            self.problem,
-            self.approach,
-            *level_surface(x),
-            pressures=values[:-1],
-            micromoment=values[-1],
-            psi=psi,
-            displacement=displacement,
-            counter=None if self.problem.counter is None else self.counter_displacement,
-        )
+        return self.surface_at(*level_surface(x), values[:-1], values[-1], psi, displacement)
 
 
 class PanelSolution(OnPanels):

@@ -7,8 +7,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable
-from dataclasses import asdict, fields, is_dataclass
-from functools import partial
+from dataclasses import asdict
 from importlib import import_module
 from inspect import signature
 from typing import Any
@@ -20,7 +19,7 @@ from ..errors import BadArgument, MissingExtra, Named, replacing, require_place,
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
-from .plain_data import QUANTITIES, Quantity
+from .results import QUANTITIES, Quantity
 from .state import State, Surface
 from .types import AnyArray, Interval, Zones
 
@@ -40,6 +39,10 @@ class Absent:
 
     def __repr__(self) -> str:
         return str(vars(self)["text"])
+
+    def surface(self, window: Interval | None) -> Any:
+        """Returns the Surface of a state, whatever the window."""
+        return self.along
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -109,13 +112,10 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
         return {"dict": entries, "of": getattr(value, "what", None)}
     kind: Any = next((each for each in NAMES if isinstance(value, each)), type(value))
     if kind.__module__.startswith("microblock."):
-        known = {each.name for each in fields(kind)} if is_dataclass(kind) else signature(kind).parameters
-        names = NAMES.get(kind) or [name for name in signature(kind).parameters if name in known]
+        names = NAMES.get(kind) or [name for name in signature(kind).parameters if name in vars(value)]
         parts = {name: getattr(value, name) for name in names}
-        if kind is State:
-            flat = value.flat
-            parts["along"] = value.surface() if flat else None
-            parts["zones_by_name"] = value.solution.zones_by_name if flat else None
+        if kind is State and value.flat:
+            parts |= {"along": value.surface(), "zones_by_name": value.solution.zones_by_name}
         packed = {name: _packed(one, arrays) for name, one in parts.items()}
         if kind in NAMES or '{"lost": ' not in json.dumps(packed):
             return {"class": [kind.__module__, kind.__qualname__], "parts": packed}
@@ -143,14 +143,10 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
     return _state(**parts) if kind is State else kind(**parts)
 
 
-def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> State:
+def _state(along: Surface | None = None, zones_by_name: Zones | None = None, **parts: Any) -> State:
     seen = Absent("what a state sees of its obstacle", obstacle=shape_of(parts["obstacle"]))
-    known = {"surface": partial(_written, along), "zones_by_name": zones_by_name, "problem": seen}
+    known = {"along": along, "zones_by_name": zones_by_name, "problem": seen}
     return State(Absent("what lies between the points of a state", **known), **parts)
-
-
-def _written(along: Surface | None, window: Interval | None) -> Surface | None:
-    return along
 
 
 def data_set(result: State | LoadPath | History) -> Any:
@@ -182,12 +178,10 @@ def _unit(name: str, flat: bool = True) -> dict[str, str]:
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
-    found = dict[str, Any]()
-    along: tuple[str, ...] = ("x",) if state.flat else ("point",)
-    places: dict[str, Any] = {"x": state.x} if state.flat else dict(zip(("x1", "x2", "x3"), state.points.T))
-    shape = state.shape or (len(state.weights),)
-    if state.shape:
-        along, places = ("x1", "x2"), {"x1": state.x1, "x2": state.x2}
+    found, shape = dict[str, Any](), state.shape or (len(state.weights),)
+    along: tuple[str, ...] = ("x1", "x2") if state.shape else ("x",) if state.flat else ()
+    axes = {name: getattr(state, name) for name in along}
+    places, along = axes or dict(zip(("x1", "x2", "x3"), state.points.T)), along or ("point",)
     texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
     may_lack = "approach", "error_estimate", "tangential_approach", "seen_width"
     for name in state.listed:

@@ -11,8 +11,6 @@ solvers    optional, {method class: Solver}, in place of the solvers that method
 `GivenCompliance` asks besides for ``compliance(clamped)``, a `microblock.corners.compliance.Compliance`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
@@ -21,23 +19,29 @@ from ..errors import BadArgument, Checked, checked, require_kind, require_positi
 from .material import Cosserat
 from .methods import Fitted, Uniform
 
-AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
+AnyBody = TypeVar("AnyBody", bound="OfSolid")
 
 
 @dataclass(frozen=True)
-class Unbounded(Checked):
-    """Base of bodies without an end, of a solid and a period (or None)."""
+class OfSolid(Checked):
+    """Base of bodies that a solid and numbers give."""
 
     solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
-    period: float | None = field(default=None, metadata=checked(require_positive))
 
-    def of(self: AnyUnbounded, solid: Cosserat) -> AnyUnbounded:
+    def of(self: AnyBody, solid: Cosserat) -> AnyBody:
         """Returns the same body of another solid."""
         return replace(self, solid=solid)
 
 
 @dataclass(frozen=True)
-class Block(Checked):
+class Unbounded(OfSolid):
+    """Base of bodies without an end, of a solid and a period (or None)."""
+
+    period: float | None = field(default=None, metadata=checked(require_positive))
+
+
+@dataclass(frozen=True)
+class Block(OfSolid):
     """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program makes
     its mesh.
 
@@ -62,7 +66,6 @@ class Block(Checked):
     (True, True)
     """
 
-    solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
     size: float = math.inf
 
     methods = (Fitted, Uniform)
@@ -71,10 +74,6 @@ class Block(Checked):
         super().__post_init__()
         if not (isinstance(self.size, float) and self.size == math.inf):
             require_positive(size=self.size)
-
-    def of(self, solid: Cosserat) -> Block:
-        """Returns the same block of another solid."""
-        return Block(solid, self.size)
 
 
 def require_body(body: Any) -> None:

@@ -1,13 +1,11 @@
 """A counter-body: an obstacle that deforms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument
+from ..errors import BadArgument, require
 from .bodies import over_surface, require_body
 from .obstacles import check
 from .types import Array, BodyLike, ObstacleLike
@@ -48,8 +46,8 @@ class Deformable:
 
     def __post_init__(self) -> None:
         require_body(self.body)
-        if isinstance(self.shape, Deformable):
-            raise BadArgument("shape", self.shape, "must be that of the body, and is another body")
+        words = "must be that of the body, and is another body"
+        require(not isinstance(self.shape, Deformable), "shape", self.shape, words)
         try:
             check(self.shape, over_surface(self.body))
         except BadArgument as failure:  # which is that of an obstacle
@@ -58,7 +56,7 @@ class Deformable:
     def height(self, *x: Array) -> ArrayLike:
         """Returns the height of the shape at places, an array for each direction (lengths)."""
         height: Any = getattr(self.shape, "height", self.shape)
-        return cast(ArrayLike, height(*x))
+        return height(*x)
 
     def __getattr__(self, name: str) -> Any:
         if name in ("kinks", "jumps", "ends", "formulas", "even", "period"):
@@ -77,12 +75,10 @@ def body_of(obstacle: ObstacleLike) -> Any:
 def require_same_kind(body: BodyLike, obstacle: ObstacleLike) -> None:
     """Raises BadArgument unless both bodies meet obstacles over a line, or both over a surface."""
     counter = body_of(obstacle)
-    if counter is None or over_surface(counter) == over_surface(body):
-        return
     one, other = ("surface", "line") if over_surface(body) else ("line", "surface")
-    raise BadArgument(
-        "obstacle",
-        obstacle,
+    words = (
         f"has a second body, a {type(counter).__name__}, that meets obstacles over a {other}, and a "
-        f"{type(body).__name__} meets them over a {one}: take two of one kind",
+        f"{type(body).__name__} meets them over a {one}: take two of one kind"
     )
+    alike = counter is None or over_surface(counter) == over_surface(body)
+    require(alike, "obstacle", obstacle, words)

@@ -6,22 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..errors import (
-    BadArgument,
-    require_choice,
-    require_finite,
-    require_kind,
-    require_positive,
-    require_whole,
-)
-from .plain_data import PlainData
-from .summary import line, number, saved
-from .types import ContactLike, Target
+from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
+from .results import PlainData, line, number, saved
+from .types import Axes, ContactLike, Figure, Target
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from .state import State
 
 
@@ -148,7 +137,7 @@ class LoadPath(PlainData):
         """
         from ..view.history_figure import draw_path  # here: whoever does not draw does not load matplotlib
 
-        return saved(draw_path(self, ax), file, () if ax is not None else self.warnings)
+        return saved(draw_path(self, ax), file, ax, self.warnings)
 
     def __repr__(self) -> str:
         known = "events" in vars(self)  # which are searched for when they are asked for
@@ -159,5 +148,4 @@ class LoadPath(PlainData):
 
 def require_on_path(load: float, last: float) -> None:
     require_positive(load=load)
-    if load > last:
-        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last}")
+    require(load <= last, "load", load, f"must lie between 0 and the end of the path, {last}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,7 +45,7 @@ class PointFields:
     def shear(self) -> Array:
         """Largest shear stress over all planes: of the symmetric and the skew part."""
         (s11, s12), (s21, s22) = self.stress
-        return cast(Array, np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2)
+        return np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2
 
 
 def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
 from .events import Event
-from .plain_data import PlainData
+from .results import PlainData, line, saved
 from .state import Solution, State
-from .summary import line, saved
-from .types import Array, ContactLike, Target
+from .types import Array, Axes, ContactLike, Figure, Target
 from .zones import distance
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
@@ -29,10 +24,6 @@ class OfMoment(Solution):
     """
 
     moment: Any
-
-    @property
-    def holders(self) -> tuple[Any, ...]:
-        return self, self.moment
 
     @property
     def energy(self) -> float:
@@ -104,7 +95,7 @@ class History(PlainData):
         from ..view.history_figure import draw_history, draw_loop
 
         drawing = draw_loop(ax, self.states) if ax is not None else draw_history(self.states)
-        return saved(drawing, file, () if ax is not None else self.warnings)
+        return saved(drawing, file, ax, self.warnings)
 
     def __repr__(self) -> str:
         return line("History", f"{len(self.states)} pairs, {len(self.events)} events", self.warnings)

@@ -13,14 +13,12 @@ and a multiplier lambda_alpha <= 0, which together give traction and micromoment
 With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields
 from typing import Any, cast
 
 import numpy as np
 
-from ..errors import BadArgument, Checked, checked, require_choice, require_finite
+from ..errors import BadArgument, Checked, checked, require, require_choice, require_finite
 from . import obstacles
 from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
@@ -91,8 +89,7 @@ class _Coulomb(Law, Checked):
 
 def _not_negative(friction: float) -> None:
     require_finite(friction=friction)
-    if friction < 0:
-        raise BadArgument("friction", friction, "must be 0 or positive")
+    require(friction >= 0, "friction", friction, "must be 0 or positive")
 
 
 _coefficient = checked(_not_negative)
@@ -134,15 +131,11 @@ class Microblock(_Coulomb):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.friction and not self.even:
-            raise BadArgument(
-                "friction",
-                self.friction,
-                "must be 0 where psi0 is other than 0: the two corners of a block then slip differently",
-            )
+        words = "must be 0 where psi0 is other than 0: the two corners of a block then slip differently"
+        require(self.even or not self.friction, "friction", self.friction, words)
         parts: tuple[Any, ...] = self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)
-        if len(parts) != 2 and parts is self.psi0:
-            raise BadArgument("psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
+        known = len(parts) == 2 or parts is not self.psi0
+        require(known, "psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
         for part in parts:
             if not callable(part):
                 require_finite(psi0=part)
@@ -171,16 +164,9 @@ class Microblock(_Coulomb):
 
     def angle(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1."""
-        if isinstance(self.psi0, tuple):
-            raise BadArgument(
-                "psi0", self.psi0, "must be a number or a function of x1: a pair belongs to a HalfSpace"
-            )
+        words = "must be a number or a function of x1: a pair belongs to a HalfSpace"
+        require(not isinstance(self.psi0, tuple), "psi0", self.psi0, words)
         return rotation(self.psi0, x)
-
-    def levers(self, x: Array) -> dict[str, Array]:
-        """Returns n.(S + N) of corner A and n.(S - N) of corner B, with n.N = 1 and n.S = psi0, (41)."""
-        psi0 = self.angle(x)
-        return {"A": 1 + psi0, "B": psi0 - 1}
 
     def places(self, points: Array, normals: Array) -> Array:
         """Returns -+ S/2, (20)."""
@@ -216,9 +202,6 @@ class Unilateral(_Coulomb):
         return np.zeros((1, *points.shape))
 
     places = arms
-
-    def levers(self, x: Array) -> dict[str, Array]:
-        return {"C": np.zeros(np.shape(x))}
 
 
 @dataclass(frozen=True, repr=False)
@@ -267,12 +250,8 @@ def rotation(psi0: Any, *x: Array) -> Array:
             given=psi0,
             allowed="must take an array for each coordinate and return as many numbers",
         )
-    if not np.all(np.abs(angles) < 1):  # nor NaN
-        raise BadArgument(
-            "psi0",
-            psi0,
-            "must be finite and below 1 in absolute value (radians): beyond it levers (41) change sign",
-        )
+    words = "must be finite and below 1 in absolute value (radians): beyond it levers (41) change sign"
+    require(np.all(np.abs(angles) < 1), "psi0", psi0, words)  # nor NaN
     return angles
 
 
@@ -296,39 +275,34 @@ def check(law: object, in_space: bool = False) -> None:
         home = "mb." * law.__module__.startswith("microblock")
         raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
     missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
-    if missing or getattr(type(law), "arms", None) is Law.arms:
-        raise BadArgument(
-            "law",
-            law,
-            "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
-            f"microblock.model.law.Law as its base: it has no {[*missing, 'arms'][0]}",
-        )
+    words = (
+        "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
+        f"microblock.model.law.Law as its base: it has no {[*missing, 'arms'][0]}"
+    )
+    require(not missing and getattr(type(law), "arms", None) is not Law.arms, "law", law, words)
     if type(law) in BUILT_IN:
         return
-    if in_space:
-        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
+    require(not in_space, "law", law, "must be Microblock, Unilateral or Microclamped over a surface")
     _check_corners(cast("Law", law))
 
 
 def _check_corners(law: Law) -> None:
     """Raises BadArgument unless a user's law names its corners, and has arms and nothing beside them."""
     names = tuple(law.corners)
-    plain = all(isinstance(name, str) for name in names) and len(set(names)) == len(names)
-    if not names or not plain or {"full", "contact"} & set(names):
-        words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
-        raise BadArgument("law", law, words)
+    plain = all(isinstance(name, str) for name in names) and not {"full", "contact"} & {*names}
+    words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
+    require(plain and len({*names}) == len(names) > 0, "law", law, words)
     for name in ("levers", "initial_gaps", "shifts"):
-        if getattr(type(law), name) not in (vars(one).get(name) for one in (Law, *BUILT_IN)):
-            raise BadArgument("law", law, f"must not have {name} of its own, which follow from its arms")
+        words = f"must not have {name} of its own, which follow from its arms"
+        require(getattr(type(law), name) is getattr(Law, name), "law", law, words)
     for name in ("arms", "places"):
         found = getattr(law, name)(*level_surface(np.zeros(1)))
-        if np.shape(found) != (len(names), 1, 2) or not np.isrealobj(found) or not np.isfinite(found).all():
-            words = f"{name} must return finite real numbers, an array (corners, n, 2): {found!r}"
-            raise BadArgument("law", law, words)
+        good = np.shape(found) == (len(names), 1, 2) and np.isrealobj(found) and np.isfinite(found).all()
+        words = f"{name} must return finite real numbers, an array (corners, n, 2): {found!r}"
+        require(good, "law", law, words)
     levers = list(law.levers(np.zeros(())).values())
-    if np.any(np.diff(levers) > 0):
-        words = f"must name its corners from left to right, the largest lever first: {levers}"
-        raise BadArgument("law", law, words)
+    words = f"must name its corners from left to right, the largest lever first: {levers}"
+    require(np.all(np.diff(levers) <= 0), "law", law, words)
 
 
 def require_shifts(law: LawLike, ell: float) -> None:
@@ -337,14 +311,13 @@ def require_shifts(law: LawLike, ell: float) -> None:
         return
     x = ell * np.geomspace(1e-3, 1e4, 43)
     along = law.places(*level_surface(np.concatenate((-x, [0.0], x))))[:, :, 0]
-    if np.ptp(along, axis=1).max() > 1e-9:
-        words = "must have its corners everywhere at one distance from the contact point: a Body takes others"
-        raise BadArgument("law", law, words)
+    words = "must have its corners everywhere at one distance from the contact point: a Body takes others"
+    require(np.ptp(along, axis=1).max() <= 1e-9, "law", law, words)
 
 
 def require_pure_force(law: LawLike, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
     right = obstacles.scales(ell)
-    if len(law.corners) == 1 and np.any(list(law.levers(np.concatenate((-right, [0.0], right))).values())):
-        words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
-        raise BadArgument("law", law, words)
+    levers = np.array(list(law.levers(np.concatenate((-right, [0.0], right))).values()))
+    words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
+    require(len(levers) > 1 or not levers.any(), "law", law, words)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from ..errors import (
-    BadArgument,
     Inadmissible,
     plain,
+    require,
     require_finite,
     require_flag,
     require_kind,
@@ -86,11 +86,9 @@ class Cosserat:
             if not admissible:
                 raise Inadmissible(name, value, words)
         require_positive(E=E, ell=ell, curvature=curvature)  # sizes that can be computed with
-        mu = E / (2 * (1 + nu))
-        moduli = dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature)
-        moduli |= dict(alpha_prime=alpha_prime, beta_prime=beta_prime)
-        for name, value in moduli.items():
-            object.__setattr__(self, name, float(value))
+        eta = _coupling_ratio(E / (2 * (1 + nu)), beta, eta, mu_c)
+        for entry, value in zip(fields(self), (E, nu, ell, eta, curvature, alpha_prime, beta_prime)):
+            object.__setattr__(self, entry.name, float(value))
 
     @classmethod
     def of_blocks(cls, side: float, stiffness: float, *, couples: bool = False) -> Cosserat:
@@ -125,8 +123,7 @@ class Cosserat:
 
     def __repr__(self) -> str:
         """The arguments; near beta = 2, which is excluded, eta."""
-        near = self.beta > 1.99
-        coupling = f"eta={self.eta:.6g}" if near else f"beta={self.beta:.6g}"
+        coupling = f"eta={self.eta:.6g}" if self.beta > 1.99 else f"beta={self.beta:.6g}"
         words = f"E={self.E}, nu={self.nu}, ell={self.ell}, {coupling}, curvature={self.curvature:.6g}"
         more = {"alpha_prime": self.alpha_prime, "beta_prime": self.beta_prime}
         words += "".join(f", {name}={value}" for name, value in more.items() if value)
@@ -196,8 +193,7 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
     """Returns eta from the one measure that is given, with its digits for beta near 0 and 2."""
     measures = {"beta": beta, "eta": eta, "mu_c": mu_c}
     given = {name: value for name, value in measures.items() if value is not None}
-    if len(given) != 1:
-        raise BadArgument("coupling", given, "give exactly one of beta, eta, mu_c")
+    require(len(given) == 1, "coupling", given, "give exactly one of beta, eta, mu_c")
     require_finite(**given)
     ((name, value),) = given.items()
     if value < 0:

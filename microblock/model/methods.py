@@ -6,14 +6,12 @@ its `methods`. The solver's ``solve`` returns a `microblock.model.state.Solution
 a `State` takes from it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from ..errors import (
-    BadArgument,
     Checked,
     checked,
+    require,
     require_choice,
     require_flag,
     require_kind,
@@ -94,8 +92,7 @@ class Cells(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.residual >= 1:
-            raise BadArgument("residual", self.residual, "must lie between 0 and 1")
+        require(self.residual < 1, "residual", self.residual, "must lie between 0 and 1")
 
 
 @dataclass(frozen=True)
@@ -135,8 +132,8 @@ class Fitted(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.spacing is not None and self.order is None:
-            raise BadArgument("spacing", self.spacing, "goes with an order: rtol chooses both")
+        fixed = self.spacing is None or self.order is not None
+        require(fixed, "spacing", self.spacing, "goes with an order: rtol chooses both")
         object.__setattr__(self, "lines", tuple(require_numbers(lines=self.lines).tolist()))
 
 
@@ -212,10 +209,9 @@ class Uniform(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.rule == "gauss" and (self.newton is None or self.newton.kind != "al"):
-            raise BadArgument(
-                "rule", self.rule, 'belongs to Newton("al"): the others have their pressures at nodes'
-            )
+        known = self.rule == "nodal" or (self.newton is not None and self.newton.kind == "al")
+        words = 'belongs to Newton("al"): the others have their pressures at nodes'
+        require(known, "rule", self.rule, words)
 
 
 @dataclass(frozen=True)

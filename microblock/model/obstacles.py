@@ -26,6 +26,7 @@ from ..errors import (
     Checked,
     MicroblockError,
     checked,
+    require,
     require_finite,
     require_numbers,
     require_positive,
@@ -162,12 +163,11 @@ class Obstacle:
     jumps: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not callable(self.height):
-            raise BadArgument("height", self.height, "must be a function of an array of x1")
+        require(callable(self.height), "height", self.height, "must be a function of an array of x1")
         kinks = require_numbers(kinks=() if self.kinks is None else self.kinks)
         jumps = np.zeros(len(kinks)) if self.jumps is None else require_numbers(jumps=self.jumps)
-        if len(jumps) != len(kinks):
-            raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
+        words = f"must be one for each of the {len(kinks)} kinks"
+        require(len(jumps) == len(kinks), "jumps", self.jumps, words)
         for name, values in (("kinks", kinks), ("jumps", jumps)):
             object.__setattr__(self, name, tuple(values.tolist()))
 
@@ -265,23 +265,16 @@ class Samples:
 
     def __post_init__(self) -> None:
         for name, values in (("x", self.x), ("z", self.z)):
-            if callable(values):
-                raise BadArgument(
-                    name,
-                    values,
-                    "is a function: hand it to Contact itself, where it serves as obstacle as it is",
-                )
+            words = "is a function: hand it to Contact itself, where it serves as obstacle as it is"
+            require(not callable(values), name, values, words)
             object.__setattr__(self, name, np.array(require_numbers(**{name: values})))
-        x, z = self.x, self.z
-        if x.size < 2 or not np.all(np.diff(x) > 0):
-            words = "must be a strictly ascending sequence of at least two numbers"
-            if x.size >= 2:
-                first = int(np.argmin(np.diff(x) > 0)) + 1
-                words += f"; entry {first} is {x[first]:g} after {x[first - 1]:g}"
-                words += ": sort it, average duplicates"
-            raise BadArgument("x", x, words)
-        if z.shape != x.shape:
-            raise BadArgument("z", z, f"must hold {x.size} finite numbers, one for each x")
+        x, z, rises = self.x, self.z, np.diff(self.x) > 0
+        words = "must be a strictly ascending sequence of at least two numbers"
+        if not rises.all():
+            i = int(np.argmin(rises))
+            words += f"; entry {i + 1} is {x[i + 1]:g} after {x[i]:g}: sort it, average duplicates"
+        require(x.size >= 2 and rises.all(), "x", x, words)
+        require(z.shape == x.shape, "z", z, f"must hold {x.size} finite numbers, one for each x")
 
     def __repr__(self) -> str:
         return f"Samples({len(self.x)} points)"
@@ -343,8 +336,7 @@ class SelfAffine(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0 <= self.hurst <= 1:
-            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
+        require(0 <= self.hurst <= 1, "hurst", self.hurst, "must lie between 0 and 1")
         try:
             longest, shortest = self.waves
             require_whole(1, waves=longest)
@@ -352,6 +344,13 @@ class SelfAffine(Checked):
         except (TypeError, ValueError) as failure:
             words = f"must be two whole numbers, 1 <= longest <= shortest <= {self.most}"
             raise BadArgument("waves", self.waves, words) from failure
+
+    def of_waves(self, m: Array, falling: float) -> NDArray[np.complex128]:
+        """Returns the amplitudes of wavenumbers m, array (k,), like m^-falling, with random phases."""
+        phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
+        shape = np.where(m >= self.waves[0], m**-falling, 0.0) * np.exp(1j * phases)
+        mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
+        return self.slope / np.sqrt(mean_square) * shape
 
 
 @dataclass(frozen=True)
@@ -387,11 +386,7 @@ class Rough(SelfAffine):
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
         """Complex amplitudes of exp(2 pi i m x/period), from the longest to the shortest wave."""
-        m = np.arange(self.waves[0], self.waves[1] + 1)
-        phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
-        shape = m ** (-self.hurst - 0.5) * np.exp(1j * phases)
-        mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
-        return cast("NDArray[np.complex128]", self.slope / np.sqrt(mean_square) * shape)
+        return self.of_waves(np.arange(self.waves[0], self.waves[1] + 1.0), self.hurst + 0.5)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at x, array (n,) (lengths)."""
@@ -399,7 +394,7 @@ class Rough(SelfAffine):
         total = np.zeros_like(phase)
         for amplitude in self.amplitudes[::-1]:
             total = total * phase + amplitude
-        return cast(Array, (total * phase ** self.waves[0]).real)
+        return (total * phase ** self.waves[0]).real
 
 
 def heights(obstacle: Any, *x: Array) -> Array:
@@ -407,10 +402,8 @@ def heights(obstacle: Any, *x: Array) -> Array:
     BadArgument if it does not return a number, or inf, for each place.
     """
     above = returned(obstacle, *x)
-    if above.shape != np.shape(x[0]):
-        raise BadArgument(
-            "obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array"
-        )
+    words = "its height(x) must return one number (or inf) for each x of an array"
+    require(above.shape == np.shape(x[0]), "obstacle", obstacle, words)
     wrong = np.isnan(above) | (above == -np.inf)
     if np.any(wrong):
         raise BadArgument(
@@ -437,25 +430,22 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument unless an obstacle is lowest on the scales of ell."""
     sides = {side: heights(obstacle, side * scales(ell)) for side in (-1, 1)}
     for side, above in sides.items():
-        with np.errstate(invalid="ignore"):  # inf - inf
-            falls = np.all(np.diff(above[-9:]) < 0)
-        if falls and above[-1] <= min(each.min() for each in sides.values()):
-            raise BadArgument(
-                "obstacle",
-                obstacle,
-                f"must be lowest within {scales(1.0)[-1]:g} ell of x1 = 0, but its height(x) falls towards "
-                f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place",
-            )
+        rises = np.any(above[-8:] >= above[-9:-1])
+        words = (
+            f"must be lowest within {scales(1.0)[-1]:g} ell of x1 = 0, but its height(x) falls towards "
+            f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place"
+        )
+        lowest = min(each.min() for each in sides.values())
+        require(rises or above[-1] > lowest, "obstacle", obstacle, words)
 
 
 def returned(obstacle: Any, *x: Array) -> Array:
-    if isinstance(obstacle, type):
-        raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
+    name = getattr(obstacle, "__name__", "")
+    require(not isinstance(obstacle, type), "obstacle", obstacle, f"must be an instance, {name}(...)")
     line, height = len(x) == 1, getattr(obstacle, "height", obstacle)
     places = "x" if line else "x1, x2"
-    if not callable(height):
-        words = f"must have a method height({places}), or be a callable height({places})"
-        raise BadArgument("obstacle", obstacle, words)
+    words = f"must have a method height({places}), or be a callable height({places})"
+    require(callable(height), "obstacle", obstacle, words)
 
     def above(*x: Array) -> Array:
         found, shape = real(height(*x)), np.shape(x[0])

@@ -7,18 +7,18 @@ Heights within twice that are sampled so densely that features as wide as 5e-4 a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..errors import BOUNDED, BadArgument
+from ..errors import BOUNDED, require
 from .obstacles import Obstacle, heights
-from .proxy import Proxy, TooRough, proxy
-from .types import AngledLaw, Array, Function, Interval, LawLike, ObstacleLike
-from .zones import runs
+from .proxy import NOTHING, Proxy, proxy
+from .types import Array, Function, Interval, ObstacleLike
+from .zones import contains, runs
 
 if TYPE_CHECKING:
     from .problem import Problem
@@ -38,8 +38,8 @@ class Picture:
         Multiple of the classical estimate below which heights are sampled.
     stretches : tuple of (left, right)
         Intervals beyond which nothing touches.
-    angle : Proxy or None
-        Of psi0 where that is a function.
+    angle : Proxy
+        Of psi0 where that is a function, else one without pieces.
     sites, heights : arrays (m,)
         Ascending places where it could touch, and the heights there.
     edges, lengths : arrays (n + 1,), (n,)
@@ -56,7 +56,7 @@ class Picture:
     rise: float
     bound: float
     stretches: tuple[Interval, ...]
-    angle: Proxy | None
+    angle: Proxy
     sites: Array
     heights: Array
     edges: Array
@@ -77,8 +77,8 @@ class Picture:
     @property
     def simple(self) -> bool:
         """Whether nothing much narrower than the contact lies beside the one lowest place."""
-        few = len(self.minima) <= 1 and len(self.kinks) <= 2 and not self.found and self.angle is None
-        return few and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
+        few = len(self.minima) <= 1 and len(self.kinks) <= 2 and len(self.angle.samples) == 0
+        return few and not self.found and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
 
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
@@ -91,7 +91,7 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
     BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
-    known: bool = getattr(obstacle, "formulas", False)
+    known = getattr(obstacle, "formulas", False)
     farthest = 1e5 * ell
     while True:
         x, h = _everywhere(obstacle, ell, 24 if known else 400, farthest)
@@ -105,15 +105,12 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
         farthest = 2 * enough
     away = np.abs(x - lowest) / half
     low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
-    if low[0] or low[-1]:
-        side = x[0] if low[0] else x[-1]
-        raise BadArgument(
-            "obstacle",
-            obstacle,
-            f"must rise away from its lowest point: at x = {side:.2g} a half-plane under the "
-            f"load {load:g} still reaches it, and so without bounds; a problem that repeats has a "
-            "HalfPlane(solid, period=...)",
-        )
+    words = (
+        f"must rise away from its lowest point: at x = {x[0] if low[0] else x[-1]:.2g} a half-plane under "
+        f"the load {load:g} still reaches it, and so without bounds; a problem that repeats has a "
+        "HalfPlane(solid, period=...)"
+    )
+    require(not low[[0, -1]].any(), "obstacle", obstacle, words)
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
     return within(problem, stretches, half, rise, bound, lowest)
 
@@ -129,8 +126,10 @@ def within(
     """Returns the Picture of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor = problem.obstacle, 1e-11 * rise
-    known: bool = getattr(obstacle, "formulas", False)
-    shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor / half)
+    kinks = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
+    named = obstacle, stretches, kinks, tuple(getattr(obstacle, "ends", ()))
+    known = getattr(obstacle, "formulas", False)
+    shape = _known(*named) if known else _sampled(*named, half, floor / half)
     there = np.isfinite(shape["heights"])
     shape |= {name: shape[name][there] for name in ("sites", "heights")}
     return Picture(
@@ -145,10 +144,8 @@ def within(
 
 
 def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
-    if not found.found:
-        return obstacle
-    height = cast("Callable[[Array], ArrayLike]", getattr(obstacle, "height", obstacle))
-    return Seen(height, found.kinks, found.jumps, found.ends)
+    height: Any = getattr(obstacle, "height", obstacle)
+    return Seen(height, found.kinks, found.jumps, found.ends) if found.found else obstacle
 
 
 @dataclass(frozen=True)
@@ -164,12 +161,8 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     rises = np.ptp(above, axis=0)
     rise = 2 * load / (np.pi * problem.E_star)
     enough = np.flatnonzero(rises >= rise)
-    if not len(enough):
-        raise BadArgument(
-            "obstacle",
-            problem.obstacle,
-            f"does not rise enough to carry the load {load:g} within {half[-1]:.1g}: {BOUNDED}",
-        )
+    words = f"does not rise enough to carry the load {load:g} within {half[-1]:.1g}: {BOUNDED}"
+    require(len(enough), "obstacle", problem.obstacle, words)
     n = enough[0]
     return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise
 
@@ -195,16 +188,11 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     return x, heights(obstacle, x)
 
 
-def _named(obstacle: ObstacleLike) -> tuple[dict[float, float], tuple[float, ...]]:
-    """Returns the {slope discontinuity: jump} and the edges that an obstacle names."""
-    kinks = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
-    return dict(kinks), tuple(getattr(obstacle, "ends", ()))
-
-
-def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, Any]:
-    kinks, ends = _named(obstacle)
-    own = [place for place in (*kinks, *ends) if any(left <= place <= right for left, right in stretches)]
-    sites = np.unique(np.concatenate([np.linspace(*each, 65) for each in stretches] + [own]))
+def _known(
+    obstacle: ObstacleLike, stretches: Sequence[Interval], kinks: dict[float, float], ends: tuple[float, ...]
+) -> dict[str, Any]:
+    own, along = np.array((*kinks, *ends)), [np.linspace(*each, 65) for each in stretches]
+    sites = np.unique(np.concatenate((*along, own[contains(stretches, own)])))
     return {
         "sites": sites,
         "heights": heights(obstacle, sites),
@@ -217,11 +205,15 @@ def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, A
 
 
 def _sampled(
-    obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float
+    obstacle: ObstacleLike,
+    stretches: Sequence[Interval],
+    own: dict[float, float],
+    ends: tuple[float, ...],
+    half: float,
+    floor: float,
 ) -> dict[str, Any]:
-    own, ends = _named(obstacle)
-    first = _first(stretches, half, (*own, *ends), obstacle)
-    pieces = _proxies(lambda x: heights(obstacle, x), first, floor, obstacle, known=own)
+    height = partial(heights, obstacle)
+    pieces = _profiles(height, stretches, half, floor, obstacle, kinks=own, ends=ends)
     names = "edges", "samples", "values", "singular", "jumps", "powers"
     edges, sites, above, singular, jumps, powers = (
         np.concatenate([getattr(each, name) for each in pieces]) for name in names
@@ -248,54 +240,37 @@ def _sampled(
     }
 
 
-def _first(stretches: Sequence[Interval], half: float, breaks: Iterable[float], given: object) -> list[Array]:
+def _profiles(
+    function: Function,
+    stretches: Iterable[Interval],
+    half: float,
+    floor: float,
+    given: object,
+    name: str = "obstacle",
+    kinks: Iterable[float] = (),
+    ends: Iterable[float] = (),
+) -> list[Proxy]:
+    """Returns the Proxy of a function on each stretch; raises BadArgument of too rough or too wide ones."""
     samples = 27  # of an interval, about: see `proxy`
-    wide, spacing = sum(right - left for left, right in stretches), 5e-4 * half
-    spacing = max(spacing, wide / (4000 * samples))
-    if spacing > half / 50:
-        raise BadArgument(
-            "obstacle",
-            given,
-            f"could touch within {wide:.3g}, some {wide / half:.2g} "
-            "half-widths of a contact: too wide to be sampled everywhere; Cells(nodes=..., "
-            "window=...) take a part of it",
-        )
+    wide = sum(right - left for left, right in stretches)
+    spacing = max(5e-4 * half, wide / (4000 * samples))
+    words = (
+        f"could touch within {wide:.3g}, some {wide / half:.2g} half-widths of a contact: too wide to be "
+        "sampled everywhere; Cells(nodes=..., window=...) take a part of it"
+    )
+    require(spacing <= half / 50, name, given, words)
     found = []
     for left, right in stretches:
         own = min(spacing, (right - left) / (40 * samples))
         edges = np.linspace(left, right, 2 + int((right - left) / (samples * own)))
-        found.append(np.union1d(edges, [place for place in breaks if left < place < right]))
+        edges = np.union1d(edges, [place for place in (*kinks, *ends) if left < place < right])
+        known = [place for place in kinks if left < place < right]
+        found.append(proxy(function, edges, floor, known, name, given))
     return found
 
 
-def _proxies(
-    function: Function,
-    intervals: Iterable[Array],
-    floor: float,
-    given: object,
-    name: str = "obstacle",
-    known: Collection[float] = (),
-) -> list[Proxy]:
-    """Returns a Proxy for each stretch; raises BadArgument where it is too rough."""
-    try:
-        return [
-            proxy(function, edges, floor, [place for place in known if edges[0] < place < edges[-1]])
-            for edges in intervals
-        ]
-    except TooRough as failure:
-        raise BadArgument(
-            name,
-            given,
-            f"must be smooth but for some places: {failure}; Cells(nodes=...) "
-            "take it as their centres see it",
-        ) from failure
-
-
-def _angle(
-    law: LawLike, stretches: Sequence[Interval], ell: float, half: float, floor: float
-) -> Proxy | None:
+def _angle(law: Any, stretches: Sequence[Interval], ell: float, half: float, floor: float) -> Proxy:
     if not callable(getattr(law, "psi0", None)):
-        return None
-    law = cast(AngledLaw, law)
+        return NOTHING
     whole = ((stretches[0][0] - ell, stretches[-1][1] + ell),)
-    return _proxies(law.angle, _first(whole, half, (), law.psi0), floor, law.psi0, "psi0")[0]
+    return _profiles(law.angle, whole, half, floor, law.psi0, "psi0")[0]

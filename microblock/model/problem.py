@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import BadArgument
+from ..errors import require
 from .law import ACTS_IN, level_surface
 from .material import joint_modulus
 from .obstacles import heights, scales
-from .types import AngledLaw, Array, CornerZones, Interval, LawLike, ObstacleLike
+from .proxy import NOTHING, Proxy
+from .types import Array, CornerZones, Interval, LawLike, ObstacleLike
 from .zones import joined
 
 if TYPE_CHECKING:
@@ -62,11 +63,14 @@ class Problem:
         """Contact points with a corner at a slope discontinuity or an edge, ascending."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
         own += getattr(self.picture, "tips", ())
-        angle = getattr(getattr(self.picture, "angle", None), "singular", ())
-        places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
+        places = np.sort([*(place + shift for place in own for shift in self.shifts), *self._angle.singular])
         # ell a multiple of the spacing of samples, corners meet them up to rounding
         far = np.diff(places) > 1e-13 * (np.abs(places).max(initial=0.0) + self.ell)
         return np.concatenate((places[:1], places[1:][far]))
+
+    @property
+    def _angle(self) -> Proxy:
+        return NOTHING if self.picture is None else self.picture.angle
 
     def _one_place(self, place: float) -> float:
         """Returns the first of the places that are one but for rounding."""
@@ -77,11 +81,10 @@ class Problem:
         """{contact point: {corner: jump of its initial gap's slope}}."""
         named = zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ()))
         met = [(x + shift, i, jump) for x, jump in named for i, shift in enumerate(self.shifts)]
-        angle = None if self.picture is None else self.picture.angle
-        if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
-            size = self.solid.ell / 2 * (cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
-            turned = zip(angle.singular, angle.jumps)
-            met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
+        # where psi0's slope jumps, that of the levers does, or of the gaps as well
+        size, turned = self.ell / 2, zip(self._angle.singular, self._angle.jumps)
+        size *= getattr(self.law, "psi0_in", None) == ACTS_IN[0]
+        met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
         found: dict[float, dict[int, float]] = {}
         for place, corner, jump in met:
             at = found.setdefault(self._one_place(place), {})
@@ -90,7 +93,7 @@ class Problem:
 
     @cached_property
     def tips(self) -> set[float]:
-        places = () if self.picture is None else self.picture.tips
+        places = getattr(self.picture, "tips", ())
         return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
@@ -98,8 +101,8 @@ class Problem:
         """[(edges, lengths), ...] of gaps and levers, in x of the contact point."""
         if self.picture is None:
             return []
-        angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
-        return [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts] + angle
+        own = [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts]
+        return [*own, (self._angle.edges, self._angle.lengths)]
 
     @cached_property
     def stretches(self) -> list[Interval]:
@@ -115,8 +118,7 @@ class Problem:
     def sites(self, corner: int) -> Array:
         """Returns contact points with a corner under a site of the picture, or of psi0."""
         assert self.picture is not None
-        angle = np.empty(0) if self.picture.angle is None else self.picture.angle.samples
-        return np.union1d(self.picture.sites + self.shifts[corner], angle)
+        return np.union1d(self.picture.sites + self.shifts[corner], self._angle.samples)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval: as pieces on which heights and psi0 are polynomials,
@@ -154,8 +156,8 @@ class Problem:
         return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
-        values = self.levers(x)
-        return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
+        """Returns levers of the corners numbered `corner` at x, arrays (n,)."""
+        return np.choose(corner, self.levers(x))
 
     def initial_gaps(self, x: Array) -> Array:
         """Returns the initial gaps at x, array (corners, n)."""
@@ -164,8 +166,7 @@ class Problem:
 
     def initial_gap(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,)."""
-        values = self.initial_gaps(x)
-        return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
+        return np.choose(corner, self.initial_gaps(x))
 
 
 def half_line(problem: Problem) -> bool:
@@ -178,17 +179,11 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
         right, left = heights(obstacle, x), heights(obstacle, -x)
-        apart = ~np.isclose(right, left, rtol=same, atol=same * ell)
-        if apart.any():
-            raise BadArgument(
-                "obstacle",
-                obstacle,
-                "says that it is even, but its height differs at x = "
-                f"{x[apart][0]:.4g} and {-x[apart][0]:.4g}",
-            )
+        alike = np.isclose(right, left, rtol=same, atol=same * ell)
+        place = x[np.argmin(alike)]
+        words = f"says that it is even, but its height differs at x = {place:.4g} and {-place:.4g}"
+        require(alike.all(), "obstacle", obstacle, words)
     if law.even:
-        one, other = (list(law.levers(places).values()) for places in (x, -x))
-        if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=same, atol=same):
-            raise BadArgument(
-                "law", law, "says that it is even, but its levers are not those of a mirror image"
-            )
+        one, other = (np.array(list(law.levers(places).values())) for places in (x, -x))
+        words = "says that it is even, but its levers are not those of a mirror image"
+        require(np.allclose(one, -other[::-1], rtol=same, atol=same), "law", law, words)

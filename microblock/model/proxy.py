@@ -5,16 +5,13 @@ Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside no
 narrower than the samples of the first intervals, and changes nothing at them, is not seen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
 
-from ..errors import MicroblockError
+from ..errors import require
 from .types import Array, Flags, Function
 
 NODES = 14
@@ -26,10 +23,6 @@ _places = np.concatenate((_points, (_points[1:] + _points[:-1]) / 2))  # samples
 # of the polynomial through those at _points
 _coefficients = np.linalg.inv(chebvander(_points, NODES - 1))
 _between = chebvander(_places[NODES:], NODES - 1) @ _coefficients  # its values at the other samples
-
-
-class TooRough(MicroblockError):
-    """A function is noise, or needs too many pieces."""
 
 
 @dataclass(frozen=True)
@@ -63,29 +56,41 @@ class Proxy:
         return np.where(near <= np.maximum(2.5 * lengths, least), np.inf, lengths)
 
 
-def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[float] = ()) -> Proxy:
+NOTHING = Proxy(np.zeros(1), *[np.empty(0)] * 5)  # of no function
+
+
+def proxy(
+    function: Function,
+    edges: Array,
+    floor: float = 0.0,
+    known: Iterable[float] = (),
+    name: str = "obstacle",
+    given: object = None,
+) -> Proxy:
     """Returns the Proxy of a function of arrays on intervals between `edges` that are short enough for what
     shall be seen; `floor` is an error per length that does not matter, `known` are singular places inside.
-    Raises TooRough if there are too many pieces or singular points.
+    Raises BadArgument of an argument if there are too many pieces or singular points.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
-    given = [*known, *_ends(function, x, np.isfinite(h))]
+    first = [*known, *_ends(function, x, np.isfinite(h))]
     # features that the first intervals show are wider: a shorter piece has a singular point
     whole, narrow, budget = edges[-1] - edges[0], np.median(np.diff(edges)) / 64, 8000
-    cuts = np.unique((edges[0], *given, edges[-1]))
-    left, right = cuts[:-1], cuts[1:]
-    done: list[tuple[Array, Array]] = []
-    places = [(0.0, place) for place in given]  # (length of the piece that has it, place)
+    cuts = np.unique((edges[0], *first, edges[-1]))
+    left, right, done = cuts[:-1], cuts[1:], [edges[-1:]]
+    places = [(0.0, place) for place in first]  # (length of the piece that has it, place)
     while len(left):
         short = right - left < narrow
         rough = _rough(function, left, right, x, h, np.where(short, 0.0, floor)) > 1
         short &= rough
         budget -= len(left)
-        if budget < 0 or np.count_nonzero(short) > 200:
-            raise TooRough(f"it changes ever more quickly, next to x = {left[0]:.4g}")
+        words = (
+            f"must be smooth but for some places: it changes ever more quickly, next to x = {left[0]:.4g}; "
+            "Cells(nodes=...) take it as their centres see it"
+        )
+        require(budget >= 0 and np.count_nonzero(short) <= 200, name, given, words)
         places += _pinned(function, left[short], right[short], 1e-10 * whole)
-        done.append((left[~rough | short], right[~rough | short]))
+        done.append(left[~rough | short])
         left, right = left[rough & ~short], right[rough & ~short]
         middle = left + HALF * (right - left)
         left, right = np.sort((*left, *middle)), np.sort((*middle, *right))
@@ -94,16 +99,14 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
         if all(abs(place - other) > max(LOST * whole, 2 * length) for other in singular):
             singular.append(float(place))
     singular.sort()
-    left, right = (np.sort(np.concatenate(each)) for each in zip(*done))
-    samples = np.unique(_spread(left, right))
+    edges = np.sort(np.concatenate(done))
+    samples = np.unique(_spread(edges[:-1], edges[1:]))
     beside = [
         _at_singular(function, place, [other for other in singular if other != place], whole)
         for place in singular
     ]
     jumps, powers = np.reshape(beside, (-1, 2)).T
-    return Proxy(
-        np.append(left, right[-1]), np.array(singular), jumps, powers, samples, _values(function, samples)
-    )
+    return Proxy(edges, np.array(singular), jumps, powers, samples, _values(function, samples))
 
 
 def _spread(left: Array, right: Array) -> Array:
@@ -147,7 +150,7 @@ def _rough(
     along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
     np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
     error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
-    return cast(Array, error / np.maximum(allowed, 1e-300))
+    return error / np.maximum(allowed, 1e-300)
 
 
 def _pinned(function: Function, left: Array, right: Array, least: float) -> list[tuple[float, float]]:

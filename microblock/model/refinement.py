@@ -1,7 +1,5 @@
 """Levels of refinement."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from .deformable import shape_of
 from .obstacles import Samples
-from .types import Array
 
 if TYPE_CHECKING:
     from .state import State
@@ -48,7 +47,8 @@ def of_samples(state: State) -> list[str]:
     period = state.solution.period
     whole = period is not None and np.ptp(samples.ends) >= period * (1 - 1e-6)
     for end in () if whole else samples.ends:  # over a whole period the next one begins there
-        if touched(state, (end,), _spacing(state, end)):
+        after = int(np.clip(np.searchsorted(state.x, end), 1, len(state.x) - 1))
+        if touched(state, (end,), state.x[after] - state.x[after - 1]):
             found.append(
                 f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
@@ -60,9 +60,3 @@ def of_samples(state: State) -> list[str]:
             "them; a smooth curve through them, Obstacle(CubicSpline(x, z)) of SciPy, has no such places"
         )
     return found
-
-
-def _spacing(state: State, place: float) -> float:
-    x: Array = state.x
-    after = int(np.clip(np.searchsorted(x, place), 1, len(x) - 1))
-    return float(x[after] - x[after - 1])

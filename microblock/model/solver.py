@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, require
 from .deformable import body_of
 from .events import LoadPath
 from .law import require_shifts
@@ -64,32 +64,24 @@ class Solver:
         self._require_counter_body()
         if self.in_space is None and (self.has_fitted_zones or body_of(self.obstacle) is not None):
             require_shifts(self.law, self.solid.ell)
-        count, most = len(self.law.corners), self.most_corners
-        if most is not None and count > (1 if self.law.clamps_rotation else most):
-            constrained = " and constrains psi" if self.law.clamps_rotation else ""
-            raise BadArgument(
-                "law",
-                self.law,
-                f"has {count} corners{constrained}: {type(options).__name__}() takes up to {most}, or one "
-                "where psi is constrained; Condensed() and GivenCompliance() take any number",
-            )
+        count, most, clamps = len(self.law.corners), self.most_corners, self.law.clamps_rotation
+        words = (
+            f"has {count} corners{' and constrains psi' * clamps}: {type(options).__name__}() takes up to "
+            f"{most}, or one where psi is constrained; Condensed() and GivenCompliance() take any number"
+        )
+        require(most is None or count <= (1 if clamps else most), "law", self.law, words)
 
     def _require_counter_body(self) -> None:
         """Raises BadArgument for an obstacle whose body this method does not know, or of another period."""
         counter = body_of(self.obstacle)
-        if counter is None or isinstance(counter, self.counter_bodies):
-            periods = [getattr(one, "period", None) for one in (counter, self.body)]
-            if counter is not None and periods[0] != periods[1]:
-                words = f"of the second body must be that of the first, {periods[1]}"
-                raise BadArgument("period", periods[0], words)
+        if counter is None:
             return
         known = " or ".join(one.__name__ for one in self.counter_bodies)
-        raise BadArgument(
-            "obstacle",
-            self.obstacle,
-            f"deforms, and {type(self.options).__name__}() on a {type(self.body).__name__} "
-            + (f"takes a {known} as second body alone" if known else "takes rigid obstacles alone"),
-        )
+        words = f"takes a {known} as second body alone" if known else "takes rigid obstacles alone"
+        words = f"deforms, and {type(self.options).__name__}() on a {type(self.body).__name__} {words}"
+        require(isinstance(counter, self.counter_bodies), "obstacle", self.obstacle, words)
+        theirs, own = (getattr(one, "period", None) for one in (counter, self.body))
+        require(theirs == own, "period", theirs, f"of the second body must be that of the first, {own}")
 
     def __getstate__(self) -> dict[str, Any]:
         return {
@@ -127,14 +119,13 @@ class Solver:
         """Raises NotConverged unless a state has the load or approach that was asked for, its pressures carry
         its load, and its residual is rounding or below the error estimate.
         """
-        solution = getattr(state, "solution", state)
         carried = np.sum(state.weights * state.pressure * state.normals[:, -1])
         counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
         off = {
             "load": 0.0 if load is None else abs(state.load - load) / load,
             "approach": 0.0
             if approach is None
-            else abs(state.approach - approach) / np.abs(solution.displacement).max(),
+            else abs(state.approach - approach) / np.abs(state.displacement).max(),
             "sum of the pressures": abs(carried - state.load) / state.load,
             "residual": state.residual if counts else 0.0,
         }

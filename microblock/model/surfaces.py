@@ -3,8 +3,6 @@
 Any callable ``height(x1, x2)`` of two arrays serves as well, with inf where there is no obstacle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -41,7 +39,7 @@ class Sphere(Checked):
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths)."""
-        return np.asarray((x1**2 + x2**2) / (2 * self.R))
+        return (x1**2 + x2**2) / (2 * self.R)
 
 
 @dataclass(frozen=True)
@@ -96,8 +94,7 @@ class Cone(Checked):
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths)."""
-        heights: Array = self.slope * np.hypot(x1, x2)
-        return heights
+        return self.slope * np.hypot(x1, x2)
 
 
 @dataclass(frozen=True)
@@ -171,17 +168,13 @@ class RoughSurface(SelfAffine):
         """Amplitudes of exp(2 pi i (m1 x1 + m2 x2)/period), m1 = 0 ... n, m2 = -n ... n, array
         (n + 1, 2 n + 1).
         """
-        longest, shortest = self.waves
+        shortest = self.waves[1]
         m1, m2 = (each.ravel() for each in np.mgrid[: shortest + 1, -shortest : shortest + 1])
         square = m1**2 + m2**2
         there = np.flatnonzero((square <= shortest**2) & ((m1 > 0) | (m2 > 0)))  # of k and -k one
         there = there[np.lexsort((m2[there], m1[there], square[there]))]  # shorter waves have later phases
-        phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(there))
-        m = np.sqrt(square[there])
-        shape = np.where(m >= longest, m ** (-self.hurst - 1), 0.0) * np.exp(1j * phases)
-        mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
         whole = np.zeros(len(m1), complex)
-        whole[there] = self.slope / np.sqrt(mean_square) * shape
+        whole[there] = self.of_waves(np.sqrt(square[there]), self.hurst + 1)
         return whole.reshape(shortest + 1, -1)
 
     def height(self, x1: Array, x2: Array) -> Array:

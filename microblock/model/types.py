@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
+    import matplotlib.axes
+    import matplotlib.figure
+
     from microblock import Contact
 
-    from .law import Law, Microblock
+    from .law import Law
     from .material import Cosserat
     from .solver import Solver
 
@@ -23,13 +26,14 @@ Integers: TypeAlias = NDArray[np.intp]
 Function: TypeAlias = Callable[[Array], Array]  # of abscissae, array (n,)
 Tilt: TypeAlias = float | Callable[[AnyArray, AnyArray], ArrayLike]  # a rotation, or a function of (x1, x2)
 Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
+Axes: TypeAlias = "matplotlib.axes.Axes"
+Figure: TypeAlias = "matplotlib.figure.Figure"
 Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
 ContactLike: TypeAlias = "Contact"
 LawLike: TypeAlias = "Law"
-AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 
 
 class HasHeight(Protocol):

@@ -1,7 +1,5 @@
 """Zones and norms of a state."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from typing import Any, cast
@@ -42,7 +40,7 @@ def without(intervals: Iterable[Interval], left: float, right: float) -> list[In
 def contains(intervals: ArrayLike, x: Array) -> Flags:
     """Returns whether each x, array (n,), lies in an interval, ends included."""
     left, right = np.reshape(intervals, (-1, 2, 1)).swapaxes(0, 1)
-    return cast(Flags, np.any((left <= x) & (x <= right), axis=0))
+    return np.any((left <= x) & (x <= right), axis=0)
 
 
 def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:
@@ -138,7 +136,7 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
     obstacle, shifted by `shifts`, the distance over half of its width, else 1.
     """
     distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
-    return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
+    return np.min([np.ones_like(x), *distances], axis=0)
 
 
 def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:

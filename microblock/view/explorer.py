@@ -7,8 +7,8 @@ from ..errors import BadArgument, require_choice, require_kind, require_positive
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
 from ..model.obstacles import Cylinder
+from ..model.results import saved
 from ..model.state import State
-from ..model.summary import saved
 from ..threads import bounded
 from .state_figure import draw
 
@@ -115,7 +115,9 @@ class Explorer:
         """The figure of the state as a PNG, bytes."""
         law = type(self.state.law)  # which says what a figure holds
         drawing, room = self._drawings.get(law, (None, ()))
-        drawing = saved(draw(self.state, drawing=drawing), None, self.state.warnings, self.state.caption)
+        drawing = saved(
+            draw(self.state, drawing=drawing), None, None, self.state.warnings, self.state.caption
+        )
         # panels are placed anew, which takes longer than all else, where letters need more room
         labels = [[len(label.get_text()) for label in axis.get_yticklabels()] for axis in drawing.axes]
         asked = drawing.get_suptitle().count("\n"), *(max(lengths, default=0) for lengths in labels)

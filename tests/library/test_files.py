@@ -17,7 +17,7 @@ import microblock as mb
 from cases.__main__ import main
 from microblock.data.records import read_records
 from microblock.fem import meshes, meshes3d
-from microblock.model.plain_data import plain_data
+from microblock.model.results import plain_data
 
 meshio = pytest.importorskip("meshio", reason="VTK needs the extra `vtk`")
 

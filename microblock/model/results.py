@@ -1,14 +1,20 @@
-"""Results as plain data, as labelled data sets, and in files."""
+"""How results show themselves: in a line of a terminal, in the file of a figure, as plain data, as labelled
+data sets, and in files.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
+
+from ..errors import require_place, writing
+from .types import Axes, Figure, Interval, Target
 
 if TYPE_CHECKING:
     import xarray
@@ -112,7 +118,7 @@ class PlainData:
         """
         from .archive import data_set  # here: whoever does not ask for it does not load it
 
-        return cast("xarray.Dataset", data_set(cast(Any, self)))
+        return data_set(cast(Any, self))
 
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit, functions and meshes
@@ -158,3 +164,41 @@ def plain_data(value: Any) -> Any:
             np.isfinite(value), value, np.array(None)
         ).tolist()  # of objects: floats of Python and None
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def line(title: str, words: str, warnings: Iterable[str] = ()) -> str:
+    """Returns what a terminal shows of a result, warnings below."""
+    return f"<{title}: {words}{''.join(f'{chr(10)}  warning: {text}' for text in warnings)}>"
+
+
+def number(value: float | None) -> str:
+    """Returns a number in four digits, None as a dash."""
+    return "-" if value is None else f"{value:.4g}"
+
+
+def intervals(pairs: Iterable[Interval]) -> str:
+    """Returns a union of intervals in words, many as number and length."""
+    pairs = [(float(left), float(right)) for left, right in pairs]
+    if not pairs:
+        return "none"
+    if len(pairs) > 4:
+        return f"{len(pairs)} intervals, {number(sum(right - left for left, right in pairs))} together"
+    return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
+
+
+def saved(
+    drawing: Any, file: Target = None, ax: Axes | None = None, warnings: Iterable[str] = (), caption: str = ""
+) -> Figure:
+    """Returns a Figure, unless it is that of an axis with caption and warnings above it, written to a file if
+    there is one; raises BadArgument where no file can be.
+    """
+    if ax is None and (warnings or caption):
+        lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
+        drawing.captioned("\n".join(lines).strip())
+    if file is not None:
+        require_place(file, "file", formats := drawing.canvas.get_supported_filetypes())
+        path = Path(file)
+        known = path.suffix[1:].lower() in formats  # what follows another point may be a number's digits
+        with writing(file, "file"):
+            drawing.savefig(path if known else path.with_name(f"{path.name}.png"))
+    return drawing
