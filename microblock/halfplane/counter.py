@@ -4,7 +4,7 @@ equal cells (docs/theory/two_bodies.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -22,17 +22,7 @@ def counter_kernel(problem, distance, target, source):
 
 def counter_response(problem, panels, places):
     """Displacement of the second body along x2 from q and the known logarithms: arrays (n, m), (n,)."""
-    both = panels.whole(problem)
-    matrix, known = np.zeros((len(places), len(both.e) * both.order)), 0.0
-    whole, none = replace(problem, mirror=False), np.zeros(len(places))
-    for corner, shift in enumerate(problem.shifts):
-        own = both.corner == corner
-        if own.any():
-            part, more = response(whole, both.of(own), places + shift, none, counter_kernel)
-            matrix[:, np.repeat(own, both.order)] = part
-            known = known + more
-    half = matrix.shape[1] // 2
-    return (matrix[:, :half] + matrix[:, half:] if problem.mirror else matrix), known
+    return response(problem, panels, places, np.zeros(len(places)), counter_kernel, problem.shifts)
 
 
 def counter_flexibility(problem, x, widths):

@@ -58,10 +58,6 @@ class Panels:
         """`values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
 
-    def of(self, own):
-        chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
-        return Panels(*chosen, self.order)
-
     def whole(self, problem):
         """The panels of a Problem, with mirror images of a symmetric one."""
         if not problem.mirror:
@@ -175,11 +171,13 @@ def short_enough(problem, anchor, length, root):
     return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
 
 
-def response(problem, panels, x, lever, kernel):
+def response(problem, panels, x, lever, kernel, shifts=(0.0, 0.0)):
     """Integrals of a kernel against q, (n, m) or (values, n, m), and against the known logarithms, (n,) or
-    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
+    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation; targets lie `shifts` farther
+    right of the sources of each corner.
     """
-    matrix, known = _block(problem, panels.whole(problem), x, lever, kernel)
+    panels = panels.whole(problem)
+    matrix, known = _block(problem, panels, x[:, None] + np.array(shifts)[panels.corner], lever, kernel)
     half = matrix.shape[-1] // 2
     return (matrix[..., :half] + matrix[..., half:] if problem.mirror else matrix), known
 
@@ -187,17 +185,17 @@ def response(problem, panels, x, lever, kernel):
 def _block(problem, panels, x, target, kernel):
     panel, _, source, _ = panels.nodes
     order, logs, lever = panels.order, panels.log_size.any(), problem.lever(panels.corner[panel], source)
-    values = kernel(problem, x[:, None] - source, target[:, None], lever)
+    values = kernel(problem, np.repeat(x, order, axis=1) - source, target[:, None], lever)
     values = values.reshape(*values.shape[:-1], len(panels.e), order)
     found = values * panels.points[1]
     if logs:
         found = np.concatenate((found, values @ _log_rule(order)[:, None]), axis=-1)
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
-    distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
+    distance = np.maximum(ends[0] - x, x - ends[1])
     # farther away the nodes leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
     row, near = np.nonzero(distance < np.abs(panels.h) * np.where(panels.log_size, 4, 0.5))
     if len(row):
-        found[..., row, near, :] = _near_rows(problem, panels, x[row], target[row], near, kernel)
+        found[..., row, near, :] = _near_rows(problem, panels, x[row, near], target[row], near, kernel)
     known = found[..., order:].sum(axis=-1) @ (panels.log_size * np.abs(panels.h))
     return found[..., :order].reshape(*values.shape[:-2], len(source)), known
 
