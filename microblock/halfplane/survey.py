@@ -141,20 +141,15 @@ def _overlaps(state, corner, x, gaps, noise, unit):
 
 
 def _tensile(state, size):
-    panel, _, x, _ = state.panels.nodes
     for corner in state.problem.corners:
-        own = np.flatnonzero(state.panels.corner[panel] == corner)
-        own = own[np.argsort(x[own])]
-        p = state.pressure(corner, x[own])
         for left, right in state.zones[corner]:
             left = max(left, 0.0) if half_line(state.problem) else left
-            inside = (left <= x[own]) & (x[own] <= right)
-            here = own[inside]
-            borders = np.concatenate(([left], (x[here][1:] + x[here][:-1]) / 2, [right]))
-            for first, last in runs(p[inside] < 0):
+            inside = (left <= state.x) & (state.x <= right)
+            x, p, weights = state.x[inside], state.pressures[corner, inside], state.weights[inside]
+            borders = np.concatenate(([left], (x[1:] + x[:-1]) / 2, [right]))
+            for first, last in runs(p < 0):
                 part = slice(first, last + 1)
-                square = state.panels.rule[here][part] @ p[inside][part] ** 2
-                worth = float(np.sqrt(square) / size)
+                worth = float(np.sqrt(weights[part] @ p[part] ** 2) / size)
                 yield Violation(corner, float(borders[first]), float(borders[last + 1]), 0.0, worth)
 
 
