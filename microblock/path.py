@@ -21,7 +21,6 @@ from .halfplane.carried import meeting_exponent
 from .halfplane.edges import fit
 from .halfplane.panel_solution import PanelSolution
 from .halfplane.panel_solver import PanelSolver
-from .halfplane.survey import survey
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem
 from .model.state import State
@@ -128,12 +127,11 @@ class ZonePath(LoadPath):
         if apart > FINE * load:
             return None
         state = self._continued(states, high.problem, load, ORDERS[0])
-        width, zones, least = _width(state), dict(state.zones), survey(state).least
+        width, zones = _width(state), dict(state.zones)
         for _, _, x, corner in found:
-            least = [each for each in least if abs(each[1] - x) > NEAR * width]
             tiny = x - SAME * width, x + SAME * width
             zones[corner] = tuple(sorted([*without(zones[corner], *tiny), *([tiny] if touches else [])]))
-        state = replace(state, iterations=0, least=tuple(least))  # of an event, no fit
+        state = replace(state, iterations=0)  # of an event, no fit
         other = replace(state, zones=dict(state.problem.computed(zones)))
         return (state, other, error + apart) if grows else (other, state, error + apart)
 
@@ -288,20 +286,23 @@ def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) 
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether zones may be born and merge between alike states: a gap is concave, or its minimum
-    closes.
+    """Returns whether zones may be born and merge between alike states: where contact spreads to, a gap has a
+    minimum or is concave.
     """
-    step = (high.load - low.load) / high.load
+    step, problem = (high.load - low.load) / high.load, low.problem
     for corner, parts in high.all_zones.items():
-        least = [x for each, x, _ in low.least if each == corner]
-        if step > NEAR and any(left < x < right for left, right in parts for x in least):
-            return True
         for left, right in low.all_zones[corner]:
             parts = tuple(without(parts, left, right))
-        # steps are halved down to a fiftieth of the load where a zone may be born and merge
-        for left, right in parts if 50 * step > 1 else ():
-            gaps = low.gaps(corner, np.linspace(left, right, SAMPLES))
-            if np.diff(gaps, 2).min() < -FINE * np.ptp(gaps):
+        for left, right in parts if step > NEAR else ():
+            sites, even = problem.sites(corner), np.linspace(left, right, SAMPLES)
+            x = np.union1d(even, sites[(left < sites) & (sites < right)])
+            gaps = low.gaps(corner, x)
+            least = FINE * np.ptp(gaps)
+            above = np.maximum.accumulate(gaps), np.maximum.accumulate(gaps[::-1])[::-1]
+            if (np.minimum(*above) - gaps).max() > least:
+                return True
+            # steps are halved down to a fiftieth of the load where a zone may be born and merge
+            if 50 * step > 1 and np.diff(gaps[np.isin(x, even)], 2).min() < -least:
                 return True
     return False
 

@@ -48,7 +48,6 @@ class OnPanels(LineSolution):
     panels, q : the unknowns, see `microblock.halfplane.panels`
     approach : up to a constant
     iterations : steps of Newton's method
-    least : ((corner, x, gap), ...), local minima of the gaps out of contact
     further : zones after one more step
     """
 
@@ -60,7 +59,6 @@ class OnPanels(LineSolution):
     approach: float
     iterations: int
     estimate: Estimate
-    least: tuple = ()
     further: Any = None
     solver: Any = None  # a Solver, which puts itself in
 

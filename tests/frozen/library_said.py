@@ -331,13 +331,13 @@ def trials():
                 continue
             found = search.survey(state)
             amended = search.amended(state, found, 1e-6) or {}
-            counts = state.iterations, len(found.violations), len(found.least), found.beyond
+            counts = state.iterations, len(found)
             own = {"zones": state.zones, "further": state.further, "amended": amended}
             places = {
                 part: [edge for own in each.values() for edge in np.ravel(own)] for part, each in own.items()
             }
-            violations = [(own.corner, own.left, own.right, own.depth) for own in found.violations]
-            places |= {"violations": violations, "minima": found.least, "worth": found.worth}
+            violations = [(own.corner, own.left, own.right, own.depth) for own in found]
+            places |= {"violations": violations, "worth": np.linalg.norm([own.worth for own in found])}
             yield from table(f"trial {name} {load}", {"counts": str(counts)} | places, READ)
             yield from table(f"trial {name} {load}", {"share of edges": state.estimate.edges}, DOUBT)
 
