@@ -12,17 +12,11 @@ from scipy.fft import irfft, next_fast_len, rfft
 from ..corners.on_cells import wavenumbers
 from .averages import normal_averages
 from .kernels import normal_kernel, normal_symbol
-from .panels import response
 
 
 def counter_kernel(problem, distance, target, source):
     """Displacement of the second body under a unit force (length/force)."""
     return normal_kernel(problem.counter, distance)
-
-
-def counter_response(problem, panels, places):
-    """Displacement of the second body along x2 from q and the known logarithms: arrays (n, m), (n,)."""
-    return response(problem, panels, places, np.zeros(len(places)), counter_kernel, problem.shifts)
 
 
 def counter_flexibility(problem, x, widths):

@@ -13,7 +13,7 @@ from ..model.progress import counted
 from ..model.zones import zone_edges
 from ..threads import released
 from .carried import decay
-from .counter import counter_response
+from .counter import counter_kernel
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import make_panels, response
@@ -32,7 +32,8 @@ def solve_zones(problem, panels, load):
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, 2))
     system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
     if problem.counter is not None:
-        by_counter = counter_response(problem, panels, x - np.array(problem.shifts)[corner])
+        places = x - np.array(problem.shifts)[corner]
+        by_counter = response(problem, panels, places, 0 * x, counter_kernel, problem.shifts)
         system[:count, :count] += by_counter[0]
         raised = raised + by_counter[1]
     system[:count, count] = -1.0

@@ -17,10 +17,6 @@ ORDERS = range(6, 27, 4)
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
-def resolved(order):
-    return 10 ** -(0.55 * order + 0.7)
-
-
 def solve(problem, load, rtol, order=None, near=None):
     """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order.
 
@@ -53,8 +49,9 @@ def _climb(problem, load, zones, rtol):
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
-        if rtol < resolved(order):  # and its neighbour will not agree
-            tolerance = max(tolerance, np.sqrt(resolved(order)))
+        unresolved = 10 ** -(0.55 * order + 0.7)
+        if rtol < unresolved:  # and its neighbour will not agree
+            tolerance = max(tolerance, np.sqrt(unresolved))
         state = fit(problem, load, zones, order, tolerance)
         if coarse is None and not problem.picture.simple:
             state = _amended(state, CONDITIONS_SHARE * rtol)

@@ -110,7 +110,7 @@ def _minima(gaps):
 def _overlaps(state, corner, x, gaps, noise, unit):
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
-        gaps[doubtful] = state.gaps(corner, x[doubtful])
+        gaps[doubtful] = state.gap(corner, x[doubtful])
     for first, last in runs(gaps < -_rounding(state)):
         before, after = max(first - 1, 0), min(last + 1, len(x) - 1)
         # next to an edge, where the gap begins with 0

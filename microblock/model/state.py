@@ -253,7 +253,7 @@ class LineSolution(Solution):
     def micromoment(self) -> Array:
         """M of (29) at `x`, array (n,), or the reaction."""
         if self.problem.law.clamps_rotation:
-            return cast(Array, self._reaction_at_nodes())
+            return cast(Array, self.reaction(self.x))
         moments = self.problem.levers(self.x) * self.pressures
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
 
