@@ -21,7 +21,6 @@ from .halfplane.carried import meeting_exponent
 from .halfplane.edges import fit
 from .halfplane.panel_solution import PanelSolution
 from .halfplane.panel_solver import PanelSolver
-from .halfplane.survey import survey
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem
 from .model.state import State
@@ -119,34 +118,31 @@ class ZonePath(LoadPath):
             return None
         touches, grows = kind in ("born", "vanished"), kind in ("born", "split")
         fewer, more = (low, high) if grows else (high, low)
-        states, found = {fewer.load: fewer}, []
+        states, roots = {fewer.load: fewer}, []
         for corner, _, x in changes:
             margin = partial(_margin, corner=corner, touches=touches, span=_span(more, corner, x, touches))
-            found.append((*self._root(low, high, states, margin, {}), corner))
-        load, error, *_ = max(found, key=lambda one: one[1])
-        apart = max(abs(other - load) for other, *_ in found)
+            roots.append(self._root(low, high, states, margin))
+        load, error, _ = max(roots)
+        apart = load - min(roots)[0]
         if apart > FINE * load:
             return None
         state = self._continued(states, high.problem, load, ORDERS[0])
-        width, zones, least = _width(state), dict(state.zones), survey(state).least
-        for _, _, x, corner in found:
-            least = [each for each in least if abs(each[1] - x) > NEAR * width]
+        width, zones = _width(state), dict(state.zones)
+        for (corner, *_), (*_, x) in zip(changes, roots):
             tiny = x - SAME * width, x + SAME * width
             zones[corner] = tuple(sorted([*without(zones[corner], *tiny), *([tiny] if touches else [])]))
-        state = replace(state, iterations=0, least=tuple(least))  # of an event, no fit
+        state = replace(state, iterations=0)  # of an event, no fit
         other = replace(state, zones=dict(state.problem.computed(zones)))
         return (state, other, error + apart) if grows else (other, state, error + apart)
 
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
         """Returns events at which edges of the two corners pass each other."""
         corners, found = _opened(low).values(), []
-        fits = {state.load: state for state in (low, high) if state.iterations}
+        states = {low.load: low, high.load: high}
         for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
-            (gap, _), (later, x) = _passed(low, pair), _passed(high, pair)
+            (gap, _), (later, _) = _passed(low, pair), _passed(high, pair)
             if gap * later < 0:
-                passed = partial(_passed, pair=pair)
-                ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
-                load, error, x = self._root(low, high, fits, passed, ends)
+                load, error, x = self._root(low, high, states, partial(_passed, pair=pair))
                 kinds = ("born", "merged") if gap > 0 else ("vanished", "split")
                 found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
         return found
@@ -157,7 +153,6 @@ class ZonePath(LoadPath):
         high: PanelSolution,
         states: dict[float, PanelSolution],
         measured: Callable[[PanelSolution], tuple[float, float]],
-        ends: dict[float, tuple[float, float]],
     ) -> tuple[float, float, float]:
         """Returns the load at which what is measured of continued states changes its sign, its error and the
         place; raises NotConverged where it does not, or they cannot be continued.
@@ -167,9 +162,10 @@ class ZonePath(LoadPath):
         low, high : states between whose loads it lies
         states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
-        ends : {load: (number, place)} at events
         """
         from scipy.optimize import brentq  # here: half a second that states do without
+
+        ends = [load for load, state in states.items() if not state.iterations]
 
         def value(load: float) -> tuple[float, float]:
             if load not in states:
@@ -178,11 +174,11 @@ class ZonePath(LoadPath):
 
         def about(load: float) -> float:
             try:
-                return (ends[load] if load in ends else value(load))[0]
+                return value(load)[0]
             except NotConverged:
                 if not ends:
                     raise
-                return next(iter(ends.values()))[0]  # as at the event
+                return value(ends[0])[0]  # as at the event
 
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
@@ -288,20 +284,23 @@ def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) 
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether zones may be born and merge between alike states: a gap is concave, or its minimum
-    closes.
+    """Returns whether zones may be born and merge between alike states: where contact spreads to, a gap has a
+    minimum or is concave.
     """
-    step = (high.load - low.load) / high.load
+    step, problem = (high.load - low.load) / high.load, low.problem
     for corner, parts in high.all_zones.items():
-        least = [x for each, x, _ in low.least if each == corner]
-        if step > NEAR and any(left < x < right for left, right in parts for x in least):
-            return True
         for left, right in low.all_zones[corner]:
             parts = tuple(without(parts, left, right))
-        # steps are halved down to a fiftieth of the load where a zone may be born and merge
-        for left, right in parts if 50 * step > 1 else ():
-            gaps = low.gaps(corner, np.linspace(left, right, SAMPLES))
-            if np.diff(gaps, 2).min() < -FINE * np.ptp(gaps):
+        for left, right in parts if step > NEAR else ():
+            sites, even = problem.sites(corner), np.linspace(left, right, SAMPLES)
+            x = np.union1d(even, sites[(left < sites) & (sites < right)])
+            gaps = low.gap(corner, x)
+            least = FINE * np.ptp(gaps)
+            above = np.maximum.accumulate(gaps), np.maximum.accumulate(gaps[::-1])[::-1]
+            if (np.minimum(*above) - gaps).max() > least:
+                return True
+            # steps are halved down to a fiftieth of the load where a zone may be born and merge
+            if 50 * step > 1 and np.diff(gaps[np.isin(x, even)], 2).min() < -least:
                 return True
     return False
 
@@ -322,20 +321,17 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     start, end = zones[number - 1 : number + 1]
     if number % 2 != touches:
         raise NotConverged(f"zones leave x = {(left + right) / 2:g} at load {state.load:g}")
-    values: Callable[[int, Array], Array] = state.gaps if touches else state.pressure
-    width = half = right - left
-    while half > FINE * width:
-        inset = FINE * (right - left)
-        x = np.linspace(max(left, start + inset), min(right, end - inset), SAMPLES)
-        x = np.union1d(x, [kink for kink in state.problem.kinks if x[0] < kink < x[-1]])
-        ratios = values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** (
-            1.5 if touches else 0.5
-        )
-        i = int(np.argmin(ratios))
-        on = x[i] in (left, right)  # it goes on falling beyond
-        half = (right - left) / (2 if on else SAMPLES - 1)
-        left, right = x[i] - half, x[i] + half
-    return float(ratios[i]), float(x[i])
+    values: Callable[[int, Array], Array] = state.gap if touches else state.pressure
+    width, power = right - left, 1.5 if touches else 0.5
+    inset = FINE * width
+    x = np.linspace(max(left - width, start + inset), min(right + width, end - inset), 2 * SAMPLES)
+    kinks = [kink for kink in state.problem.kinks if x[0] < kink < x[-1]]
+
+    def ratios(x: Array) -> Array:
+        return values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** power
+
+    least, place = lowest(ratios, np.union1d(x, kinks))
+    return least, (left + right) / 2 if place is None else place
 
 
 def _passed(state: PanelSolution, pair: Sequence[int]) -> tuple[float, float]:

@@ -63,40 +63,29 @@ def carried(problem, shares, order):
 
 def log_sizes(problem, zones, order):
     """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
-    whole = problem.all_zones(zones)
-    found = {kink: {} for kink in problem.kinks}
+    whole, found = problem.all_zones(zones), {kink: {} for kink in problem.kinks}
+    most = MOST if decay(problem) else 0  # its end is none of the problem's
     for kink, jumps in problem.kinks.items():
-        most = MOST if decay(problem) else 0  # its end is none of the problem's
-        chain = [kink + way * problem.solid.ell for way in range(-most, most + 1)]
-        sizes = _sizes(problem, whole, chain, kink, jumps)
-        least = 10 ** (-order / 4) * max(map(abs, sizes.values()), default=0.0)
-        for (x, corner), size in sizes.items():
-            if most and abs(size) < least:
-                continue
-            place = min(found, key=lambda each: abs(each - x))
-            if abs(place - x) > SAME * problem.solid.ell:
-                place = x
-                found[x] = {}
-            found[place][corner] = found[place].get(corner, 0.0) + size
+        inside = [
+            (x, corner)
+            for x in (kink + way * problem.solid.ell for way in range(-most, most + 1))
+            for corner, intervals in whole.items()
+            if any(left < x < right for left, right in intervals)
+        ]
+        right = np.array([jumps.get(corner, 0.0) * (x == kink) for x, corner in inside])
+        sizes = np.linalg.solve(_short_waves_between(problem, inside), right) / np.pi
+        least = 10 ** (-order / 4) * np.abs(sizes).max(initial=0.0)
+        for (x, corner), size in zip(inside, sizes.tolist()):
+            if abs(size) >= least:
+                place = next((each for each in found if abs(each - x) <= SAME * problem.solid.ell), x)
+                at = found.setdefault(place, {})
+                at[corner] = at.get(corner, 0.0) + size
     return {place: sizes for place, sizes in found.items() if sizes}
-
-
-def _sizes(problem, zones, chain, kink, jumps):
-    inside = [
-        (x, corner)
-        for x in chain
-        for corner, intervals in zones.items()
-        if any(left < x < right for left, right in intervals)
-    ]
-    if not inside:
-        return {}
-    right = np.array([jumps.get(each, 0.0) if place == kink else 0.0 for place, each in inside])
-    return dict(zip(inside, np.linalg.solve(_short_waves_between(problem, inside), right) / np.pi))
 
 
 def _short_waves_between(problem, inside):
     """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n)."""
-    x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
+    x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside], int)
     lever = np.array(problem.lever(corner, x), float)
     pressed = x - np.array(problem.shifts)[corner]
     displacement, rotation = short_waves(problem.solid)

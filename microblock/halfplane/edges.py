@@ -13,7 +13,7 @@ from ..model.progress import counted
 from ..model.zones import zone_edges
 from ..threads import released
 from .carried import decay
-from .counter import counter_response
+from .counter import counter_kernel
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import make_panels, response
@@ -32,7 +32,8 @@ def solve_zones(problem, panels, load):
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, 2))
     system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
     if problem.counter is not None:
-        by_counter = counter_response(problem, panels, x - np.array(problem.shifts)[corner])
+        places = x - np.array(problem.shifts)[corner]
+        by_counter = response(problem, panels, places, 0 * x, counter_kernel, problem.shifts)
         system[:count, :count] += by_counter[0]
         raised = raised + by_counter[1]
     system[:count, count] = -1.0
@@ -57,34 +58,22 @@ def _share(panels, part, whole):
     return float(np.sqrt(weights @ part**2 / (weights @ whole**2)))
 
 
-def edge_coefficients(panels, q):
-    """{(corner, edge, side): (K0, K1)} at all anchors of root panels; side is 1 where the panel lies to the
-    right.
+def _coefficients(problem, panels, q, corner, edge, side):
+    """K0 and K1 of edges, `side` 1 where the zone lies to the right, and K1 of the best two terms over the
+    panel there: arrays (n,).
     """
+    way = np.where(half_line(problem) & (edge < 0), -1, 1)  # of mirror images
+    anchors = np.sign(panels.h) * panels.root, panels.corner, panels.e
+    alike = [own == each[:, None] for own, each in zip(anchors, (side * way, corner, edge * way))]
+    number = np.argmax(np.logical_and.reduce(alike), axis=1)
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
-    k = np.arange(panels.order)
-    series = (2 * k + 1)[:, None] * legvander(2 * points - 1, panels.order - 1).T * weights
-    return _read(
-        panels, q, np.array(((-1.0) ** k, (-1.0) ** k * (k - 1) * k * (k + 1) * (k + 2) / 4)) @ series
-    )
-
-
-def mean_coefficients(panels, q):
-    """The same by the best two terms over each panel."""
-    points, weights = panels.points
-    terms = np.column_stack((np.ones_like(points), points**2))
-    return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
-
-
-def _read(panels, q, basis):
-    found = {}
-    for number in np.flatnonzero(panels.root):
-        constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]
-        h = abs(panels.h[number])
-        key = int(panels.corner[number]), float(panels.e[number]), 1 if panels.h[number] > 0 else -1
-        found[key] = constant / (2 * np.sqrt(h)), quadratic / (2 * h**1.5)
-    return found
+    k, terms = np.arange(panels.order), np.column_stack((np.ones_like(points), points**2))
+    series = (-1.0) ** k * (2 * k + 1) * legvander(2 * points - 1, panels.order - 1) * weights[:, None]
+    second = series @ ((k - 1) * k * (k + 1) * (k + 2) / 4)
+    best = np.linalg.solve(terms.T * weights @ terms, terms.T * weights)[1]
+    basis, h = np.column_stack((series.sum(axis=1), second, best)), np.abs(panels.h[number])
+    return (q.reshape(-1, panels.order)[number] @ basis).T / (2 * np.array((h**0.5, h**1.5, h**1.5)))
 
 
 def fit(problem, load, zones, order, tolerance):
@@ -92,7 +81,7 @@ def fit(problem, load, zones, order, tolerance):
     share in the relative L2 error is a tolerance; the best one, if it reaches the root of what the order
     leaves. Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
     """
-    best, idle, iterations, before = None, 0, 0, {}
+    best, idle, iterations, before = None, 0, 0, None
     zones = _sorted_out(
         problem,
         load,
@@ -132,37 +121,30 @@ def _arranged(problem, zones):
 
 
 def _moved(problem, load, zones, panels, q, before, tolerance):
-    """Zones with free edges moved by 2 K0/K1 or a secant, the largest |K0|, and {(corner, how many, which
-    edge): (place, K0)}.
+    """Zones with free edges moved by 2 K0/K1 or a secant, the largest |K0|, and the corners, places and K0 of
+    all edges.
     """
-    found, known, rows = edge_coefficients(panels, q), {}, []
+    corner, edge = np.array([(number, x) for number, own in zones.items() for x in np.ravel(own)]).T
+    side = np.resize((1, -1), len(edge))
+    K0, K1, mean = _coefficients(problem, panels, q, corner, edge, side)
+    free = (K0 < 0) | [x not in problem.ends.get(number, ()) for number, x in zip(corner, edge)]
+    alike = before and np.array_equal(before[0], corner)
+    place, last = before[1:] if alike else (edge, np.full_like(edge, np.inf))
+    secant = np.divide(2 * (last - K0) * side, place - edge, out=np.zeros_like(edge), where=place != edge)
+    slow = (K1 <= 0) | (np.abs(K0) > np.abs(last) / 2)
+    K1 = np.where(slow, np.where(secant > 0, secant, mean), K1)
+    # half way to the next edge: outwards there may be none
+    apart = np.where(np.diff(corner) == 0, np.diff(edge), np.inf)
+    after, behind = np.append(apart, np.inf), np.insert(apart, 0, np.inf)
+    width, hole = np.where(side > 0, (after, behind), (behind, after))
+    room = np.where((K0 < 0) | np.isinf(hole), width, hole)
+    step = np.where(np.abs(K0) > tolerance, np.copysign(room / 2, K0), 0.0)
+    np.divide(2 * K0, K1, out=step, where=K1 > 0)
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
-    middle = panels.e + panels.h / 2
-    for corner, intervals in zones.items():
-        edges = np.ravel(intervals).tolist()
-        for i, edge in enumerate(edges):
-            side, number = 1 - 2 * (i % 2), (corner, len(edges), i)
-            along, other = (middle - edge) * side, (edges[i + side] - edge) * side
-            inside = (panels.corner == corner) & (along > 0) & (along < other)
-            rows.append([corner, edge, edge, forces[inside].sum() > 0])
-            key = corner, edge, side
-            key = key if key in found else (corner, -edge, -side)  # of a half-line
-            K0, K1 = found[key]
-            if K0 >= 0 and edge in problem.ends.get(corner, ()):
-                continue
-            known[number] = edge, K0
-            place, last = before.get(number, (edge, np.inf))
-            if K1 <= 0 or abs(K0) > abs(last) / 2:
-                K1 = 2 * (last - K0) * side / (place - edge) if place != edge else 0.0
-                K1 = K1 if K1 > 0 else mean_coefficients(panels, q)[key][1]
-            if K1 > 0:
-                rows[-1][2] = edge - side * 2 * K0 / K1
-            elif abs(K0) > tolerance:
-                # half way to the next edge: outwards there may be none
-                room = other if K0 < 0 or not 0 <= i - side < len(edges) else (edge - edges[i - side]) * side
-                rows[-1][2] = edge - side * np.copysign(room, K0) / 2
-    missed = max((abs(K0) for _, K0 in known.values()), default=0.0)
-    return _sorted_out(problem, load, rows), missed, known
+    middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
+    inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
+    rows = np.column_stack((corner, edge, edge - side * step * free, np.repeat(inside @ forces > 0, 2)))
+    return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
 
 
 def _sorted_out(problem, load, rows):

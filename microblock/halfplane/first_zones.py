@@ -7,7 +7,7 @@ from ..errors import NotConverged
 from ..model.quadrature import gauss_rule
 from ..model.zones import runs
 from .counter import counter_flexibility
-from .kernels import cell_rule, kernels
+from .kernels import cell_rule, on_the_line
 from .panels import short_enough
 
 
@@ -106,8 +106,7 @@ def _flexibility(problem, x, widths):
 
 def _averages(problem, x, widths, which):
     """Kernels at x_i averaged over cell j: array (len(which), n, n)."""
-    solid, apart = problem.solid, x[:, None] - x
-    table, own = kernels(solid.nu, solid.beta, solid.curvature), np.eye(len(x), dtype=bool)
+    apart, own = x[:, None] - x, np.eye(len(x), dtype=bool)
     # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells
     near = np.abs(apart) < 2.9 * np.maximum(widths, widths[:, None])
     points, weights = cell_rule(0, 1, 16)
@@ -116,5 +115,5 @@ def _averages(problem, x, widths, which):
     for mask, (points, weights) in (~near, gauss_rule(2)), (near & ~own, gauss_rule(10)), (own, both):
         columns = np.nonzero(mask)[1]
         places = apart[mask][:, None] - widths[columns][:, None] * (points - 0.5)
-        found[:, mask] = (1 - solid.nu) / solid.mu * table(places / solid.ell, which) @ weights
+        found[:, mask] = on_the_line(problem.solid, places, which) @ weights
     return found

@@ -223,21 +223,16 @@ class HalfPlane(Unbounded):
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
         own = self.cells(len(places), width[0], (3,) if clamped else (0, 1, 2))
         apart = np.arange(len(places))[:, None] - np.arange(len(places))
-        near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell / 2
-        if clamped:
-            matrix = np.block([[own[0, near], 0 * near], [0 * near, 0 * near]])
-        else:
-            U, V, W = own
-            # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
-            matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
+        U, V, W = (*own[:, np.abs(apart)], 0 * apart, 0 * apart)[:3]
+        # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
+        sign, half = np.sign(apart), self.solid.ell / 2
+        matrix = np.block([[U, sign * V / half], [-sign * V / half, W / half**2]])
         return Compliance(*level_surface(places), np.full(len(places), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array
         (len(which), count).
         """
-        solid = self.solid
-        table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
         averages, block = np.empty((len(which), count)), 2**12
         # Gauss points from this many cells on: at n cells p points leave (4 n)^(-2 p), rounding
         starts = [(0, 24), (1, 24), (16, 6), (256, 3)]
@@ -248,10 +243,10 @@ class HalfPlane(Unbounded):
         for (near, order), far in zip(starts, np.minimum(ends, count)):
             if near < far:
                 places, weights = cell_rule(near, far, order)
-                values = table(places * width / solid.ell, which)
+                values = on_the_line(self.solid, places * width, which)
                 averages[:, near:far] = values.reshape(len(which), far - near, order) @ weights
         averages[[number in ODD for number in which], 0] = 0
-        return c * averages
+        return averages
 
 
 def cell_rule(near, far, order, power=8):
@@ -273,10 +268,15 @@ def is_classical(solid):
     return not 1 / solid.layer_length * solid.ell > RATES[0]
 
 
+def on_the_line(solid, distance, which=(0, 1, 2)):
+    """The kernels of lengths per force numbered `which` at a distance: array (len(which), ...)."""
+    table = kernels(solid.nu, solid.beta, solid.curvature)
+    return (1 - solid.nu) / solid.mu * table(distance / solid.ell, which)
+
+
 def normal_kernel(solid, distance):
     """Displacement under a unit line load at a distance (length/force)."""
-    table = kernels(solid.nu, solid.beta, solid.curvature)
-    return (1 - solid.nu) / solid.mu * table(distance / solid.ell, (0,))[0]
+    return on_the_line(solid, distance, (0,))[0]
 
 
 def normal_symbol(solid, k):
@@ -316,15 +316,13 @@ def roots(solid, k):
 
 def gap_kernel(problem, distance, target, source):
     """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
-    table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
-    scaled, c = distance / problem.solid.ell, (1 - problem.solid.nu) / problem.solid.mu
+    which = (0, 1, 2)
     if problem.law.clamps_rotation:
-        return c * table(scaled, (3,))[0]
-    if len(problem.law.corners) == 1:
-        U, V = table(scaled, (0, 1)) if np.any(target) else (table(scaled, (0,))[0], 0.0)
-        return c * (U + target * V)
-    U, V, W = table(scaled)
-    return c * (U + target * source * W + (target - source) * V)
+        which = (3,)
+    elif len(problem.law.corners) == 1:
+        which = (0, 1) if np.any(target) else (0,)
+    U, V, W = (*on_the_line(problem.solid, distance, which), 0.0, 0.0)[:3]
+    return U + target * source * W + (target - source) * V
 
 
 def both_gap_kernels(problem, distance, target, source):

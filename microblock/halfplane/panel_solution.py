@@ -11,12 +11,13 @@ from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution
 from ..model.types import CornerZones
-from ..model.zones import contains, distance
+from ..model.zones import contains, distance, without
 from ..threads import bounded
 from .carried import carried
-from .counter import counter_response
+from .counter import counter_kernel
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, response
+from .subsurface import FieldsBelow
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,6 @@ class OnPanels(LineSolution):
     panels, q : the unknowns, see `microblock.halfplane.panels`
     approach : up to a constant
     iterations : steps of Newton's method
-    least : ((corner, x, gap), ...), local minima of the gaps out of contact
     further : zones after one more step
     """
 
@@ -60,7 +60,6 @@ class OnPanels(LineSolution):
     approach: float
     iterations: int
     estimate: Estimate
-    least: tuple = ()
     further: Any = None
     solver: Any = None  # a Solver, which puts itself in
 
@@ -139,65 +138,49 @@ class OnPanels(LineSolution):
 
     @cached_property
     def psi(self):
-        return self.rotation(self.x)
+        return self.displacement_and_rotation(self.x)[1]
 
     @cached_property
     def displacement(self):
         return self.displacement_and_rotation(self.x)[0]
 
-    def rotation(self, x):
-        return self.displacement_and_rotation(x)[1]
-
     def displacement_and_rotation(self, x):
         """-u.n and the microrotation of the surface at x, arrays (n,)."""
         none = np.zeros_like(x)
         if self.problem.law.clamps_rotation:
-            return self.displacement_at(x, none), none
+            return self._response(x, none, gap_kernel), none
         without, with_lever = self._response(x, none, both_gap_kernels)
         return without, 2 / self.problem.solid.ell * (with_lever - without)
 
-    def _response(self, x, lever, kernel):
-        matrix, known = response(self.problem, self.panels, x, lever, kernel)
+    def _response(self, x, *kernel):
+        matrix, known = response(self.problem, self.panels, x, *kernel)
         return matrix @ self.q + known
 
-    def displacement_at(self, x, lever):
-        """u, or the change of the gap with such levers, at x, array (n,)."""
-        return self._response(x, lever, gap_kernel)
-
-    def gaps(self, corner, x):
+    def gap(self, corner, x):
         numbers = np.full(len(x), corner)
         return (
             self.problem.initial_gap(numbers, x)
             - self.approach
-            + self.displacement_at(x, self.problem.lever(numbers, x))
-            + self.counter_displacement(x - np.array(self.problem.shifts)[numbers])
+            + self._response(x, self.problem.lever(numbers, x), gap_kernel)
+            + self.counter_displacement(x - self.problem.shifts[corner])
         )
 
-    gap = gaps  # of a State's contract
-
     def counter_displacement(self, x):
+        none = np.zeros_like(x)
         if self.problem.counter is None:
-            return np.zeros_like(x)
-        matrix, known = counter_response(self.problem, self.panels, x)
-        return matrix @ self.q + known
+            return none
+        return self._response(x, none, counter_kernel, self.problem.shifts)
 
     @bounded
     def surface(self, window=None):
         """The Surface at `x` and out of contact within a window (left, right), or around the contact."""
         contact = self.zones_by_name["contact"]
         margin = 0.3 * (contact[-1][1] - contact[0][0]) + 2 * self.problem.solid.ell
-        left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
-        ends = [left, *(edge for interval in contact for edge in interval if left < edge < right), right]
+        holes = [window or (contact[0][0] - margin, contact[-1][1] + margin)]
+        for zone in contact:
+            holes = without(holes, *zone)
         share = (1 - np.cos(np.pi * np.linspace(0, 1, 30))) / 2
-        outside = np.concatenate(
-            [
-                one + (other - one) * share
-                for one, other in zip(ends, ends[1:])
-                if not any(a <= (one + other) / 2 <= b for a, b in contact)
-            ]
-            or [np.array((left, right))]
-        )
-        x = np.union1d(outside, self.x)
+        x = np.unique(np.concatenate([self.x, *(left + (right - left) * share for left, right in holes)]))
         values = np.zeros((len(self.pressures) + 1, len(x)))
         values[:, np.searchsorted(x, self.x)] = *self.pressures, self.micromoment
         if self.problem.law.clamps_rotation:
@@ -211,8 +194,6 @@ class PanelSolution(OnPanels):
 
     @cached_property
     def fields(self):
-        from .subsurface import FieldsBelow
-
         return FieldsBelow(self)
 
     def fields_below(self, box):

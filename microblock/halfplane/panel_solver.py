@@ -32,6 +32,7 @@ class PanelSolver(Solver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
+        self._pictures = {}
         require_pure_force(self.law, self.solid.ell)
         self.require_lowest()
 
@@ -104,10 +105,6 @@ class PanelSolver(Solver):
             except MicroblockError:  # it may carry this load, though not that of the bracket
                 self._pictures[bracket] = picture.picture(self.problem, load)
         return self._pictures[bracket]
-
-    @cached_property
-    def _pictures(self):
-        return {}
 
     def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
         """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution; NotConverged if no

@@ -11,7 +11,6 @@ from functools import cached_property, lru_cache, reduce
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
-from ..model.law import has_constant_levers
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import common, contains, joined, without
@@ -57,10 +56,6 @@ class Panels:
     def interpolated(self, values, number, v):
         """`values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
-
-    def of(self, own):
-        chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
-        return Panels(*chosen, self.order)
 
     def whole(self, problem):
         """The panels of a Problem, with mirror images of a symmetric one."""
@@ -175,11 +170,13 @@ def short_enough(problem, anchor, length, root):
     return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
 
 
-def response(problem, panels, x, lever, kernel):
+def response(problem, panels, x, lever, kernel, shifts=(0.0, 0.0)):
     """Integrals of a kernel against q, (n, m) or (values, n, m), and against the known logarithms, (n,) or
-    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
+    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation; targets lie `shifts` farther
+    right of the sources of each corner.
     """
-    matrix, known = _block(problem, panels.whole(problem), x, lever, kernel)
+    panels = panels.whole(problem)
+    matrix, known = _block(problem, panels, x[:, None] + np.array(shifts)[panels.corner], lever, kernel)
     half = matrix.shape[-1] // 2
     return (matrix[..., :half] + matrix[..., half:] if problem.mirror else matrix), known
 
@@ -187,17 +184,17 @@ def response(problem, panels, x, lever, kernel):
 def _block(problem, panels, x, target, kernel):
     panel, _, source, _ = panels.nodes
     order, logs, lever = panels.order, panels.log_size.any(), problem.lever(panels.corner[panel], source)
-    values = kernel(problem, x[:, None] - source, target[:, None], lever)
+    values = kernel(problem, np.repeat(x, order, axis=1) - source, target[:, None], lever)
     values = values.reshape(*values.shape[:-1], len(panels.e), order)
     found = values * panels.points[1]
     if logs:
         found = np.concatenate((found, values @ _log_rule(order)[:, None]), axis=-1)
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
-    distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
+    distance = np.maximum(ends[0] - x, x - ends[1])
     # farther away the nodes leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
     row, near = np.nonzero(distance < np.abs(panels.h) * np.where(panels.log_size, 4, 0.5))
     if len(row):
-        found[..., row, near, :] = _near_rows(problem, panels, x[row], target[row], near, kernel)
+        found[..., row, near, :] = _near_rows(problem, panels, x[row, near], target[row], near, kernel)
     known = found[..., order:].sum(axis=-1) @ (panels.log_size * np.abs(panels.h))
     return found[..., :order].reshape(*values.shape[:-2], len(source)), known
 
@@ -207,68 +204,46 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     for the logarithm).
     """
     same = 1e-13  # a distance of cuts that the quadrature does not see
-    cut = np.rint(panels.parameter(panel, x) / same)
-    by_cut = np.argsort(cut, kind="stable")
-    cuts, starts = np.unique(cut[by_cut], return_index=True)
-    groups = np.split(by_cut, starts[1:])
-    rules = [_cut_rule(panels.order, float(each) * same, panels.log_size.any()) for each in cuts]
-    of_pairs = [rule.sides for rule, group in zip(rules, groups) for _ in group]
-    sides, counts = np.concatenate(of_pairs), [len(own) for own in of_pairs]
-    x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * same
+    v0 = np.rint(panels.parameter(panel, x) / same) * same
     # x of the panel is x(v0) + sides (slope + bend sides)
-    root, h = panels.root[panel], panels.h[panel]
+    root, h, start = panels.root[panel], panels.h[panel], x - panels.x(panel, v0)
     slope, bend = np.where(root, 2 * v0, 1.0) * h, np.where(root, h, 0.0)
-    start, slope, bend, target = (
-        np.repeat(each, counts) for each in (x - panels.x(panel, v0), slope, bend, target)
-    )
-    if has_constant_levers(problem.law):
-        lever = np.repeat(problem.lever(panels.corner[panel], x), counts)
-    else:
-        panel = np.repeat(panel, counts)
-        lever = problem.lever(panels.corner[panel], panels.x(panel, np.repeat(v0, counts) + sides))
-    values, done = kernel(problem, start - sides * (slope + bend * sides), target, lever), 0
-    several = values.shape[:-1]
-    found = np.empty((*several, len(cut), rules[0].basis.shape[1]))
-    for rule, group in zip(rules, groups):
-        size = len(group) * len(rule.sides)
-        own = values[..., done : done + size].reshape(*several, len(group), len(rule.sides))
-        found[..., group, :] = own @ rule.basis
-        done += size
+    cuts, number = np.unique(v0, return_inverse=True)
+    rules = [_cut_rule(panels.order, cut, panels.log_size.any()) for cut in cuts.tolist()]
+    pairs = [np.flatnonzero(number == cut) for cut in range(len(cuts))]
+    sides = np.concatenate([np.tile(steps, len(own)) for (steps, _), own in zip(rules, pairs)])
+    pair = np.concatenate([np.repeat(own, len(steps)) for (steps, _), own in zip(rules, pairs)])
+    lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + sides))
+    values = kernel(problem, start[pair] - sides * (slope[pair] + bend[pair] * sides), target[pair], lever)
+    found, done = np.empty((*values.shape[:-1], len(x), rules[0][1].shape[1])), 0
+    for (steps, basis), own in zip(rules, pairs):
+        part = values[..., done : done + len(own) * len(steps)]
+        found[..., own, :] = part.reshape(*values.shape[:-1], len(own), -1) @ basis
+        done += part.shape[-1]
     return found
-
-
-@dataclass(frozen=True)
-class CutRule:
-    """Quadrature on [0, 1] for a logarithm at v0: v - v0, and weights times the basis, array (n, order, or
-    one more for the logarithm at 0).
-    """
-
-    sides: np.ndarray
-    basis: np.ndarray
 
 
 @lru_cache(maxsize=4096)
 def _cut_rule(order, v0, logs):
+    """Quadrature on [0, 1] for a logarithm at v0: v - v0, (n,), and weights times the basis, array (n, order,
+    or one more for the logarithm at 0).
+    """
     # v = v0 -+ length sigma^8: logarithms to rounding
-    (sigma, gauss), power, parts = gauss_rule(2 * order + 8), 8, []
-    if v0 < 1:
-        parts.append(((1 - v0) * sigma**power, (1 - v0) * power * sigma ** (power - 1) * gauss))
-    if v0 > 0 and logs:  # flat at both ends
+    sigma, gauss = gauss_rule(2 * order + 8)
+    before = beyond = sigma**8, 8 * sigma**7 * gauss
+    if logs:  # flat at both ends
         sigma, gauss = gauss_rule(4 * order + 12)
-        density = (sigma * (1 - sigma)) ** (power - 1) / beta(power, power)
-        parts.append((-v0 * betainc(power, power, sigma), v0 * density * gauss))
-    elif v0 > 0:
-        parts.append((-v0 * sigma**power, v0 * power * sigma ** (power - 1) * gauss))
-    sides, weights = map(np.concatenate, zip(*parts))
-    v = v0 + sides
-    basis = weights[:, None] * lagrange(gauss_rule(order)[0], v)
-    if logs:
-        known = -4 * v * np.log(np.maximum(v, np.finfo(float).tiny))  # of `Panels.logarithm`, times dx/dv
-        basis = np.column_stack((basis, weights * known))
-    return CutRule(sides, basis)
+        before = betainc(8, 8, sigma), (sigma * (1 - sigma)) ** 7 / beta(8, 8) * gauss
+    parts = [(length, *rule) for length, rule in ((1 - v0, beyond), (-v0, before)) if length]
+    sides = np.concatenate([length * steps for length, steps, _ in parts])
+    weights, v = np.concatenate([abs(length) * part for length, _, part in parts]), v0 + sides
+    basis = lagrange(gauss_rule(order)[0], v)
+    if logs:  # of `Panels.logarithm`, times dx/dv
+        basis = np.column_stack((basis, -4 * v * np.log(np.maximum(v, np.finfo(float).tiny))))
+    return sides, weights[:, None] * basis
 
 
 @lru_cache
 def _log_rule(order):
-    rule = _cut_rule(order, 0.0, True)
-    return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.sides)
+    v, basis = _cut_rule(order, 0.0, True)
+    return basis[:, -1] @ lagrange(gauss_rule(order)[0], v)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, out_of_reach
+from ..errors import NotConverged, out_of_reach
 from ..model import picture
 from ..model.problem import half_line
 from ..model.zones import joined, without, zone_edges
@@ -15,10 +15,6 @@ from .survey import survey
 
 ORDERS = range(6, 27, 4)
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
-
-
-def resolved(order):
-    return 10 ** -(0.55 * order + 0.7)
 
 
 def solve(problem, load, rtol, order=None, near=None):
@@ -53,8 +49,9 @@ def _climb(problem, load, zones, rtol):
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
-        if rtol < resolved(order):  # and its neighbour will not agree
-            tolerance = max(tolerance, np.sqrt(resolved(order)))
+        unresolved = 10 ** -(0.55 * order + 0.7)
+        if rtol < unresolved:  # and its neighbour will not agree
+            tolerance = max(tolerance, np.sqrt(unresolved))
         state = fit(problem, load, zones, order, tolerance)
         if coarse is None and not problem.picture.simple:
             state = _amended(state, CONDITIONS_SHARE * rtol)
@@ -77,19 +74,12 @@ def _amended(state, tolerance):
     """A state with its zones amended until violations vanish or, twice, have not halved."""
     best, worth, idle = state, np.inf, 0
     while True:
-        found = survey(state)
-        if found.beyond:
-            raise BadArgument(
-                "obstacle",
-                state.problem.obstacle,
-                f"could touch at load {state.load:g} where it is too high for that under a classical "
-                "half-plane",
-            )
-        idle = 0 if found.worth < worth / 2 else idle + 1
-        if found.worth < worth:
-            parts = replace(state.estimate, conditions=found.worth)
-            best, worth = replace(state, estimate=parts, least=tuple(found.least)), found.worth
-        zones = amended(state, found, tolerance)
+        violations = survey(state)
+        size = float(np.linalg.norm([each.worth for each in violations]))
+        idle = 0 if size < worth / 2 else idle + 1
+        if size < worth:
+            best, worth = replace(state, estimate=replace(state.estimate, conditions=size)), size
+        zones = amended(state, violations, tolerance)
         if zones is None or idle == 2:
             return best
         edges = max(state.estimate.edges, tolerance / 3)
@@ -99,14 +89,14 @@ def _amended(state, tolerance):
             return best
 
 
-def amended(state, found, tolerance):
+def amended(state, violations, tolerance):
     """Zones without tension and with overlaps worth the tolerance or apart from all edges, or None.
     NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))
     zones, wrong = {corner: list(own) for corner, own in state.zones.items()}, False
-    for each in found.violations:
+    for each in violations:
         left, right, own = each.left, each.right, zones[each.corner]
         apart = each.depth > 0 and np.abs(edges - (left + right) / 2).min() > right - left
         if not apart and each.worth <= least:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from ..corners.rounding import TERMS
+from ..errors import BadArgument
 from ..model.problem import half_line
 from ..model.zones import contains, runs
 from .panels import panels_outside
@@ -28,34 +29,22 @@ class Violation:
     worth: float
 
 
-@dataclass(frozen=True)
-class Survey:
-    """`violations`, `least`: [(corner, x, gap)] of local minima, `beyond`: whether the obstacle could touch
-    beyond its picture.
-    """
-
-    violations: list
-    least: list
-    beyond: bool
-
-    @property
-    def worth(self):
-        return float(np.sqrt(sum(each.worth**2 for each in self.violations)))
-
-
 def survey(state):
+    """[Violation] of a state; raises BadArgument if the obstacle could touch beyond its picture."""
     problem, surface = state.problem, _Surface(state)
     # a violation that is computed stands for its mirror image, too
     size = np.sqrt(state.weights @ state.pressures.sum(axis=0) ** 2 / (2 if problem.mirror else 1))
-    violations, least, beyond = [*_tensile(state, size), *_at_valleys(state, size)], [], False
+    found = [*_tensile(state, size), *_at_valleys(state, size)]
     for corner in problem.corners:
-        x, gaps, noise = _gaps(state, surface, corner)
-        violations += _overlaps(state, corner, x, gaps, noise, problem.E_star / size)
-        least += [
-            (corner, float(x[i]), float(gaps[i])) for i in _minima(gaps) if _stands_out(gaps, i, noise[i])
-        ]
-        beyond = beyond or _beyond(problem, corner, surface)
-    return Survey(violations, least, beyond)
+        found += _overlaps(state, corner, *_gaps(state, surface, corner), problem.E_star / size)
+        if _beyond(problem, corner, surface):
+            raise BadArgument(
+                "obstacle",
+                problem.obstacle,
+                f"could touch at load {state.load:g} where it is too high for that under a classical "
+                "half-plane",
+            )
+    return found
 
 
 class _Surface:
@@ -118,17 +107,10 @@ def _minima(gaps):
     return np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
 
 
-def _stands_out(gaps, i, noise):
-    ends = np.flatnonzero(np.isnan(gaps))
-    first, last = np.split(ends, [np.searchsorted(ends, i)])
-    left, right = gaps[max(first, default=-1) + 1 : i], gaps[i + 1 : min(last, default=len(gaps))]
-    return min(left.max(initial=-np.inf), right.max(initial=-np.inf)) > max(gaps[i], 0) + noise
-
-
 def _overlaps(state, corner, x, gaps, noise, unit):
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
-        gaps[doubtful] = state.gaps(corner, x[doubtful])
+        gaps[doubtful] = state.gap(corner, x[doubtful])
     for first, last in runs(gaps < -_rounding(state)):
         before, after = max(first - 1, 0), min(last + 1, len(x) - 1)
         # next to an edge, where the gap begins with 0
@@ -141,20 +123,15 @@ def _overlaps(state, corner, x, gaps, noise, unit):
 
 
 def _tensile(state, size):
-    panel, _, x, _ = state.panels.nodes
     for corner in state.problem.corners:
-        own = np.flatnonzero(state.panels.corner[panel] == corner)
-        own = own[np.argsort(x[own])]
-        p = state.pressure(corner, x[own])
         for left, right in state.zones[corner]:
             left = max(left, 0.0) if half_line(state.problem) else left
-            inside = (left <= x[own]) & (x[own] <= right)
-            here = own[inside]
-            borders = np.concatenate(([left], (x[here][1:] + x[here][:-1]) / 2, [right]))
-            for first, last in runs(p[inside] < 0):
+            inside = (left <= state.x) & (state.x <= right)
+            x, p, weights = state.x[inside], state.pressures[corner, inside], state.weights[inside]
+            borders = np.concatenate(([left], (x[1:] + x[:-1]) / 2, [right]))
+            for first, last in runs(p < 0):
                 part = slice(first, last + 1)
-                square = state.panels.rule[here][part] @ p[inside][part] ** 2
-                worth = float(np.sqrt(square) / size)
+                worth = float(np.sqrt(weights[part] @ p[part] ** 2) / size)
                 yield Violation(corner, float(borders[first]), float(borders[last + 1]), 0.0, worth)
 
 

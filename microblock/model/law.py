@@ -265,10 +265,6 @@ def tangents(normals: Array) -> Array:
     return np.column_stack((normals[:, 1], -normals[:, 0]))
 
 
-def has_constant_levers(law: object) -> bool:
-    return type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
-
-
 def check(law: object, in_space: bool = False) -> None:
     """Raises BadArgument unless this is a law, `in_space` one that is known there."""
     if isinstance(law, type):

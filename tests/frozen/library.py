@@ -233,7 +233,7 @@ def _at(state, problem, x):
     elif any(closed) and law.clamps_rotation:
         found["micromoment"] = state.solution.reaction(place)[0] if panels else nodal(state.micromoment)
     if not law.clamps_rotation and (panels or not by_itself):
-        found["psi"] = state.solution.rotation(place)[0] if panels else nodal(state.psi)
+        found["psi"] = state.solution.displacement_and_rotation(place)[1][0] if panels else nodal(state.psi)
     return {f"{name} at {x:g}": value for name, value in found.items()}
 
 

@@ -5,8 +5,7 @@ import os
 import re
 import tempfile
 from dataclasses import replace
-from itertools import groupby, product
-from operator import itemgetter
+from itertools import product
 from unittest.mock import patch
 
 import meshio
@@ -342,16 +341,13 @@ def trials():
                 continue
             found = search.survey(state)
             amended = search.amended(state, found, 1e-6) or {}
-            lowest = sorted((corner, gap, x) for corner, x, gap in found.least)
-            # beside the lowest gap of a corner others differ by what rounding adds
-            lowest = [next(own) for _, own in groupby(lowest, key=itemgetter(0))]
-            counts = state.iterations, len(found.violations), len(lowest), found.beyond
+            counts = state.iterations, len(found)
             own = {"zones": state.zones, "further": state.further, "amended": amended}
             places = {
                 part: [edge for own in each.values() for edge in np.ravel(own)] for part, each in own.items()
             }
-            violations = [(own.corner, own.left, own.right, own.depth) for own in found.violations]
-            places |= {"violations": violations, "minima": lowest, "worth": found.worth}
+            violations = [(own.corner, own.left, own.right, own.depth) for own in found]
+            places |= {"violations": violations, "worth": np.linalg.norm([own.worth for own in found])}
             yield from table(f"trial {name} {load}", {"counts": str(counts)} | places, READ)
             yield from table(f"trial {name} {load}", {"share of edges": state.estimate.edges}, DOUBT)
 
