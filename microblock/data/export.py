@@ -15,7 +15,7 @@ from ..errors import BadArgument, MissingExtra, require_numbers, require_place, 
 from ..model.events import Event, LoadPath
 from ..model.history import History
 from ..model.state import State
-from ..model.zones import contains, zone_edges
+from ..model.zones import contains
 from .records import write_records, write_text
 
 
@@ -26,16 +26,19 @@ def profile(state: State) -> dict[str, np.ndarray]:
     "micromoment" and "psi" ("m1", "m2", "psi1", "psi2" in space), "displacement"; with friction
     "shear_traction" and "slip", of a second body "counter_displacement", in space the number "closed".
     """
-    found = dict(zip(("x1", "x2", "x3"), state.points.T))
-    found |= {"weight": state.weights, "pressure": state.pressure}
-    found |= {f"pressure_{name}": own for name, own in state.pressures.items()}
-    if state.flat:
-        found |= {"micromoment": state.micromoment, "psi": state.psi}
-    else:
-        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
-    found |= {"displacement": state.displacement, "closed": None if state.flat else state.closed}
-    found |= {"counter_displacement": state.opposite}
-    found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+    turned = ("micromoment", "psi") if state.flat else ("m1", "m2", "psi1", "psi2")
+    found = {
+        **dict(zip(("x1", "x2", "x3"), state.points.T)),
+        "weight": state.weights,
+        "pressure": state.pressure,
+        **{f"pressure_{name}": own for name, own in state.pressures.items()},
+        **dict(zip(turned, np.vstack((state.micromoment.T, state.psi.T)))),
+        "displacement": state.displacement,
+        "closed": None if state.flat else state.closed,
+        "counter_displacement": state.opposite,
+        "shear_traction": state.shear_traction,
+        "slip": state.slip,
+    }
     return {name: np.asarray(values, float) for name, values in found.items() if values is not None}
 
 
@@ -150,16 +153,17 @@ def to_vtk(
         return _write_series(state.states, path, x1, x2)
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     fields = getattr(state.solution, "fields", None)
-    on_grid = fields is not None and not hasattr(fields, "body")
-    if not on_grid and (x1 is not None or x2 is not None):
+    on_mesh = hasattr(fields, "body")
+    if (x1 is not None or x2 is not None) and (fields is None or on_mesh):
         raise BadArgument(
             "x1" if x2 is None else "x2",
             x1 if x2 is None else x2,
             "belongs to a state of panels without friction; others have their own nodes, or no fields",
         )
-    grid = _grid(state, x1, x2) if on_grid else ()
-    if fields is not None:  # first, since it may raise an error: then no file is written
-        (_write_grid if on_grid else _write_mesh)(fields, body, *grid)
+    if on_mesh:  # the body first, since it may raise an error: then no file is written
+        _write_mesh(fields, body)
+    elif fields is not None:
+        _write_grid(state, body, x1, x2)
     _write_surface(state, surface)
     return [surface] if fields is None else [surface, body]
 
@@ -184,48 +188,69 @@ def _quadrilaterals(numbers):
 
 def _write_surface(state, path):
     data = profile(state)
-    x1 = data["x1"]
-    x2, x3 = (data.pop(name, np.zeros_like(x1)) for name in ("x2", "x3"))
+    points = [data["x1"], *(data.pop(name, np.zeros_like(data["x1"])) for name in ("x2", "x3"))]
     if state.flat:
-        kind, cells = "line", _lines(state, x1)
+        kind, cells = "line", _lines(state)
     elif state.shape is not None:
-        kind, cells = "quad", _quadrilaterals(np.arange(len(x1)).reshape(state.shape))
+        kind, cells = "quad", _quadrilaterals(*state.shape)
     else:
         kind, cells = "triangle", state.triangles
     if not len(cells):  # the surface of a column is one point
-        kind, cells = "vertex", np.arange(len(x1))[:, None]
-    _write(path, np.column_stack((x1, x2, x3)), [(kind, cells)], data)
+        kind, cells = "vertex", np.zeros((1, 1), int)
+    _write(path, np.column_stack(points), [(kind, cells)], data)
 
 
-def _lines(state, x1):
+def _lines(state):
     """Ends of lines between neighbouring nodes, but across no gap."""
-    numbers, middle = np.arange(len(x1) - 1), (x1[:-1] + x1[1:]) / 2
+    together = np.ones(len(state.x) - 1, bool) if state.apart is None else ~state.apart
     if state.method == "panels":  # its nodes lie in contact alone
         intervals = [zone for zones in state.zones.values() for zone in zones]
-        numbers = numbers[contains(intervals, middle)]
-    elif state.apart is not None:
-        numbers = numbers[~state.apart]
-    return np.column_stack((numbers, numbers + 1))
+        together = contains(intervals, (state.x[:-1] + state.x[1:]) / 2)
+    return np.flatnonzero(together)[:, None] + np.arange(2)
 
 
-def _grid(state, x1, x2):
-    edges = zone_edges({"contact": state.zones["contact"]})
-    middle, reach = (edges[-1] + edges[0]) / 2, 1.5 * (edges[-1] - edges[0]) / 2
-    across = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)
-    return across, -2 * reach * np.linspace(1, 0, 41) ** 2 if x2 is None else require_numbers(x2=x2)
+def _quadrilaterals(rows, columns):
+    """Corners of the cells between nodes, numbered row after row."""
+    first = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
+    return first[:, None] + np.array((0, 1, columns + 1, columns))
 
 
-def _write_grid(fields, path, x1, x2):
+def _write_grid(state, path, x1, x2):
+    left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
+    middle, reach = (right + left) / 2, 1.5 * (right - left) / 2
+    x1 = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)
+    x2 = -2 * reach * np.linspace(1, 0, 41) ** 2 if x2 is None else require_numbers(x2=x2)
     across, down = (part.ravel() for part in np.meshgrid(x1, x2))
-    found, zero = fields(across, down), np.zeros_like(across)
-    numbers = np.arange(across.size).reshape(len(x2), len(x1))
+    found, zero = state.solution.fields(across, down), np.zeros_like(across)
     data = {
         "u": np.column_stack((*found.u, zero)),
         "psi": found.psi,
         "stress": found.stress.reshape(4, -1).T,
         "couple_stress": found.couple_stress.T,
     }
-    _write(path, np.column_stack((across, down, zero)), [("quad", _quadrilaterals(numbers))], data)
+    cells = [("quad", _quadrilaterals(len(x2), len(x1)))]
+    _write(path, np.column_stack((across, down, zero)), cells, data)
+
+
+def _write_mesh(fields, path):
+    import ngsolve as ng  # here, for half-planes do without it
+
+    body = fields.body
+    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
+    data = {
+        "u": fields.u if body.mesh.dim == 3 else ng.CF((fields.u1, fields.u2, 0)),
+        "psi": fields.psi,
+        "stress": fields.stress.Reshape((fields.stress.dim,)),
+        "couple_stress": fields.couple_stress.Reshape((fields.couple_stress.dim,)),
+    }
+    ng.VTKOutput(
+        body.mesh,
+        list(data.values()),
+        list(data),
+        str(path.with_suffix("")),
+        subdivision=pieces,
+        same_type_subdivision=True,
+    ).Do()
 
 
 def _write(path, points, cells, data):
@@ -236,30 +261,3 @@ def _write(path, points, cells, data):
     data = {name: np.ascontiguousarray(values) for name, values in data.items()}
     with writing(path):
         meshio.Mesh(points, cells, point_data=data).write(path)
-
-
-def _write_mesh(fields, path):
-    import ngsolve as ng  # here, for half-planes do without it
-
-    body = fields.body
-    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
-    stress, couples = (
-        ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))
-        if len(one.dims) == 2
-        else one
-        for one in (fields.stress, fields.couple_stress)
-    )
-    data = {
-        "u": fields.u if body.mesh.dim == 3 else ng.CF((fields.u1, fields.u2, 0)),
-        "psi": fields.psi,
-        "stress": stress,
-        "couple_stress": couples,
-    }
-    ng.VTKOutput(
-        body.mesh,
-        list(data.values()),
-        list(data),
-        str(path.with_suffix("")),
-        subdivision=pieces,
-        same_type_subdivision=True,
-    ).Do()

@@ -7,14 +7,14 @@ process had loaded are the same.
 import fcntl
 import json
 import os
+import pickle
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
 from contextlib import contextmanager, nullcontext
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from multiprocessing import get_context
-from typing import TYPE_CHECKING
 
 import numpy as np
 from tqdm import tqdm
@@ -30,9 +30,6 @@ from ..errors import (
     writing,
 )
 from .provenance import digest, loaded, made_of
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
 
 
 def sweep(
@@ -118,19 +115,28 @@ def sweep(
 
 
 @contextmanager
-def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
-    """Context with a `pebble.ProcessPool` of fresh processes of one thread each, by default one a core.
-    Raises MissingExtra without pebble.
+def processes(workers: int | None = None) -> Iterator[Callable]:
+    """Context with ``submit(function, *arguments, timeout=None)``, which returns a future: calls in fresh
+    processes of one thread each, by default one a core, also of a function of a notebook. Raises MissingExtra
+    without pebble or cloudpickle.
     """
-    with _extra():
+    try:
+        import cloudpickle
         from pebble import ProcessPool
+    except ModuleNotFoundError as failure:
+        raise MissingExtra("sweep()", str(failure.name), "study") from failure
     names = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))  # for the processes, before they import numpy
     spawn = get_context("spawn")  # forked ones share NGSolve's locks
     pool = ProcessPool(workers or os.cpu_count() or 1, context=spawn)
+
+    def submit(function, *arguments, timeout=None):
+        call = cloudpickle.dumps(partial(function, *arguments))
+        return pool.schedule(_called, [call], timeout=timeout)
+
     try:
-        yield pool
+        yield submit
     finally:
         pool.stop()
         pool.join()
@@ -138,28 +144,8 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
             os.environ.pop(name, None) if value is None else os.environ.update({name: value})
 
 
-def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
-    """Returns a call without arguments that travels to another process, also of a function of a notebook.
-    Raises MissingExtra without cloudpickle.
-    """
-    with _extra():
-        import cloudpickle
-    return partial(_called, cloudpickle.dumps((function, arguments)))
-
-
-def _called(pickled):
-    import cloudpickle
-
-    function, arguments = cloudpickle.loads(pickled)
-    return function(*arguments)
-
-
-@contextmanager
-def _extra():
-    try:
-        yield
-    except ModuleNotFoundError as failure:
-        raise MissingExtra("sweep()", failure.name, "study") from failure
+def _called(call):
+    return pickle.loads(call)()
 
 
 def _points(over):
@@ -178,8 +164,7 @@ def _points(over):
 def _outcomes(executor, workers, function, points, recorded):
     if not points:
         return
-    with processes(workers) if executor is None else nullcontext(executor) as pool:
-        submit = pool.submit if executor is not None else lambda *call: pool.schedule(carried(*call))
+    with processes(workers) if executor is None else nullcontext(executor.submit) as submit:
         waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
         try:
             for future in as_completed(waiting):
@@ -272,16 +257,14 @@ def _read(path, file, quiet):
     """{key: record} of those that would be computed alike now; a torn last line is cut off."""
     file.seek(0)
     *lines, torn = file.read().split(b"\n")
-    now, known = {}, {}
+    now, known = cache(made_of), {}
     try:
         if torn and not lines:
             raise ValueError("no line is whole")
         for line in lines:
             record = json.loads(line)
-            modules = record.get("modules", {"": ""})  # edition 0.2 has none, and is computed anew
-            now |= {name: made_of(name) for name in modules if name not in now}
-            current = all(now[name] == value for name, value in modules.items())
-            known[record["key"]] = record if current else None
+            modules = record.get("modules", {"": ""}).items()  # edition 0.2 has none, and is computed anew
+            known[record["key"]] = record if all(now(name) == value for name, value in modules) else None
     except (ValueError, TypeError, KeyError, AttributeError) as failure:
         allowed = f"has no record of a sweep in line {len(known) + 1}"
         raise BadArgument("records", str(path), allowed) from failure
