@@ -93,7 +93,7 @@ def chdir(folder):  # as of contextlib from Python 3.11 on
 
 
 FACETS = facets.ContactFacets(BODY, LAW, CYLINDER)
-NEWTON = newton.MonolithicNewton(BODY, FACETS, control="load")
+NEWTON = newton.MonolithicNewton(FACETS, control="load")
 
 
 def HILLS(x1, x2):
@@ -277,7 +277,7 @@ CALLS = {
     "explorer().update": "",
     "Condensation": "body=BODY",
     "ContactFacets": "body=BODY, law=LAW, obstacle=CYLINDER",
-    "MonolithicNewton": "body=BODY, facets=FACETS",
+    "MonolithicNewton": "facets=FACETS",
     "NEWTON.solve": "level=0.1",
     "active_set.solve": "H=np.eye(2), g0=np.zeros(2), load=1.0",
     "active_set.path": "H=np.eye(2), g0=np.zeros(2), loads=[1.0]",

@@ -318,20 +318,15 @@ class Body:
         """Energy density (10) as an expression."""
         return contact_term.energy(self.solid, self.strains(components))
 
-    def bulk(self, space=None, nodes=None, **options):
-        """The assembled bilinear form of the second variation of (10), on the space of the body or a product.
-        With contact nodes its matrix has places for all that these and the last unknown couple.
-        """
+    def bulk(self, space=None, **options):
+        """The assembled second variation of (10), on the space of the body or a product."""
         trial, test = (self.space if space is None else space).TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
         form = ng.BilinearForm(self.space if space is None else space, **options)
         form += contact_term.virtual_work(self.solid, strains, varied).Compile() * ng.dx(
             bonus_intorder=self.bonus
         )
-        if nodes is not None:
-            form += nodes.integral(ng.Parameter(0.0) * trial[-1] * test[-1])
-        form.Assemble()
-        return form
+        return form.Assemble()
 
     @bounded
     def solve(self, loads=Loads()):

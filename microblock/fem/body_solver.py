@@ -22,7 +22,7 @@ class BodySolver(FollowsFriction, NodalSolver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        require_pressed(self.body, self.body.contact)
+        require_pressed(self.body)
         self.counter  # which checks the second body
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
@@ -63,7 +63,7 @@ class BodySolver(FollowsFriction, NodalSolver):
 
     @property
     def nodes(self):
-        return condensed(self.body, self.body.contact, self.law.clamps_rotation)
+        return condensed(self.body, self.law.clamps_rotation)
 
     @property
     def compliance(self):

@@ -20,7 +20,8 @@ class Bulk:
     Attributes
     ----------
     matrix : csr_matrix (unknowns, unknowns)
-    contact, block : as of `factors.SuperLU`
+    contact : array (m,), the free ones of these
+    block : as of `factors.Factors`
 
     Raises
     ------
@@ -32,9 +33,9 @@ class Bulk:
         self._form, space = form, form.space
         self.matrix, self._free = as_csr(form.mat), np.array(space.FreeDofs(form.condense))
         free, seen = np.flatnonzero(self._free), np.asarray(seen, int)
-        inner, contact = np.setdiff1d(free, seen), np.intersect1d(free, seen)
+        inner, self.contact = np.setdiff1d(free, seen), np.intersect1d(free, seen)
         try:
-            self._factors = factors.usual(self.matrix, inner, contact)
+            self._factors = factors.usual(self.matrix, inner, self.contact)
         except MemoryError as failure:
             unknowns = space.FreeDofs().NumSet()
             raise NotConverged(f"no memory to factorise {unknowns} unknowns: {advice}") from failure
@@ -44,7 +45,7 @@ class Bulk:
         # for beta = 2 - 1e-6 and nu = 0.4999
         if not self._factors.least > 1e-11:
             raise NotConverged(f"singular matrix of the bulk; {self._held}")
-        self.contact, self.block = self._factors.contact, self._factors.block
+        self.block = self._factors.block
 
     @property
     def _held(self):

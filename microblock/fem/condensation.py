@@ -31,7 +31,6 @@ class Condensed(ContactNodes):
     Parameters
     ----------
     body : Body, of any orders
-    boundary : str, name or pattern of the contact boundary
     followed : bool, whether friction is followed, also on 1D and periodic bodies
 
     Attributes
@@ -59,10 +58,10 @@ class Condensed(ContactNodes):
     """
 
     @bounded
-    def __init__(self, body, boundary="contact", followed=False):
+    def __init__(self, body, followed=False):
         require_kind(Body, "a Body", body=body)
-        require_pressed(body, boundary, followed)
-        super().__init__(body, boundary)
+        require_pressed(body, followed)
+        super().__init__(body)
         self.unknowns = body.space.FreeDofs().NumSet()
         self._advice = (
             "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
@@ -79,9 +78,8 @@ class Condensed(ContactNodes):
     @cached_property
     @bounded
     def compliance(self):
-        apart = getattr(self, "apart", None)
         surface, ell = (self.points, self.normals, self.weights), self.body.solid.ell
-        return Compliance(*surface, self.response(self.onto), ell, apart)
+        return Compliance(*surface, self.response(self.onto), ell, self.apart)
 
     @property
     def twins(self):
@@ -161,7 +159,7 @@ def of_factors(rows, entries):
     return 10 * entries * rows ** (4 / 3)
 
 
-def require_pressed(body, boundary, followed=False):
+def require_pressed(body, followed=False):
     """BadArgument unless an obstacle can press a body whose supports hold it with 0; 1D and periodic ones
     only where friction is `followed`.
     """
@@ -176,19 +174,18 @@ def require_pressed(body, boundary, followed=False):
         raise BadArgument(
             "prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0"
         )
-    supports.pressed(body, boundary)
+    supports.pressed(body)
     supports.require_held(body)
 
 
-def condensed(body, boundary=None, clamped=False, followed=False):
+def condensed(body, clamped=False, followed=False):
     """The Condensed of a body, made once; if `clamped`, psi is fixed on the contact."""
-    boundary = body.contact if boundary is None else boundary
-    made_of = clamped_on(body, boundary) if clamped else body
-    return made_of.once(("condensed", boundary, followed), lambda: Condensed(made_of, boundary, followed))
+    made_of = clamped_on_contact(body) if clamped else body
+    return made_of.once(("condensed", followed), lambda: Condensed(made_of, followed))
 
 
-def clamped_on(body, boundary):
+def clamped_on_contact(body):
     """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, made once."""
     names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
-    more = {name: "|".join(filter(None, (body.fixed.get(name), boundary))) for name in names}
-    return body.once(("clamped", boundary), lambda: body.on(body.mesh, fixed={**body.fixed, **more}))
+    more = {name: "|".join(filter(None, (body.fixed.get(name), body.contact))) for name in names}
+    return body.once("clamped", lambda: body.on(body.mesh, fixed={**body.fixed, **more}))

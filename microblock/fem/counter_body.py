@@ -31,7 +31,7 @@ class CounterBody:
 
     def __init__(self, obstacle, body, shifts):
         self.obstacle, self.body, self.shifts = obstacle, body, shifts
-        self.nodes = condensed(obstacle.body, obstacle.body.contact)
+        self.nodes = condensed(obstacle.body)
         if np.abs(self.nodes.normals - (0.0, -1.0)).max() > 1e-9:
             raise BadArgument(
                 "obstacle",

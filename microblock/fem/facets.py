@@ -70,14 +70,13 @@ class ContactNodes:
     Parameters
     ----------
     body : Body, of any orders and dimension
-    boundary : str, name or pattern of the contact boundary
 
     Attributes
     ----------
     points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
     weights : array (n,), lengths or areas (1 in 1D)
-    facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral (k, k)
-    apart : boolean array (n - 1,), in the plane, whether no facet joins a node and the next
+    facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral row by row
+    apart : boolean array (n - 1,), in the plane whether no facet joins a node and the next
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
     shares : array (n,), in space, areas by the rule
 
@@ -97,12 +96,9 @@ class ContactNodes:
     (25, 1.0)
     """
 
-    def __init__(self, body, boundary=None):
+    def __init__(self, body):
         require_kind(Body, "a Body", body=body)
-        boundary = body.contact if boundary is None else boundary
-        require_kind(str, "the name of a boundary", boundary=boundary)
-        self.body, self.boundary, self.region = body, boundary, supports.pressed(body, boundary)
-        self.dim = body.mesh.dim
+        self.body, self.dim, self.region = body, body.mesh.dim, supports.pressed(body)
         if self.dim > 1:
             elements_at(body.mesh, self.region)  # which checks that there are some
         if self.dim == 3:
@@ -118,36 +114,48 @@ class ContactNodes:
 
     def __reduce__(self):
         """A copy is made anew."""
-        return type(self), (self.body, self.boundary)
+        return type(self), (self.body,)
 
     def _require_upwards(self):
-        kinds = {facet.type for facet in self.region.Elements()}
+        facets = list(self.region.Elements())
         if self.body.order != self.body.order_psi:
             words = "must be the order of u on a body in space that is pressed"
             raise BadArgument("order_psi", self.body.order_psi, words)
-        if kinds != {ng.ET.QUAD} and self.body.order > 1:
+        if self.body.order > 1 and any(facet.type == ng.ET.TRIG for facet in facets):
             raise BadArgument(
                 "order",
                 self.body.order,
                 "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
                 "positive weights; take hexahedra, or prisms with quadrilaterals on top",
             )
-        normals = at_rules(self.body.mesh, self.region, dict.fromkeys(kinds, rule_at(TRIANGLE)))[2]
+        normals = at_rules(self.body.mesh, facets, [rule_at(TRIANGLE)] * len(facets))[2]
         if not normals[:, 2].min() > 1 - 1e-9:
-            raise BadArgument("contact", self.boundary, "must be horizontal and face upwards, its normal e3")
+            raise BadArgument(
+                "contact", self.body.contact, "must be horizontal and face upwards, its normal e3"
+            )
 
     def _number_nodes(self):
-        """A node is numbered by its unknown in a scalar space, which neighbours share."""
+        """Nodes are one where the functions of the vertices have the same values."""
         body, elements = self.body, list(self.region.Elements())
-        u, psi = ([body.spaces[i].GetDofNrs(facet) for facet in elements] for i in (0, -1))
-        plane = [min(len(a), len(b)) - 1 for a, b in zip(u, psi)]
-        self.orders = plane if self.dim == 2 else [min(body.order, body.order_psi)] * len(elements)
-        lower = u if body.order <= body.order_psi else psi
-        ids = [_numbers(facet.type, *own) for facet, *own in zip(elements, lower, self.orders)]
-        known, inverse = np.unique(np.concatenate([own.ravel() for own in ids]), return_inverse=True)
-        ends = np.cumsum([own.size for own in ids])[:-1]
-        members = [own.reshape(part.shape) for own, part in zip(np.split(inverse, ends), ids)]
-        points, normals, weights = self._measured(elements, members, len(known))
+        self.orders = [min(body.order, body.order_psi)] * len(elements)
+        if body.element_orders is not None:
+            self.orders = [len(body.spaces[0].GetDofNrs(facet)) - 1 for facet in elements]
+        numbers, members = {}, []
+        for facet, (dofs, values) in zip(elements, self._shapes(body.spaces[0])):
+            corners = np.argsort(dofs[: len(facet.vertices)], kind="stable")
+            keys = [tuple((dofs[i], round(row[i], 9)) for i in corners if row[i]) for row in values]
+            members.append(np.array([numbers.setdefault(key, len(numbers)) for key in keys]))
+        there, rules = (
+            np.concatenate(members),
+            map(nodal_rule, (facet.type for facet in elements), self.orders),
+        )
+        places, shares, outward = at_rules(body.mesh, elements, rules)
+        if self.dim == 1:
+            places, outward = (np.column_stack((np.zeros(len(part)), part)) for part in (places, outward))
+        points = np.full((len(numbers), places.shape[1]), np.inf)
+        np.minimum.at(points, there, places)  # of a period its left end
+        weights, normals = np.bincount(there, shares), np.zeros_like(points)
+        np.add.at(normals, there, shares[:, None] * outward)
         if self.dim == 3:  # rows of x1 one after the other
             points = self._snapped(points)
             order = np.lexsort(np.round(points / (FLAT * np.ptp(points, axis=0).max())).T)
@@ -159,29 +167,13 @@ class ContactNodes:
         self.facets = [np.argsort(order)[own] for own in members]
         self.points, self.weights, normals = points[order], weights[order], normals[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        own = self._trace(body.spaces[0], elements, u), self._trace(body.spaces[-1], elements, psi)
-        self.traces = {name: own[name[0] == "p"] for name in body.names}
-        if self.dim == 2:
-            self.apart = np.ones(len(self.points) - 1, bool)
-            for own in self.facets:
-                self.apart[own.min() : own.max()] = False
+        traces = self._trace(body.spaces[0]), self._trace(body.spaces[-1])
+        self.traces = {name: traces[name[0] == "p"] for name in body.names}
+        self.apart = np.ones(len(self.points) - 1, bool)
+        for own in self.facets:
+            self.apart[own.min() : own.max()] = False
         if self.dim == 3:
             self.shares, self.weights = self.weights, self._areas()
-
-    def _measured(self, elements, members, count):
-        shape = count, max(self.dim, 2)
-        points, normals, weights = np.zeros(shape), np.zeros(shape), np.zeros(count)
-        points[:, -self.dim :] = np.inf
-        for order in set(self.orders):
-            rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
-            own = np.array(self.orders) == order
-            here = np.repeat(own, [len(rules[facet.type]) for facet in elements])
-            there = np.concatenate([members[i].ravel() for i in np.flatnonzero(own)])
-            places, shares, outward = (part[here] for part in at_rules(self.body.mesh, self.region, rules))
-            np.minimum.at(points[:, -self.dim :], there, places)  # of a period its left end
-            np.add.at(weights, there, shares)
-            np.add.at(normals[:, -self.dim :], there, shares[:, None] * outward)
-        return points, normals, weights
 
     def _areas(self):
         """Integrals of the nodal polynomials, array (n,): the rule fails the patch test on skew
@@ -200,22 +192,28 @@ class ContactNodes:
             own[:] = np.where(np.abs(near - own) < FLAT * size, near, own)
         return points
 
-    def _trace(self, space, elements, dofs):
-        """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
-        shapes, rows = {}, [()] * len(self.points)
-        for facet, own, members, order in zip(elements, dofs, self.facets, self.orders):
-            vertices = np.unique(own[: len(facet.vertices)], return_inverse=True)[1]
-            key = facet.type, len(own), order, *vertices  # functions depend on the directions of edges
-            if key not in shapes:
-                fel = space.GetFE(facet)
-                rule = nodal_rule(facet.type, order)
+    def _shapes(self, space):
+        """Of each facet the unknowns of a space, and its functions at the nodes, array (nodes, unknowns)."""
+        known = {}
+        for facet, order in zip(self.region.Elements(), self.orders):
+            dofs = space.GetDofNrs(facet)
+            vertices = np.unique(dofs[: len(facet.vertices)], return_inverse=True)[1]
+            key = facet.type, len(dofs), order, *vertices  # functions depend on the directions of edges
+            if key not in known:
+                rule, fel = nodal_rule(facet.type, order), space.GetFE(facet)
                 values = np.array([fel.CalcShape(*point.point[:2]) for point in rule])
-                shapes[key] = np.where(np.abs(values) > FLAT, values, 0.0)
-            for number, shape in zip(members.ravel(), shapes[key]):
-                rows[number] = own, shape
-        found = _rows(rows, space.ndof)
-        found.eliminate_zeros()
-        return found
+                known[key] = np.where(np.abs(values) > FLAT, values, 0.0)
+            yield dofs, known[key]
+
+    def _trace(self, space):
+        """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
+        rows = [()] * len(self.points)
+        for members, (dofs, values) in zip(self.facets, self._shapes(space)):
+            for number, row in zip(members, values):
+                rows[number] = dofs, row
+        trace = _rows(rows, space.ndof)
+        trace.eliminate_zeros()
+        return trace
 
     def is_free(self, name, body):
         """Whether a body on this mesh holds a field at no node, boolean array (n,)."""
@@ -269,9 +267,9 @@ class ContactNodes:
     @cached_property
     def beyond(self):
         """Vertices of facets beside the contact that face upwards, array (k,)."""
-        beside, middle = ~self.region, rule_at([(1 / 3, 1 / 3)])
-        normals = at_rules(self.body.mesh, beside, {ng.ET.TRIG: middle, ng.ET.QUAD: middle})[2]
-        upper = [facet for facet, normal in zip(beside.Elements(), normals) if normal[2] > 0.5]
+        beside = list((~self.region).Elements())
+        normals = at_rules(self.body.mesh, beside, [rule_at([(1 / 3, 1 / 3)])] * len(beside))[2]
+        upper = [facet for facet, normal in zip(beside, normals) if normal[2] > 0.5]
         found, own = (
             {v.nr for facet in some for v in facet.vertices} for some in (upper, self.region.Elements())
         )
@@ -290,16 +288,20 @@ class ContactNodes:
         """
         places = {kind: np.array([point.point for point in rule])[:, :2] for kind, rule in rules.items()}
         shapes = cache(lambda kind, order: nodal_shapes(kind, order, places[kind]))
-        facets = zip(self.region.Elements(), self.facets, self.orders)
-        rows = [(own.ravel(), row) for facet, own, order in facets for row in shapes(facet.type, order)]
-        return *at_rules(self.body.mesh, self.region, rules)[:2], _rows(rows, len(self.points))
+        facets = list(self.region.Elements())
+        parts = zip(facets, self.facets, self.orders)
+        rows = [(own, row) for facet, own, order in parts for row in shapes(facet.type, order)]
+        measured = at_rules(self.body.mesh, facets, [rules[facet.type] for facet in facets])[:2]
+        return *measured, _rows(rows, len(self.points))
 
     @cached_property
     def triangles(self):
         """Triangles between the nodes in space, array (m, 3), to draw on."""
         found = []
-        for own in self.facets:
-            around = own if own.ndim == 1 else (own[:-1, :-1], own[1:, :-1], own[1:, 1:], own[:-1, 1:])
+        for around in self.facets:
+            if len(around) > 3:
+                own = around.reshape(self.orders[0] + 1, -1)
+                around = own[:-1, :-1], own[1:, :-1], own[1:, 1:], own[:-1, 1:]
             corners = np.stack(around, axis=-1).reshape(-1, len(around))
             found += [corners[:, (0, i, i + 1)] for i in range(1, len(around) - 1)]
         return np.concatenate(found)
@@ -314,8 +316,7 @@ class ContactNodes:
     @cached_property
     def _multiplier(self):
         """Values at the nodes from unknowns of a multiplier, and factors of this matrix."""
-        elements = list(self.region.Elements())
-        trace = self._trace(self.multipliers, elements, [self.multipliers.GetDofNrs(own) for own in elements])
+        trace = self._trace(self.multipliers)
         return trace, splu(trace.tocsc())
 
     def field(self, values):
@@ -349,7 +350,6 @@ class ContactFacets(ContactNodes):
     body : Body
     law : a law of `microblock.model.law`
     obstacle : see `microblock.model.obstacles.gap`
-    boundary : str, name or pattern of the contact boundary
     rule : "nodal", or "gauss" for the augmented Lagrangian on a straight boundary in 2D, with one order
 
     Attributes
@@ -371,16 +371,15 @@ class ContactFacets(ContactNodes):
     ((2, 4), 0.5)
     """
 
-    def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
+    def __init__(self, body, law, obstacle, rule="nodal"):
         require_choice(RULES, rule=rule)
-        require_kind(str, "the name of a boundary", boundary=boundary)
         check_law(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
             )
-        self._made_of = body, law, obstacle, boundary, rule
-        super().__init__(body, boundary)
+        self._made_of = body, law, obstacle, rule
+        super().__init__(body)
         if body.element_orders is not None:
             raise BadArgument(
                 "body",
@@ -451,16 +450,10 @@ class ContactFacets(ContactNodes):
         """Displacements of corners along the normal, (corners, n), from unknowns of the body."""
         return (self._moved @ fields).reshape(len(self.arms), -1)
 
-    def gaps(self, displacements, approach):
-        """The gaps (22), array (corners, n)."""
-        return self.g0 - displacements - approach * self.normals[:, -1]
-
-    def contact(self, components, multipliers, approach, rho):
-        """The contact term of (37), or of (31)."""
+    def contact(self, g0, components, multipliers, approach, rho):
+        """The contact term of (37), or of (31), from initial gaps, array (corners, n)."""
         vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
-        total = contact_term.contact(
-            self, self.g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho
-        )
+        total = contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
         if self.nodal or not self.twins.any():
             return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
@@ -479,21 +472,18 @@ def initial_gaps(law, nodes, obstacle):
     return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
 
 
-def at_rules(mesh, region, rules):
-    """At the points of rules on a boundary: places, (points, dim), weights, (points,), and outward
+def at_rules(mesh, facets, rules):
+    """At the points of a rule on each of some facets: places, (points, dim), weights, (points,), and outward
     normals.
     """
-    dim, there = mesh.dim, mesh.MapToAllElements(rules, region)
-    x, normals, slopes = (
-        ng.CF((ng.x, ng.y, ng.z)[:dim]),
-        outward(mesh),
-        ng.specialcf.JacobianMatrix(dim, dim - 1),
-    )
-    x, normals, slopes = (np.asarray(function(there)) for function in (x, normals, slopes))
+    dim, there, weights = mesh.dim, [], []
+    for facet, rule in zip(facets, rules):
+        there.append(mesh.GetTrafo(facet)(rule))
+        weights += [point.weight for point in rule]
+    functions = ng.CF((ng.x, ng.y, ng.z)[:dim]), outward(mesh), ng.specialcf.JacobianMatrix(dim, dim - 1)
+    x, normals, slopes = (np.asarray(function(np.concatenate(there))) for function in functions)
     slopes = slopes.reshape(len(x), -1)[:, : dim * (dim - 1)].reshape(len(x), dim, dim - 1)
     sizes = np.sqrt(np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes))  # 1 for points
-    weights = {kind: [point.weight for point in rule] for kind, rule in rules.items()}
-    weights = np.concatenate([weights[facet.type] for facet in region.Elements()])
     return x.reshape(-1, dim), weights * sizes, normals.reshape(-1, dim)
 
 
@@ -506,28 +496,6 @@ def outward(mesh):
     middles.Set(places)
     away = places - ng.BoundaryFromVolumeCF(middles)
     return ng.IfPos(ng.InnerProduct(normal, away), 1, -1) * normal
-
-
-def _numbers(kind, dofs, order):
-    """The unknown of each node of a facet: array (order + 1,), of a quadrilateral (order + 1, order + 1), of
-    a triangle (3,).
-    """
-    dofs, inner = np.array(dofs), order - 1
-    if kind in (ng.ET.POINT, ng.ET.TRIG):
-        return dofs
-
-    def between(start, end, edge):  # unknowns of an edge, from one vertex to another
-        return edge if start < end else edge[::-1]
-
-    if kind == ng.ET.SEGM:  # reference coordinate 0 is the second vertex
-        return np.array([dofs[1], *between(dofs[1], dofs[0], dofs[2 : 2 + inner]), dofs[0]])
-    grid, (a, b, c, d) = np.empty((order + 1,) * 2, int), dofs[:4]
-    bottom, top, left, right = dofs[4 : 4 + 4 * inner].reshape(4, inner)
-    grid[[0, -1, -1, 0], [0, 0, -1, -1]] = a, b, c, d
-    grid[1:-1, 0], grid[1:-1, -1] = between(a, b, bottom), between(d, c, top)
-    grid[0, 1:-1], grid[-1, 1:-1] = between(a, d, left), between(b, c, right)
-    grid[1:-1, 1:-1] = dofs[4 + 4 * inner :].reshape(inner, inner)
-    return grid
 
 
 def _in_space(vectors):

@@ -34,7 +34,6 @@ class SuperLU:
 
     Attributes
     ----------
-    contact : array (m,), the contact unknowns in the order of the block
     block : array (m, m), lower triangular, the Cholesky factor of their Schur complement
     least : float, the smallest square of a diagonal entry of L over that of the matrix
 
@@ -56,14 +55,14 @@ class SuperLU:
             self._factors = factorise(own, permc_spec="NATURAL")
         except RuntimeError as failure:
             raise Singular(str(failure)) from failure
-        straight = np.arange(len(self._order))
-        if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
+        orders = np.array((self._factors.perm_r, self._factors.perm_c))
+        if np.any(orders != np.arange(len(self._order))):
             raise Singular("the factorisation pivots")
-        upper = self._factors.U[len(inner) :, len(inner) :].toarray()
         self.least = float((self._factors.U.diagonal() / own.diagonal()).min())
         if not self.least > 0:
             raise Singular("the matrix is not positive definite")
-        self.contact, self.block = contact, (upper / np.sqrt(np.diag(upper))[:, None]).T
+        upper = self._factors.U[len(inner) :, len(inner) :].toarray()
+        self.block = (upper / np.sqrt(np.diag(upper))[:, None]).T
 
     def solve(self, right):
         """The solution, array (unknowns,); 0 of unknowns that are none of the two."""
@@ -80,23 +79,20 @@ class Cholmod:
         lower = tril(matrix[self._free][:, self._free], format="csc").tocoo()  # sorted: cvxopt is faster then
         self._matrix = spmatrix(lower.data, lower.row, lower.col, lower.shape)
         order = np.array(amd.order(self._matrix[:count, :count], "L")).ravel() if count else np.arange(0)
-        self._order = np.concatenate((order, np.arange(count, len(self._free))))
+        last = np.arange(count, len(self._free))
+        self._order = np.concatenate((order, last))
         factors = self._factorised()
-        # CHOLMOD orders once more, by postorder: the contact unknowns keep their order, with inner ones that
-        # have nothing to do with those before between them
-        place = _solved(factors, np.arange(len(self._free), dtype=float), 7).astype(int)
-        last = np.flatnonzero(place >= count)
-        self.contact = self._free[place[last]]
         diagonal = np.array(cholmod.diag(factors)).ravel()
-        self.least = float((diagonal**2 / matrix.diagonal()[self._free[place]]).min())
+        self.least = float((diagonal**2 / matrix.diagonal()[self._free[self._order]]).min())
         columns = cholmod.getfactor(factors)[:, dense(last)]
         block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
         self.block = block[last].toarray()
 
     def solve(self, right):
         """As of `SuperLU`."""
-        found = np.zeros_like(right)
-        found[self._free] = _solved(self._factors, right[self._free], 0)
+        found, values = np.zeros_like(right), dense(right[self._free])
+        cholmod.solve(self._factors, values)
+        found[self._free] = np.array(values).ravel()
         return found
 
     @cached_property
@@ -106,7 +102,7 @@ class Cholmod:
     def _factorised(self):
         """CHOLMOD's factors."""
         before = dict(cholmod.options)
-        cholmod.options.update(nmethods=1, supernodal=2)
+        cholmod.options.update(nmethods=1, supernodal=2, postorder=False)
         try:
             factors = cholmod.symbolic(self._matrix, p=dense(self._order), uplo="L")
             cholmod.numeric(self._matrix, factors)
@@ -116,12 +112,6 @@ class Cholmod:
             cholmod.options.clear()
             cholmod.options.update(before)
         return factors
-
-
-def _solved(factors, right, system):
-    values = dense(right)
-    cholmod.solve(factors, values, sys=system)
-    return np.array(values).ravel()
 
 
 usual = Cholmod if cholmod else SuperLU

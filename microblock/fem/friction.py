@@ -29,7 +29,6 @@ class FrictionFacets:
     body : Body
     law : a law with friction
     obstacle : see `microblock.model.obstacles.gap`
-    boundary : str, name or pattern of the contact boundary
 
     Attributes
     ----------
@@ -54,12 +53,11 @@ class FrictionFacets:
     0.002
     """
 
-    def __init__(self, body, law, obstacle, boundary="contact"):
+    def __init__(self, body, law, obstacle):
         require_kind(Body, "a Body", body=body)
         if not getattr(law, "friction", 0.0):
             raise BadArgument("law", law, "has no friction: solve and path find its states")
-        require_kind(str, "the name of a boundary", boundary=boundary)
-        self.nodes = nodes = condensed(body, boundary, law.clamps_rotation, followed=True)
+        self.nodes = nodes = condensed(body, law.clamps_rotation, followed=True)
         self.law, normals = law, nodes.normals
         arms = body.solid.ell * law.arms(nodes.points, normals)
         along = np.column_stack((normals[:, 1], -normals[:, 0]))
@@ -150,7 +148,7 @@ class FollowsFriction:
     @cached_property
     def frictional(self):
         """The FrictionFacets, of a rigid obstacle."""
-        return FrictionFacets(self.body, self.law, self.obstacle, self.body.contact)
+        return FrictionFacets(self.body, self.law, self.obstacle)
 
     def history(self, pairs, coupled, rtol, progress=False):
         """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""

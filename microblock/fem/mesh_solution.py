@@ -170,7 +170,7 @@ class MeshSolution(OnMesh, NodalSolution):
 
     @property
     def _psi_held(self):
-        return "psi" in supports.held_on(self.nodes.body, self.nodes.boundary)
+        return "psi" in supports.held_on(self.nodes.body, self.nodes.body.contact)
 
     @property
     def _moments(self):

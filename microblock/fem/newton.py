@@ -6,7 +6,6 @@ better than the gaps do.
 """
 
 from collections import Counter, namedtuple
-from copy import copy
 from dataclasses import dataclass
 
 import ngsolve as ng
@@ -17,7 +16,7 @@ from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
 from . import supports
-from .body import Body, Fields, Loads
+from .body import Fields
 from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
 from .newton_systems import ConjugateGradients, Direct
@@ -58,9 +57,7 @@ class MonolithicNewton:
 
     Parameters
     ----------
-    body : Body
-    facets : ContactFacets of that body
-    loads : Loads besides the contact
+    facets : ContactFacets
     method : "al" or "penalty"
     rho : float
         Regularisation (stress per length); see `default_rho`.
@@ -74,31 +71,29 @@ class MonolithicNewton:
     >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
     ...                order=4, fixed="middle")
     >>> facets = ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
-    >>> state = MonolithicNewton(body, facets).solve(0.01)
+    >>> state = MonolithicNewton(facets).solve(0.01)
     >>> state.approach, state.kkt < 1e-9
     (0.01, True)
     """
 
-    def __init__(self, body, facets, *, loads=Loads(), method="al", rho=None, control="approach"):
+    def __init__(self, facets, *, method="al", rho=None, control="approach"):
         require_choice(("al", "penalty"), method=method)
         require_choice(("approach", "load"), control=control)
-        require_kind(Body, "a Body", body=body)
-        require_kind(ContactFacets, "ContactFacets of the body", facets=facets)
-        require_kind(Loads, "Loads", loads=loads)
+        require_kind(ContactFacets, "ContactFacets", facets=facets)
         if method != "al" and not facets.nodal:
             raise BadArgument("rule", "gauss", "belongs to the method al")
-        self.body, self.method, self.control = body, method, control
+        self.facets, self.body, self.method, self.control = facets, facets.body, method, control
+        self._up = facets.normals[:, -1]
         # the unknown approach counts from first touch: a distance before it would take digits from small
         # displacements
-        self._first = float((facets.g0 / facets.normals[:, -1])[np.isfinite(facets.g0)].min())
-        self.facets = copy(facets)
-        self.facets.g0 = facets.gaps(0.0, self._first)
+        self._first = float((facets.g0 / self._up)[np.isfinite(facets.g0)].min())
+        self._g0 = facets.g0 - self._first * self._up
         self.rho = default_rho(facets, method) if rho is None else rho
         require_positive(rho=self.rho)
-        self._build(loads)
+        self._build()
 
-    def _build(self, loads):
-        """The functional: potential energy (8) and contact term (37), or that of (31)."""
+    def _build(self):
+        """The functional: elastic energy (8) and contact term (37), or that of (31)."""
         body, facets, in_space = self.body, self.facets, self.body.mesh.dim == 3
         self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
         space = body.space
@@ -107,14 +102,13 @@ class MonolithicNewton:
                 space = space * facets.multipliers
         space = space * ng.NumberSpace(body.mesh, definedon=facets.region)
         if in_space:
-            key = "systems", facets.boundary
-            self._systems = body.once(key, lambda: ConjugateGradients(body, space, facets))
+            self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:
-            self._systems = Direct(body, space, facets)
-        self.space, self._acting = self._systems.space, loads.acting_on(body)
-        self._load, fields = ng.Parameter(0.0), len(body.names)
+            self._systems = Direct(body, space)
+        self.space, self._load, fields = self._systems.space, ng.Parameter(0.0), len(body.names)
         *unknown, approach = self.space.TrialFunction()
-        contact = facets.contact(unknown[:fields], unknown[fields:] or self._given, approach, self.rho)
+        multipliers = unknown[fields:] or self._given
+        contact = facets.contact(self._g0, unknown[:fields], multipliers, approach, self.rho)
         if self.control == "load":
             contact -= facets.integral(self._load / facets.weights.sum() * approach)
         self._contact = ng.BilinearForm(self.space)
@@ -188,7 +182,7 @@ class MonolithicNewton:
         unknowns = ng.GridFunction(self.space)
         supports.prescribe(self.body, unknowns.components)
         values, approach = unknowns.vec.FV().NumPy(), -np.inf
-        stresses = np.zeros(self.facets.g0.shape)
+        stresses = np.zeros(self._g0.shape)
         if start is not None:  # supports keep the values of this body
             free, stresses = self._balanced[: self.body.space.ndof], -start.forces / self.facets.weights
             values[: len(free)][free] = start.fields.values[free]
@@ -209,7 +203,7 @@ class MonolithicNewton:
     def _touching(self, unknowns):
         """The approach at which the nearest corner closes."""
         stresses, moved = self._corners(unknowns)
-        ahead = (stresses / self.rho + self.facets.g0 - moved) / self.facets.normals[:, -1]
+        ahead = (stresses / self.rho + self._g0 - moved) / self._up
         ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])
         ahead = ahead[np.isfinite(ahead)]
         return ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
@@ -224,16 +218,14 @@ class MonolithicNewton:
         """The _Iterate of these unknowns."""
         facets, values, count = self.facets, unknowns.vec.FV().NumPy().copy(), self.body.space.ndof
         own, moved = self._corners(unknowns)
-        gaps = facets.gaps(moved, values[-1])
+        gaps = self._g0 - moved - values[-1] * self._up  # (22)
         wanted = own + self.rho * gaps
         closed = wanted <= 0  # (40)
         stresses = np.where(closed, wanted, 0.0) if facets.nodal else own
-        internal, vector = self._systems.internal(unknowns.vec), ng.GridFunction(self.space)
-        internal[:count] -= self._acting
+        internal, vector = (self._systems.stiffness * unknowns.vec).Evaluate(), ng.GridFunction(self.space)
         self._contact.Apply(unknowns.vec, vector.vec)
-        residual = vector.vec.FV().NumPy()
-        residual += internal
-        unbalanced = np.linalg.norm(residual[self._balanced])
+        vector.vec.data += internal
+        internal, unbalanced = internal.FV().NumPy(), np.linalg.norm(vector.vec.FV().NumPy()[self._balanced])
         size = max(np.linalg.norm(internal[:count]), unbalanced)
         balance, left = _ratio(unbalanced, size), 0.0
         if self.method == "al":
@@ -262,7 +254,7 @@ class MonolithicNewton:
         kept, facets = ng.GridFunction(self.space), self.facets
         kept.vec.FV().NumPy()[:] = now.values
         forces = -now.stresses * facets.weights
-        total = facets.normals[:, -1] @ forces.sum(axis=0)
+        total = self._up @ forces.sum(axis=0)
         exerted = now.vector.FV().NumPy()[: self.body.space.ndof].copy()
         surface = facets.onto @ now.values[: self.body.space.ndof]
         return NodalState(

@@ -4,7 +4,7 @@ from functools import cache, cached_property
 
 from ..errors import BadArgument
 from ..model.solver import Solver
-from .condensation import clamped_on, require_pressed
+from .condensation import clamped_on_contact, require_pressed
 from .facets import ContactFacets
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution, of_newton
@@ -24,13 +24,13 @@ class NewtonSolver(FollowsFriction, Solver):
         self.rule, self.length = rule, length
         super().__init__(contact, options)
         check = require_pressed if self.body.mesh.dim == 3 else pressed
-        check(self.body, self.body.contact)
+        check(self.body)
 
     @cached_property
     def nodes(self):
         """The contact nodes, with psi = 0 where the law prescribes it."""
-        body = clamped_on(self.body, self.body.contact) if self.law.clamps_rotation else self.body
-        return ContactFacets(body, self.law, self.obstacle, body.contact, self.rule)
+        body = clamped_on_contact(self.body) if self.law.clamps_rotation else self.body
+        return ContactFacets(body, self.law, self.obstacle, self.rule)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
@@ -55,9 +55,7 @@ class NewtonSolver(FollowsFriction, Solver):
         """The MonolithicNewton of a control, made once."""
         nodes, kind = self.nodes, self.options.kind
         rho = self.options.rho or default_rho(nodes, kind, self.length)
-        return cache(
-            lambda control: MonolithicNewton(nodes.body, nodes, method=kind, rho=rho, control=control)
-        )
+        return cache(lambda control: MonolithicNewton(nodes, method=kind, rho=rho, control=control))
 
 
 class NewtonSolver3D(NewtonSolver, Solver3D):

@@ -183,7 +183,7 @@ def _finer(state, parts, left):
     finer = ng.Mesh(mesh.ngmesh.Copy())
     cut(finer, chosen)
     for done in range(times.max(initial=0)):
-        region, deeper = finer.Boundaries(nodes.boundary), np.zeros(finer.ne, bool)
+        region, deeper = finer.Boundaries(nodes.body.contact), np.zeros(finer.ne, bool)
         deeper[elements_at(finer, region)[_at(finer, region, x[times > done]).any(axis=0)]] = True
         cut(finer, deeper)
     return finer.Curve(nodes.body.order)

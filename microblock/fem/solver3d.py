@@ -26,7 +26,7 @@ class Solver3D(Solver):
     @property
     def nodes(self):
         """The condensed body; a law that prescribes psi constrains psi1 and psi2."""
-        return condensed(self.body, self.body.contact, self.surface_law.clamped)
+        return condensed(self.body, self.surface_law.clamped)
 
     @cached_property
     def initial_gaps(self):

@@ -30,13 +30,13 @@ def held_on(body, boundary):
     return [name for name, pattern in body.fixed.items() if any(body.boundary(pattern).Mask() & mask)]
 
 
-def pressed(body, boundary):
-    """The region of a contact boundary; in the plane BadArgument where u2 is held there."""
-    region = body.boundary(boundary, "contact" if boundary == body.contact else "boundary")
-    if body.mesh.dim < 3 and "u2" in held_on(body, boundary):
+def pressed(body):
+    """The region of the contact boundary; in the plane BadArgument where u2 is held there."""
+    region = body.boundary(body.contact, "contact")
+    if body.mesh.dim < 3 and "u2" in held_on(body, body.contact):
         raise BadArgument(
             "boundary",
-            boundary,
+            body.contact,
             f"is constrained in u2 by the supports on {body.fixed['u2']}: "
             "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone",
         )

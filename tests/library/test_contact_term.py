@@ -84,7 +84,7 @@ def contact_form(facets, method):
         space = space * facets.multipliers
     trial, form = space.TrialFunction(), ng.BilinearForm(space)
     multipliers = list(trial[3:]) or [ng.CF(0)] * len(facets.g0)
-    form += ng.Variation(facets.contact(trial[:3], multipliers, 0.3, 7.0))
+    form += ng.Variation(facets.contact(facets.g0, trial[:3], multipliers, 0.3, 7.0))
     return form
 
 
@@ -151,16 +151,15 @@ def test_contact_term_in_space_with_given_multipliers(order):
     )
     body, (p1, p2), rho = Body(mesh, SOLID, order, fixed="bottom", contact="top"), (0.05, -0.03), 7.0
     nodes, random = (
-        ContactFacets(body, Microblock((p1, p2)), lambda x1, x2: 0 * x1, "top"),
+        ContactFacets(body, Microblock((p1, p2)), lambda x1, x2: 0 * x1),
         np.random.default_rng(3),
     )
     g0, lams = random.normal(size=(2, 4, len(nodes.weights)))
     g0[random.random(g0.shape) < 0.2] = np.inf  # out of reach
-    nodes.g0 = g0
     space = body.space * ng.NumberSpace(mesh, definedon=nodes.region)
     *trial, approach = space.TrialFunction()
     form = ng.BilinearForm(space)
-    form += ng.Variation(nodes.contact(trial, [nodes.field(lam) for lam in lams], approach, rho))
+    form += ng.Variation(nodes.contact(g0, trial, [nodes.field(lam) for lam in lams], approach, rho))
     state = at_random(space, 8, 0.1)
     *fields, d = state.components
     psi0, e, total = np.array((p1, p2, 0.0)), np.eye(3), 0.0
@@ -182,7 +181,7 @@ def test_contact_term_in_space_with_given_multipliers(order):
 def indented(block, model=Microblock(), order=2, **options):
     """A block pressed by a cylinder."""
     body = Body(block, SOLID, order, fixed={"u1": "bottom", "u2": "bottom"})
-    return MonolithicNewton(body, ContactFacets(body, model, Cylinder(1.0)), **options)
+    return MonolithicNewton(ContactFacets(body, model, Cylinder(1.0)), **options)
 
 
 def test_result_does_not_depend_on_rho(block):
@@ -198,11 +197,11 @@ def test_result_does_not_depend_on_rho(block):
 def test_the_load_on_curved_and_inclined_surfaces_is_the_slope_of_the_energy(model):
     """Which knows nothing of normals, corners and levers."""
     inclined = MakeStructured2DMesh(nx=6, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1.5 + x))
-    for body, obstacle, boundary, approach in (
-        (Body(dome(), SOLID, 3, fixed="base"), Plane(1.0), "contact", 0.15),
-        (Body(inclined, SOLID, 2, fixed="bottom"), lambda x: 0.5 * x + x**2, "top", 0.1),
+    for body, obstacle, approach in (
+        (Body(dome(), SOLID, 3, fixed="base"), Plane(1.0), 0.15),
+        (Body(inclined, SOLID, 2, fixed="bottom", contact="top"), lambda x: 0.5 * x + x**2, 0.1),
     ):
-        newton = MonolithicNewton(body, ContactFacets(body, model, obstacle, boundary))
+        newton = MonolithicNewton(ContactFacets(body, model, obstacle))
         low, state, high = (newton.solve(approach + step) for step in (-1e-6, 0, 1e-6))
         slope = (high.fields.energy() - low.fields.energy()) / 2e-6
         # on curved elements the energy is integrated to a higher order than the form, which differs by 1e-7
