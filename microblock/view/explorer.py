@@ -54,29 +54,23 @@ class Explorer:
             require_tolerance(rtol)
         if problem.solver.in_space:
             raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
-        if getattr(problem.law, "friction", 0.0):
-            raise BadArgument("law", problem.law, "has friction: Contact.history takes it")
-        if type(problem.law) is not LAWS.get(_name(problem.law)):
-            raise BadArgument("law", problem.law, f"must be one of {', '.join(LAWS)}")
-        self._first, self._rtol = problem, rtol
-        self._load, self._drawings = float(load), {}
-        self.restart()
-
-    @bounded
-    def restart(self):
-        """Goes back to the first parameters; returns the state."""
-        problem = self._first
-        psi0 = getattr(problem.law, "psi0", 0.0)
+        law, obstacle = problem.law, problem.obstacle
+        if getattr(law, "friction", 0.0):
+            raise BadArgument("law", law, "has friction: Contact.history takes it")
+        named, psi0 = type(law).__name__.lower(), getattr(law, "psi0", 0.0)
+        if type(law) is not LAWS.get(named):
+            raise BadArgument("law", law, f"must be one of {', '.join(LAWS)}")
         known = {
+            "load": float(load),
             "psi0": None if callable(psi0) else psi0,
-            "R": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
+            "R": obstacle.R if isinstance(obstacle, Cylinder) else None,
             "ell": problem.solid.ell,
-            "law": _name(problem.law),
+            "law": named,
         }
         if isinstance(problem.solid, Elastic):  # without blocks
-            known = {"R": known["R"]}
-        choice = {"load": self._load} | {name: own for name, own in known.items() if own is not None}
-        return self._go(problem, choice, None)
+            known = {name: known[name] for name in ("load", "R")}
+        self._law, self._rtol, self._drawings = law, rtol, {}
+        self._solve(problem, {name: value for name, value in known.items() if value is not None}, None)
 
     @bounded
     def update(self, **changes):
@@ -92,20 +86,19 @@ class Explorer:
         if changes.keys() - {"load"}:
             named = choice.get("law", "unilateral")  # alone on a solid without blocks
             require_choice(LAWS, law=named)
-            law, changed = LAWS[named](), {}
-            if named == "microblock":
-                first = self._first.law if isinstance(self._first.law, Microblock) else law
-                law = replace(first, psi0=choice["psi0"]) if "psi0" in choice else first
-            if "ell" in changes:
-                changed["solid"] = replace(problem.solid, ell=choice["ell"])
-            if "R" in changes:
-                changed["obstacle"] = replace(problem.obstacle, R=choice["R"])
-            problem = problem.with_(law=law, **changed)
-        return self._go(problem, choice, self.state.solution)
+            law = self._law if type(self._law) is LAWS[named] else LAWS[named]()
+            if named == "microblock" and "psi0" in choice:
+                law = replace(law, psi0=choice["psi0"])
+            problem = problem.with_(
+                law=law,
+                solid=replace(problem.solid, ell=choice["ell"]) if "ell" in choice else None,
+                obstacle=replace(problem.obstacle, R=choice["R"]) if "R" in choice else None,
+            )
+        return self._solve(problem, choice, self.state.solution)
 
-    def _go(self, problem, choice, near):
-        """Solves, from a near solution, and keeps the state."""
-        self.state = State(problem.solver.follow(choice["load"], self._rtol, near))
+    def _solve(self, problem, choice, initial):
+        """Returns the state, begun with a neighbour's solution, and keeps it."""
+        self.state = State(problem.solver.follow(choice["load"], self._rtol, initial))
         self.choice = choice
         self.problem = self.state.problem
         return self.state
@@ -123,7 +116,3 @@ class Explorer:
         drawing.set_layout_engine(None if fits else "constrained")
         self._drawings[law] = drawing, room if fits else asked
         return drawing._repr_png_()
-
-
-def _name(law):
-    return type(law).__name__.lower()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from html import escape
 from typing import TYPE_CHECKING
@@ -59,50 +58,30 @@ class Panel:
     """The widgets of an Explorer, all in `box`; sliders follow the hand, or wait until it lets go."""
 
     def __init__(self, explorer, widgets, follows=False):
-        self.explorer, self._widgets = explorer, widgets
-        words = {"continuous_update": follows}
-        self.controls = {name: self._control(name, value, words) for name, value in explorer.choice.items()}
+        self.explorer = explorer
+        self.controls = {
+            name: _control(widgets, name, value, follows) for name, value in explorer.choice.items()
+        }
         known = QUANTITIES if hasattr(explorer.state.solution, "fields_below") else ()
         self.field = widgets.Dropdown(options=["none", *known], description="below")
-        self.again = widgets.Button(description="from the beginning")
         self.table, self.told = widgets.HTML(), widgets.HTML()
         whole = {"max_width": "100%"}
         self.picture, self.below = (widgets.Image(format="png", layout=whole) for _ in range(2))
-        for name, control in self.controls.items():
-            control.observe(lambda change, name=name: self._changed(name, change["new"]), names="value")
-        self.field.observe(lambda _: self._try(lambda: None), names="value")
-        self.again.on_click(lambda _: self._restart())
-        left = widgets.VBox([*self.controls.values(), self.field, self.again, self.told, self.table])
+        for control in (*self.controls.values(), self.field):
+            control.observe(self._changed, names="value")
+        left = widgets.VBox([*self.controls.values(), self.field, self.told, self.table])
         right = widgets.VBox([self.picture, self.below])
         self.box = widgets.Box([left, right], layout={"flex_flow": "row wrap"})
         self._show()
 
-    def _control(self, name, value, words):
-        words |= {"value": value, "description": LABELS[name]}
-        if name == "law":
-            return self._widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
-        if name == "psi0":
-            words |= {"min": value - 0.05, "max": value + 0.05, "step": 5e-4, "readout_format": ".4f"}
-        else:
-            words |= {"min": value / 20, "max": 4 * value, "step": value / 20, "readout_format": ".3g"}
-        return self._widgets.FloatSlider(**words)
-
-    def _changed(self, name, value):
-        before = self.explorer.choice[name]
-        # what the browser sends of a slider that has not been moved is rounded
-        if name == "law" or not math.isclose(value, before, rel_tol=1e-6, abs_tol=1e-8):
-            self._try(lambda: self.explorer.update(**{name: value}))
-
-    def _restart(self):
-        self._try(self.explorer.restart)
-        for name, value in self.explorer.choice.items():
-            self.controls[name].value = value
-
-    def _try(self, work):
-        """Works, and shows the state, or says why not."""
-        self.told.value = ""
+    def _changed(self, _):
+        """Shows the state of what is set, or says why not."""
+        values = {name: control.value for name, control in self.controls.items()}
+        before, self.told.value = self.explorer.choice, ""
+        changes = {name: value for name, value in values.items() if value != before[name]}
         try:
-            work()
+            if changes:
+                self.explorer.update(**changes)
             self._show()
         except MicroblockError as failure:
             self.told.value = f"<span style='color:#a04000'>{failure}</span>"
@@ -111,3 +90,19 @@ class Panel:
         field, state = self.field.value, self.explorer.state
         self.picture.value, self.table.value = self.explorer.png(), f"<pre>{escape(repr(state))}</pre>"
         self.below.value = b"" if field == "none" else state.plot_below(field)._repr_png_()
+
+
+def _control(widgets, name, value, follows):
+    """The widget of a parameter."""
+    if name == "law":
+        return widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
+    turns = name == "psi0"
+    return widgets.FloatSlider(
+        value,
+        min=value - 0.05 if turns else value / 20,
+        max=value + 0.05 if turns else 4 * value,
+        step=5e-4 if turns else value / 20,
+        readout_format=".4f" if turns else ".3g",
+        description=LABELS[name],
+        continuous_update=follows,
+    )
