@@ -1,17 +1,35 @@
-"""Problem and state for parameters that change one by one, for sliders and scripts."""
+"""A contact problem and its state under parameters that change one by one, with sliders in Jupyter."""
 
+from __future__ import annotations
+
+import time
 from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING
 
 from ..contact import Contact
-from ..errors import BadArgument, require_choice, require_kind, require_positive, require_tolerance
+from ..errors import (
+    BadArgument,
+    MicroblockError,
+    MissingExtra,
+    require_choice,
+    require_kind,
+    require_positive,
+    require_tolerance,
+)
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
 from ..model.obstacles import Cylinder
 from ..model.state import State
 from ..model.summary import saved
 from ..threads import bounded
+from .below import QUANTITIES
 from .state_figure import draw
 
+if TYPE_CHECKING:
+    from ipywidgets import Box
+
+LABELS = {"load": "load P", "psi0": "ψ₀", "R": "radius R", "ell": "side ℓ", "law": "law"}
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
 
@@ -50,8 +68,6 @@ class Explorer:
     def __init__(self, problem, load, rtol=None):
         require_kind(Contact, "a Contact", problem=problem)
         require_positive(load=load)
-        if rtol is not None:
-            require_tolerance(rtol)
         if problem.solver.in_space:
             raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
         law, obstacle = problem.law, problem.obstacle
@@ -69,7 +85,7 @@ class Explorer:
         }
         if isinstance(problem.solid, Elastic):  # without blocks
             known = {name: known[name] for name in ("load", "R")}
-        self._law, self._rtol, self._drawings = law, rtol, {}
+        self._law, self._rtol, self._drawings = law, require_tolerance(rtol), {}
         self._solve(problem, {name: value for name, value in known.items() if value is not None}, None)
 
     @bounded
@@ -116,3 +132,93 @@ class Explorer:
         drawing.set_layout_engine(None if fits else "constrained")
         self._drawings[law] = drawing, room if fits else asked
         return drawing._repr_png_()
+
+
+def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
+    """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
+
+    A list has the fields below half-planes on panels and bodies on meshes.
+
+    Parameters
+    ----------
+    problem : Contact
+    load : float
+        First force per thickness.
+    rtol : float, optional
+        As of `Contact.solve`; it refines a mesh for the first state.
+
+    Returns
+    -------
+    ipywidgets.Box
+
+    Raises
+    ------
+    MissingExtra
+        If ipywidgets is not installed (extra `notebook`); scripts have `microblock.view.explorer.Explorer`.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> box = mb.explore(mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()), load=1.0)
+    """
+    start = time.perf_counter()
+    explorer = Explorer(problem, load, rtol)
+    try:
+        import ipywidgets
+    except ImportError as failure:
+        raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
+    return Panel(explorer, ipywidgets, time.perf_counter() - start < 0.5).box
+
+
+class Panel:
+    """The widgets of an Explorer, all in `box`; sliders follow the hand, or wait until it lets go."""
+
+    def __init__(self, explorer, widgets, follows=False):
+        self.explorer = explorer
+        self.controls = {
+            name: _control(widgets, name, value, follows) for name, value in explorer.choice.items()
+        }
+        known = QUANTITIES if hasattr(explorer.state.solution, "fields_below") else ()
+        self.field = widgets.Dropdown(options=["none", *known], description="below")
+        self.table, self.told = widgets.HTML(), widgets.HTML()
+        whole = {"max_width": "100%"}
+        self.picture, self.below = (widgets.Image(format="png", layout=whole) for _ in range(2))
+        for control in (*self.controls.values(), self.field):
+            control.observe(self._changed, names="value")
+        left = widgets.VBox([*self.controls.values(), self.field, self.told, self.table])
+        right = widgets.VBox([self.picture, self.below])
+        self.box = widgets.Box([left, right], layout={"flex_flow": "row wrap"})
+        self._show()
+
+    def _changed(self, _):
+        """Shows the state of what is set, or says why not."""
+        values = {name: control.value for name, control in self.controls.items()}
+        before, self.told.value = self.explorer.choice, ""
+        changes = {name: value for name, value in values.items() if value != before[name]}
+        try:
+            if changes:
+                self.explorer.update(**changes)
+            self._show()
+        except MicroblockError as failure:
+            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+
+    def _show(self):
+        field, state = self.field.value, self.explorer.state
+        self.picture.value, self.table.value = self.explorer.png(), f"<pre>{escape(repr(state))}</pre>"
+        self.below.value = b"" if field == "none" else state.plot_below(field)._repr_png_()
+
+
+def _control(widgets, name, value, follows):
+    """The widget of a parameter."""
+    if name == "law":
+        return widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
+    turns = name == "psi0"
+    return widgets.FloatSlider(
+        value,
+        min=value - 0.05 if turns else value / 20,
+        max=value + 0.05 if turns else 4 * value,
+        step=5e-4 if turns else value / 20,
+        readout_format=".4f" if turns else ".3g",
+        description=LABELS[name],
+        continuous_update=follows,
+    )

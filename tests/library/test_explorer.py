@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.view import widgets
-from microblock.view.explorer import Explorer
+from microblock.view.explorer import Explorer, Panel
 
 R, LOAD = 10.0, 1.0
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -102,7 +101,7 @@ def test_pictures_of_a_session_show_what_a_state_shows_afresh():
 
 
 def panel_of(start, load=LOAD):
-    return widgets.Panel(Explorer(start, load), pytest.importorskip("ipywidgets"))
+    return Panel(Explorer(start, load), pytest.importorskip("ipywidgets"))
 
 
 def test_sliders_move_the_session_and_its_pictures():
