@@ -116,8 +116,9 @@ def parser(program, module, known):
         option.add_to(command)
     folder = getattr(module, "OUT", None)
     usual = f"default {folder}" if folder else "without it none are drawn"
-    whole = "write the result as one JSON object (-: standard output)"
-    command.add_argument("--json", metavar="FILE", help=whole)
+    command.add_argument(
+        "--json", metavar="FILE", help="one JSON object with the result (-: standard output)"
+    )
     command.add_argument("--out", metavar="DIR", default=folder, help=f"folder for figures ({usual})")
     return command
 
@@ -137,12 +138,12 @@ def run(program, module, words, setup=0.0):
     if unknown:
         flags = [*map(flag, known), "--json", "--out", "--help"]
         top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(unknown[0], flags)}")
-    place, out = given.json, given.out
+    place = given.json
     try:
         arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}
         if place not in (None, "-"):
             require_place(place, "json")
-        folder = None if out is None else _folder(out)
+        folder = None if given.out is None else _folder(given.out)
         more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
         result = module.solve(**arguments, **more)
@@ -154,7 +155,8 @@ def run(program, module, words, setup=0.0):
         entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | found
         if place != "-":
             print("\n".join(summary(module.table(result) if hasattr(module, "table") else found)))
-        files = _draw(module, result, folder, program.split()[-1]) if folder else []
+        drawn = folder and hasattr(module, "figure")
+        files = _draw(module, result, folder, program.split()[-1]) if drawn else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
@@ -216,8 +218,6 @@ def _shown(value):
 
 def _draw(module, result, folder, name):
     """Draws the figures of a result; returns the files."""
-    if not hasattr(module, "figure"):
-        return []
     from matplotlib import pyplot  # where something is drawn: other commands do without it
 
     from .view.plots import STYLE

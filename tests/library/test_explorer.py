@@ -132,3 +132,9 @@ def test_a_solid_without_blocks_offers_neither_their_side_nor_another_law():
     assert set(explorer.choice) == {"load", "R"}
     first = explorer.state.half_width
     assert explorer.update(R=5.0).half_width < first
+
+
+def test_sliders_of_small_loads_move():
+    panel = panel_of(problem(mb.Unilateral()), 1e-9)
+    panel.controls["load"].value = 2e-9
+    assert panel.explorer.state.load == pytest.approx(2e-9)
