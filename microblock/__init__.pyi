@@ -40,7 +40,7 @@ from .model.surfaces import Ellipsoid as Ellipsoid
 from .model.surfaces import FlatPunch as FlatPunch
 from .model.surfaces import RoughSurface as RoughSurface
 from .model.surfaces import Sphere as Sphere
-from .view.widgets import explore as explore
+from .view.explorer import explore as explore
 
 __version__: str
 __all__: list[str]

@@ -25,14 +25,12 @@ from . import (
     HalfPlane,
     Microblock,
     Microclamped,
-    State,
     Unilateral,
     __version__,
 )
 from .command import run
 from .data.expressions import function_of_x
 from .data.samples import read_samples
-from .model.results import plain_data
 from .model.sharp import unbounded
 
 
@@ -69,34 +67,28 @@ def solve(
     rtol : relative L2 error of pressure and micromoment (0.001 if not given, 0.01 with a window)
     path : whether to follow the events from first touch to the largest load
     """
-    if height is not None and samples is not None:
-        raise BadArgument("height", height, "does not go together with --samples: each is an obstacle")
+    obstacles: dict[str, Any] = {"height": height, "samples": samples}
+    known = [(name, given) for name, given in obstacles.items() if given is not None]
+    if len(known) != 1:
+        raise BadArgument("height", height or "EXPR", "either this or --samples FILE must be given")
     if window and path:
         raise BadArgument("window", window, "does not go together with --path: cells follow no events")
     if psi0_deg and contact != "microblock":
         raise BadArgument("psi0_deg", psi0_deg, "belongs to --contact microblock")
-    if samples is not None:
-        obstacle: Any = read_samples(samples, "samples")
-    elif height is not None:
-        obstacle = function_of_x(height, "height")
-    else:
-        raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
+    ((name, given),) = known
+    obstacle = function_of_x(given, name) if name == "height" else read_samples(given, name)
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
     law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(
         contact, Microblock(radians(psi0_deg))
     )
-    states: list[State] = []
     try:
         problem = Contact(HalfPlane(Cosserat(E, nu, ell, beta=beta)), obstacle, law, method)
-        for load in loads:
-            initial = states[-1] if states else None
-            states.append(problem.solve(load=load, rtol=rtol, initial=initial))
+        states = problem.states(loads, rtol=rtol)
         events = problem.path(load=max(loads), rtol=rtol).to_dict()["events"] if path else None
     except BadArgument as failure:
         if failure.name != "obstacle":
             raise
-        name, given = ("height", height) if samples is None else ("samples", samples)
         # the advice of an obstacle that is too wide for panels
         words = failure.allowed.replace("Cells(nodes=..., window=...) take", "--window L R takes")
         raise BadArgument(name, given, words) from failure
@@ -114,7 +106,7 @@ def table(result):
     """What is printed: material and law as taken, and a row a state."""
     first, rtol = result["states"][0], result["parameters"]["rtol"]
     taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": rtol}
-    events = {"events": plain_data(result["events"])} if "events" in result else {}
+    events = {"events": result["events"]} if "events" in result else {}
     return {**taken, "states": list(map(row, result["states"])), **events}
 
 

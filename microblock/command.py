@@ -19,16 +19,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from .data.records import json_text, versions, write_text
-from .errors import (
-    BadArgument,
-    MicroblockError,
-    require_finite,
-    require_place,
-    require_size,
-    shortened,
-    shown,
-    writing,
-)
+from .errors import BadArgument, MicroblockError, require_place, require_size, shortened, shown, writing
 from .model.results import plain_data
 
 
@@ -70,37 +61,32 @@ class Option:
 
     def add_to(self, parser):
         """Adds the option to a parser, which leaves its value as text."""
-        default = self.default if isinstance(self.default, tuple) else (self.default,)
-        given = default not in ((None,), ()) and default[0] is not False
-        text = self.text + f" (default {' '.join(map(str, default))})" * given
-        if self.choices:
-            text = f"{', '.join(self.choices)}: {text}"
-        more = {"help": text.replace("%", "%%"), "metavar": self.name.rpartition("_")[2].upper()}
-        if self.many:
-            more["nargs"] = self.many
-        elif self.kind is bool:
-            more |= {"nargs": "?", "const": "yes", "metavar": "yes|no"}
-        parser.add_argument(flag(self.name), dest=self.name, default=argparse.SUPPRESS, **more)
+        text = f"{', '.join(self.choices)}: {self.text}" if self.choices else self.text
+        if self.kind is bool:
+            more = {"action": "store_true"}
+        else:
+            more = {"nargs": self.many or None, "metavar": self.name.rpartition("_")[2].upper()}
+            if self.default not in (None, ()):
+                default = self.default if self.many else (self.default,)
+                text += f" (default {' '.join(map(str, default))})"
+        parser.add_argument(flag(self.name), default=argparse.SUPPRESS, help=text.replace("%", "%%"), **more)
 
     def value(self, text):
         """Returns the value of a text or a list of texts; raises BadArgument if it is none."""
         return tuple(map(self._one, text)) if self.many else self._one(text)
 
     def _one(self, text):
-        known = ("yes", "no") if self.kind is bool else self.choices
-        if known and text not in known:
-            words = f"must be one of {', '.join(known)}{did_you_mean(text, known)}"
+        if self.choices and text not in self.choices:
+            words = f"must be one of {', '.join(self.choices)}{did_you_mean(text, self.choices)}"
             raise BadArgument(self.name, text, words)
         if self.kind in (bool, str):
-            return text == "yes" if self.kind is bool else text
+            return text
         try:
             number = self.kind(text)
-        except (ValueError, OverflowError):
+        except ValueError:
             words = "must be a whole number" if self.kind is int else "must be a finite number"
             raise BadArgument(self.name, text, words) from None
-        require_finite(**{self.name: number})
-        if number:  # products of others have no digits
-            require_size(**{self.name: number})
+        require_size(**{self.name: number})
         return number
 
 
@@ -130,8 +116,9 @@ def parser(program, module, known):
         option.add_to(command)
     folder = getattr(module, "OUT", None)
     usual = f"default {folder}" if folder else "without it none are drawn"
-    whole = "write the result as one JSON object (-: standard output)"
-    command.add_argument("--json", metavar="FILE", help=whole)
+    command.add_argument(
+        "--json", metavar="FILE", help="one JSON object with the result (-: standard output)"
+    )
     command.add_argument("--out", metavar="DIR", default=folder, help=f"folder for figures ({usual})")
     return command
 
@@ -149,15 +136,14 @@ def run(program, module, words, setup=0.0):
     top = parser(program, module, known.values())
     given, unknown = top.parse_known_args(words)
     if unknown:
-        wrong = next((word for word in unknown if word.startswith("-")), unknown[0])
         flags = [*map(flag, known), "--json", "--out", "--help"]
-        top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(wrong, flags)}")
-    place, out = given.json, given.out
+        top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(unknown[0], flags)}")
+    place = given.json
     try:
         arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}
         if place not in (None, "-"):
             require_place(place, "json")
-        folder = None if out is None else _folder(out)
+        folder = None if given.out is None else _folder(given.out)
         more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
         result = module.solve(**arguments, **more)
@@ -169,7 +155,8 @@ def run(program, module, words, setup=0.0):
         entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | found
         if place != "-":
             print("\n".join(summary(module.table(result) if hasattr(module, "table") else found)))
-        files = _draw(module, result, folder, program.split()[-1]) if folder else []
+        drawn = folder and hasattr(module, "figure")
+        files = _draw(module, result, folder, program.split()[-1]) if drawn else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
@@ -192,13 +179,10 @@ def run(program, module, words, setup=0.0):
 
 
 def _warnings(data):
-    found = []
-    for name, value in data.items() if isinstance(data, dict) else enumerate(data):
-        if name == "warnings":
-            found += value or ()
-        elif isinstance(value, (dict, list)):
-            found += _warnings(value)
-    return found
+    """Sentences of all lists named "warnings"."""
+    if isinstance(data, dict):
+        return [*(data.get("warnings") or ()), *_warnings([*data.values()])]
+    return [words for part in data if isinstance(part, (dict, list)) for words in _warnings(part)]
 
 
 def summary(entries, within=""):
@@ -234,8 +218,6 @@ def _shown(value):
 
 def _draw(module, result, folder, name):
     """Draws the figures of a result; returns the files."""
-    if not hasattr(module, "figure"):
-        return []
     from matplotlib import pyplot  # where something is drawn: other commands do without it
 
     from .view.plots import STYLE

@@ -14,7 +14,6 @@ from .errors import (
     NOT_YET,
     BadArgument,
     plain,
-    require_finite,
     require_flag,
     require_kind,
     require_positive,
@@ -225,10 +224,8 @@ class Contact:
         if load is not None:
             require_positive(load=load)
         else:
-            require_finite(approach=approach)
-            require_size(**({"approach": approach} if approach else {}))
-        if rtol is not None:
-            require_tolerance(rtol)
+            require_size(approach=approach)
+        require_tolerance(rtol)
         if initial is not None:
             require_kind(State, "a State", initial=initial)
             kind = None if initial.flat else "nodes" if initial.shape is None else "cells"
@@ -328,9 +325,7 @@ class Contact:
                 "law", self.law, "has no friction: its states do not depend on a history, solve them"
             )
         require_flag(coupled=coupled, progress=progress)
-        rtol = plain(rtol)
-        if rtol is not None:
-            require_tolerance(rtol)
+        rtol = require_tolerance(rtol)
         found = pairs_of(pairs, friction)
         with counting("history", progress):
             return self._follower(found).history(found, bool(coupled), rtol, progress)
@@ -360,24 +355,17 @@ class Contact:
         >>> problem.with_(law=mb.Unilateral()).law
         Unilateral()
         """
-        if body is not None and solid is not None:
-            raise BadArgument("solid", solid, "is that of the body: give one of the two")
         if solid is not None:
+            if body is not None:
+                raise BadArgument("solid", solid, "is that of the body: give one of the two")
             require_kind(Cosserat, "a Cosserat", solid=solid)
-        if body is None:
-            body = self.body
-            if solid not in (None, self.solid):
-                if not hasattr(body, "of"):
-                    words = f"is that of the {type(body).__name__}, which has no of(solid): give a body"
+            if solid != self.solid:
+                if not hasattr(self.body, "of"):
+                    words = f"is that of the {type(self.body).__name__}, which has no of(solid): give a body"
                     raise BadArgument("solid", solid, words)
-                body = body.of(solid)
-        return replace(
-            self,
-            body=body,
-            obstacle=self.obstacle if obstacle is None else obstacle,
-            law=self.law if law is None else law,
-            method=self.method if method is None else method,
-        )
+                body = self.body.of(solid)
+        parts: dict[str, Any] = {"body": body, "obstacle": obstacle, "law": law, "method": method}
+        return replace(self, **{name: part for name, part in parts.items() if part is not None})
 
     def __repr__(self) -> str:
         return line("Contact problem", f"{shown(self.obstacle)} on {shown(self.body)}, {shown(self.law)}")

@@ -10,17 +10,19 @@ from dataclasses import fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 import numpy as np
-
-Number: TypeAlias = int | float | np.integer[Any] | np.floating[Any]
 
 LONGEST = 80  # characters of a value in a message
 NOT_YET = "must be larger: the obstacle touches no node or cell of the body yet"  # of an approach
 BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period= a surface that repeats"
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
 SMALLEST, LARGEST = 1e-50, 1e50
+SIZES = (
+    f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute value: double precision does not carry "
+    "products of others; take other units"
+)
 
 
 class MicroblockError(Exception):
@@ -135,9 +137,6 @@ class Named(dict[str, Any]):
     def __missing__(self, name: object) -> Any:
         raise BadArgument(self.what, name, f"must be one of {', '.join(self)}")
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Named, (self.what, dict(self))
-
 
 def at_least(value: float, rounding: str = ROUND_CEILING) -> str:
     """Returns a positive number in two digits, rounded up."""
@@ -238,31 +237,30 @@ def require_finite(**arguments: object) -> None:
         "must be a finite number",
         arguments,
     )
-    require_size(least=0.0, **cast("dict[str, Number]", arguments))
+    # float32 knows no LARGEST
+    _require(lambda value: abs(plain(value)) <= LARGEST, SIZES, arguments)
 
 
-def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
-    """Raises BadArgument for numbers whose products double precision cannot carry."""
-    _require(
-        # float32 knows no LARGEST
-        lambda value: least <= abs(value if isinstance(value, int) else float(value)) <= LARGEST,
-        f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute value: double precision does not carry "
-        "products of others; take other units",
-        arguments,
-    )
+def require_size(**arguments: object) -> None:
+    """Raises BadArgument for what is no finite number, or neither 0 nor large enough for products."""
+    require_finite(**arguments)
+    _require(lambda value: not value or abs(plain(value)) >= SMALLEST, SIZES, arguments)
 
 
 def require_positive(**arguments: object) -> None:
     """Raises BadArgument for what is no positive number of such a size."""
     require_finite(**arguments)
     _require(lambda value: value > 0, "must be positive", arguments)
-    require_size(**cast("dict[str, Number]", arguments))
+    require_size(**arguments)
 
 
-def require_tolerance(rtol: object, name: str = "rtol") -> None:
-    """Raises BadArgument unless rtol is a tolerance."""
-    require_finite(**{name: rtol})
-    _require(lambda value: 0 < value < 1, f"must satisfy 0 < {name} < 1", {name: rtol})
+def require_tolerance(rtol: Any) -> Any:
+    """Returns rtol as Python's number; raises BadArgument unless it is a tolerance or None."""
+    rtol = plain(rtol)
+    if rtol is not None:
+        require_finite(rtol=rtol)
+        _require(lambda value: 0 < value < 1, "must satisfy 0 < rtol < 1", {"rtol": rtol})
+    return rtol
 
 
 def require_whole(least: int, most: int | None = None, **arguments: object) -> None:
@@ -354,9 +352,7 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
         raise BadArgument(name, values, "must be a sequence") from failure
 
 
-def require_flag(**arguments: object) -> None:
-    """Raises BadArgument for what is neither True nor False."""
-    require_kind((bool, np.bool_), "True or False", **arguments)
+require_flag = partial(require_kind, (bool, np.bool_), "True or False")
 
 
 def require_numbers(**arguments: Any) -> Any:

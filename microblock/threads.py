@@ -2,8 +2,7 @@
 
 From the outermost `bounded` entry on, BLAS (also NGSolve's own) and OpenMP have one thread; what was there
 before is given back afterwards, and inside to what is `released`. BLAS has one number of threads for the
-whole process, so that entries of all Python threads are counted together; OpenMP, and a BLAS built on it, has
-one for each.
+whole process, so that entries of all Python threads are counted together.
 """
 
 from __future__ import annotations
@@ -12,47 +11,25 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from functools import wraps
-from typing import ParamSpec, TypeVar
+from functools import lru_cache
+from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
-P = ParamSpec("P")
-T = TypeVar("T")
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 _lock = threading.Lock()
-# number of modules when libraries were last looked for: that takes a millisecond, and they come by imports
-_seen = 0
+_inside = _large = 0  # entries, and those of them on large matrices
+_before: dict[str, tuple[Any, int]] = {}  # libraries that have one thread, and what they had, by file
 
 
-class _Hold:
-    """Libraries that have one thread while a call is inside and none is on a large matrix."""
-
-    def __init__(self, libraries):
-        self.libraries, self.inside, self.large, self.before = libraries, 0, 0, []
-
-    def change(self, inside, large):
-        """Counts entries; limits libraries, or gives them their threads back."""
-        self.inside += inside
-        self.large += large
-        if self.inside and not self.large:
-            for library in self.libraries[len(self.before) :]:
-                self.before.append(library.get_num_threads() or 1)
-                _set(library, 1)
-        else:
-            for library, number in zip(self.libraries, self.before):
-                _set(library, number)
-            self.before.clear()
+@lru_cache(maxsize=1)
+def _libraries(modules: int) -> list[Any]:
+    """Libraries, by the number of modules: they come by imports, and looking for them takes a millisecond."""
+    return list(ThreadpoolController().lib_controllers)
 
 
-class _OwnHold(_Hold, threading.local):
-    """The same for each Python thread."""
-
-
-_holds = _Hold([]), _OwnHold([])  # BLAS and OpenMP, with all libraries that were ever seen
-
-
-def _set(library, number):
+def _set(library: Any, number: int) -> None:
     """Sets a library's threads from any Python thread: threadpoolctl leaves OpenBLAS to the first."""
     free = getattr(library, "clear_controlling_thread", lambda force: None)
     free(force=True)
@@ -60,38 +37,34 @@ def _set(library, number):
     free(force=True)
 
 
-def _change(inside: int = 0, large: int = 0) -> None:
-    global _seen
+def _change(inside: int, large: int) -> None:
+    global _inside, _large
     with _lock:
-        if len(sys.modules) != _seen:
-            known = {library.filepath for hold in _holds for library in hold.libraries}
-            for library in ThreadpoolController().lib_controllers:
-                if library.filepath not in known:
-                    own = "openmp" in (library.user_api, getattr(library, "threading_layer", None))
-                    _holds[own].libraries.append(library)
-            _seen = len(sys.modules)
-        for hold in _holds:
-            hold.change(inside, large)
+        _inside += inside
+        _large += large
+        if _inside and not _large:
+            for library in _libraries(len(sys.modules)):
+                if library.filepath not in _before:
+                    _before[library.filepath] = library, library.get_num_threads() or 1
+                    _set(library, 1)
+        else:
+            for library, number in _before.values():
+                _set(library, number)
+            _before.clear()
 
 
 @contextmanager
-def _entered(**counts: int) -> Iterator[None]:
-    _change(**counts)
+def _entered(inside: int = 0, large: int = 0) -> Iterator[None]:
+    _change(inside, large)
     try:
         yield
     finally:
-        _change(**{name: -count for name, count in counts.items()})
+        _change(-inside, -large)
 
 
-def bounded(function: Callable[P, T]) -> Callable[P, T]:
+def bounded(function: Function) -> Function:
     """Returns the function with one BLAS thread inside."""
-
-    @wraps(function)
-    def inside(*arguments: P.args, **named: P.kwargs) -> T:
-        with _entered(inside=1):
-            return function(*arguments, **named)
-
-    return inside
+    return _entered(inside=1)(function)
 
 
 def released(rows: int) -> AbstractContextManager[None]:
@@ -101,5 +74,5 @@ def released(rows: int) -> AbstractContextManager[None]:
 
 def workers(values: int) -> int:
     """Returns how many threads a Fourier transform of so many values takes."""
-    outside = max((number for hold in _holds for number in hold.before), default=1)
+    outside = max((number for _, number in _before.values()), default=1)
     return outside if values >= 2**16 else 1

@@ -26,8 +26,9 @@ def draw_below(state, quantity="psi", axis=None):
     contact = state.zones["contact"]
     if not contact:
         raise NotConverged("nothing touches: there is no field below a contact")
-    depth, middle = contact[-1][1] - contact[0][0], (contact[0][0] + contact[-1][1]) / 2
-    ends = middle - depth, middle + depth
+    left, right = contact[0][0], contact[-1][1]
+    depth = right - left
+    ends = left - depth / 2, right + depth / 2
     x1, x2, triangles, *found = state.solution.fields_below((ends, depth))
     triangulation, field = Triangulation(x1, x2, triangles), values(*found, quantity)
     deep = field[x2 <= -FIRST * depth]  # edges of the contact and corners of a body may have no bound
@@ -37,9 +38,7 @@ def draw_below(state, quantity="psi", axis=None):
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)
     for pair in contact:
         axis.plot(pair, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
-    if (
-        signed
-    ):  # dashed where it is negative: the ends of the colours are equally dark in print; at 0 is noise
+    if signed:  # dashed where negative: the ends of the colours are equally dark in print; at 0 is noise
         lines = levels[np.abs(levels) > (levels[1] - levels[0]) / 2]
         axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.5)
     colours = "RdBu_r" if signed else "cividis"  # distinguished by the colour-blind

@@ -59,16 +59,19 @@ def blocks(surface, contact, frame=None):
     x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
     ends = np.clip(frame, surface.x[0], surface.x[-1])
     line = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
-    turn, down = (np.interp(x, surface.x, values) for values in (surface.rotation, surface.displacement))
     known = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
-    level, over = (np.interp(line, surface.x, each) for each in (surface.displacement, known))
-    magnified = magnification(np.abs(turn).max(initial=0.0), np.ptp(level) / (0.12 * (right - left)))
-    points, normals = _along(surface, line)
+    rows = *surface.points.T, *surface.normals.T, surface.rotation, surface.displacement, known
+    along = np.array([np.interp(line, surface.x, row) for row in rows])
+    points, normals, (turn, down, over) = along[:2], along[2:4], along[4:]
+    normals /= np.linalg.norm(normals, axis=0)
+    here = np.searchsorted(line, x)
+    magnified = magnification(np.abs(turn[here]).max(initial=0.0), np.ptp(down) / (0.12 * (right - left)))
+    moved = points - magnified * down * normals
     return SimpleNamespace(
-        squares=_squares(*_along(surface, x), magnified * turn, magnified * down, ell),
+        squares=_squares(moved.T[here], normals.T[here], magnified * turn[here, None], ell),
         closed=_closed(surface, x),
-        surface=interrupted(surface, line, points.T - magnified * level * normals.T)[1].T,
-        obstacle=(points.T + magnified * over * normals.T).T,
+        surface=interrupted(surface, line, moved)[1].T,
+        obstacle=(points + magnified * over * normals).T,
         window=frame,
         magnification=magnified,
     )
@@ -126,20 +129,12 @@ def draw(axis, state, frame=None):
     return drawing
 
 
-def _along(surface, x):
-    points, normals = (
-        np.column_stack([np.interp(x, surface.x, part) for part in values.T])
-        for values in (surface.points, surface.normals)
-    )
-    return points, normals / np.linalg.norm(normals, axis=1)[:, None]
-
-
-def _squares(points, normals, rotation, displacement, ell):
+def _squares(middle, normals, rotation, ell):
+    """Corners, array (m, 4, 2); the middles of outer sides and normals are (m, 2), rotations (m, 1)."""
     tangents = np.column_stack((normals[:, 1], -normals[:, 0]))
     # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
-    side = ell * (tangents + rotation[:, None] * normals)
-    down = ell * (rotation[:, None] * tangents - normals) / np.hypot(1, rotation)[:, None]
-    middle = points - displacement[:, None] * normals
+    side = ell * (tangents + rotation * normals)
+    down = ell * (rotation * tangents - normals) / np.hypot(1, rotation)
     A, B = middle - side / 2, middle + side / 2
     return np.stack((A, B, B + down, A + down), axis=1)
 

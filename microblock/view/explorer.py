@@ -1,17 +1,35 @@
-"""Problem and state for parameters that change one by one, for sliders and scripts."""
+"""A contact problem and its state under parameters that change one by one, with sliders in Jupyter."""
 
+from __future__ import annotations
+
+import time
 from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING
 
 from ..contact import Contact
-from ..errors import BadArgument, require_choice, require_kind, require_positive, require_tolerance
+from ..errors import (
+    BadArgument,
+    MicroblockError,
+    MissingExtra,
+    require_choice,
+    require_kind,
+    require_positive,
+    require_tolerance,
+)
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
 from ..model.obstacles import Cylinder
 from ..model.results import saved
 from ..model.state import State
 from ..threads import bounded
+from .below import QUANTITIES
 from .state_figure import draw
 
+if TYPE_CHECKING:
+    from ipywidgets import Box
+
+LABELS = {"load": "load P", "psi0": "ψ₀", "R": "radius R", "ell": "side ℓ", "law": "law"}
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
 
@@ -50,33 +68,25 @@ class Explorer:
     def __init__(self, problem, load, rtol=None):
         require_kind(Contact, "a Contact", problem=problem)
         require_positive(load=load)
-        if rtol is not None:
-            require_tolerance(rtol)
         if problem.solver.in_space:
             raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
-        if getattr(problem.law, "friction", 0.0):
-            raise BadArgument("law", problem.law, "has friction: Contact.history takes it")
-        if type(problem.law) is not LAWS.get(_name(problem.law)):
-            raise BadArgument("law", problem.law, f"must be one of {', '.join(LAWS)}")
-        self._first, self._rtol = problem, rtol
-        self._load, self._drawings = float(load), {}
-        self.restart()
-
-    @bounded
-    def restart(self):
-        """Goes back to the first parameters; returns the state."""
-        problem = self._first
-        psi0 = getattr(problem.law, "psi0", 0.0)
+        law, obstacle = problem.law, problem.obstacle
+        if getattr(law, "friction", 0.0):
+            raise BadArgument("law", law, "has friction: Contact.history takes it")
+        named, psi0 = type(law).__name__.lower(), getattr(law, "psi0", 0.0)
+        if type(law) is not LAWS.get(named):
+            raise BadArgument("law", law, f"must be one of {', '.join(LAWS)}")
         known = {
+            "load": float(load),
             "psi0": None if callable(psi0) else psi0,
-            "R": problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None,
+            "R": obstacle.R if isinstance(obstacle, Cylinder) else None,
             "ell": problem.solid.ell,
-            "law": _name(problem.law),
+            "law": named,
         }
         if isinstance(problem.solid, Elastic):  # without blocks
-            known = {"R": known["R"]}
-        choice = {"load": self._load} | {name: own for name, own in known.items() if own is not None}
-        return self._go(problem, choice, None)
+            known = {name: known[name] for name in ("load", "R")}
+        self._law, self._rtol, self._drawings = law, require_tolerance(rtol), {}
+        self._solve(problem, {name: value for name, value in known.items() if value is not None}, None)
 
     @bounded
     def update(self, **changes):
@@ -92,20 +102,19 @@ class Explorer:
         if changes.keys() - {"load"}:
             named = choice.get("law", "unilateral")  # alone on a solid without blocks
             require_choice(LAWS, law=named)
-            law, changed = LAWS[named](), {}
-            if named == "microblock":
-                first = self._first.law if isinstance(self._first.law, Microblock) else law
-                law = replace(first, psi0=choice["psi0"]) if "psi0" in choice else first
-            if "ell" in changes:
-                changed["solid"] = replace(problem.solid, ell=choice["ell"])
-            if "R" in changes:
-                changed["obstacle"] = replace(problem.obstacle, R=choice["R"])
-            problem = problem.with_(law=law, **changed)
-        return self._go(problem, choice, self.state.solution)
+            law = self._law if type(self._law) is LAWS[named] else LAWS[named]()
+            if named == "microblock" and "psi0" in choice:
+                law = replace(law, psi0=choice["psi0"])
+            problem = problem.with_(
+                law=law,
+                solid=replace(problem.solid, ell=choice["ell"]) if "ell" in choice else None,
+                obstacle=replace(problem.obstacle, R=choice["R"]) if "R" in choice else None,
+            )
+        return self._solve(problem, choice, self.state.solution)
 
-    def _go(self, problem, choice, near):
-        """Solves, from a near solution, and keeps the state."""
-        self.state = State(problem.solver.follow(choice["load"], self._rtol, near))
+    def _solve(self, problem, choice, initial):
+        """Returns the state, begun with a neighbour's solution, and keeps it."""
+        self.state = State(problem.solver.follow(choice["load"], self._rtol, initial))
         self.choice = choice
         self.problem = self.state.problem
         return self.state
@@ -127,5 +136,91 @@ class Explorer:
         return drawing._repr_png_()
 
 
-def _name(law):
-    return type(law).__name__.lower()
+def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
+    """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
+
+    A list has the fields below half-planes on panels and bodies on meshes.
+
+    Parameters
+    ----------
+    problem : Contact
+    load : float
+        First force per thickness.
+    rtol : float, optional
+        As of `Contact.solve`; it refines a mesh for the first state.
+
+    Returns
+    -------
+    ipywidgets.Box
+
+    Raises
+    ------
+    MissingExtra
+        If ipywidgets is not installed (extra `notebook`); scripts have `microblock.view.explorer.Explorer`.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> box = mb.explore(mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()), load=1.0)
+    """
+    start = time.perf_counter()
+    explorer = Explorer(problem, load, rtol)
+    try:
+        import ipywidgets
+    except ImportError as failure:
+        raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
+    return Panel(explorer, ipywidgets, time.perf_counter() - start < 0.5).box
+
+
+class Panel:
+    """The widgets of an Explorer, all in `box`; sliders follow the hand, or wait until it lets go."""
+
+    def __init__(self, explorer, widgets, follows=False):
+        self.explorer = explorer
+        self.controls = {
+            name: _control(widgets, name, value, follows) for name, value in explorer.choice.items()
+        }
+        known = QUANTITIES if hasattr(explorer.state.solution, "fields_below") else ()
+        self.field = widgets.Dropdown(options=["none", *known], description="below")
+        self.table, self.told = widgets.HTML(), widgets.HTML()
+        whole = {"max_width": "100%"}
+        self.picture, self.below = (widgets.Image(format="png", layout=whole) for _ in range(2))
+        for control in (*self.controls.values(), self.field):
+            control.observe(self._changed, names="value")
+        left = widgets.VBox([*self.controls.values(), self.field, self.told, self.table])
+        right = widgets.VBox([self.picture, self.below])
+        self.box = widgets.Box([left, right], layout={"flex_flow": "row wrap"})
+        self._show()
+
+    def _changed(self, _):
+        """Shows the state of what is set, or says why not."""
+        values = {name: control.value for name, control in self.controls.items()}
+        before, self.told.value = self.explorer.choice, ""
+        changes = {name: value for name, value in values.items() if value != before[name]}
+        try:
+            if changes:
+                self.explorer.update(**changes)
+            self._show()
+        except MicroblockError as failure:
+            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+
+    def _show(self):
+        field, state = self.field.value, self.explorer.state
+        self.picture.value, self.table.value = self.explorer.png(), f"<pre>{escape(repr(state))}</pre>"
+        self.below.value = b"" if field == "none" else state.plot_below(field)._repr_png_()
+
+
+def _control(widgets, name, value, follows):
+    """The widget of a parameter."""
+    if name == "law":
+        return widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
+    turns = name == "psi0"
+    return widgets.FloatSlider(
+        value,
+        min=value - 0.05 if turns else value / 20,
+        max=value + 0.05 if turns else 4 * value,
+        step=5e-4 if turns else value / 20,
+        readout_format=".4f" if turns else ".3g",
+        description=LABELS[name],
+        continuous_update=follows,
+    )

@@ -49,12 +49,10 @@ class Drawing(Figure):
         return written.getvalue()
 
 
-def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
-    """An empty (Figure, Axes or array of Axes); inches of its width and of a panel's height, `grid` as for
-    subplots.
-    """
-    drawing = Drawing(figsize=(width, height * rows), layout="constrained")
-    return drawing, drawing.subplots(rows, columns, **grid)
+def figure(rows=1, columns=1, height=2.6, width=COLUMN, layout="constrained"):
+    """An empty (Figure, Axes or array of Axes); inches of its width and of a panel's height."""
+    drawing = Drawing(figsize=(width, height * rows), layout=layout)
+    return drawing, drawing.subplots(rows, columns)
 
 
 def in_place(axis, **size):

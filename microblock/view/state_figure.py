@@ -68,17 +68,20 @@ def draw_curves(axis, state, window=None):
 def curves(surface):
     """{panel: [(label, values, look), ...]} of a `Surface`."""
     looks = [{"color": colour, "ls": "--" if k == 1 else "-"} for k, colour in enumerate(plots.COLOURS)]
-    gaps = np.where(np.isfinite(surface.gaps), surface.gaps, np.nan)
-    of_corners = {
-        name: [(rf"${sign}_{{\rm {corner}}}$", *each) for corner, *each in zip(surface.corners, rows, looks)]
-        for name, sign, rows in (("pressure", "p", surface.pressures), ("gap", "g", gaps))
+    gaps, look = np.where(np.isfinite(surface.gaps), surface.gaps, np.nan), {"color": plots.COLOURS[2]}
+    shown = {
+        "pressure": list(zip(_named("p", surface.corners), surface.pressures, looks)),
+        "gap": list(zip(_named("g", surface.corners), gaps, looks)),
+        "micromoment": [(r"$M/\ell$", surface.micromoment / surface.ell, look)],
+        "turn": [("", np.degrees(surface.rotation), look)],
     }
     if len(surface.corners) > 1:
-        total = surface.pressures.sum(axis=0)
-        of_corners["pressure"].append(("$p$", total, {"color": "0.45", "lw": 1}))
-    moment, turn = surface.micromoment / surface.ell, np.degrees(surface.rotation)
-    look = {"color": plots.COLOURS[2]}
-    return of_corners | {"micromoment": [(r"$M/\ell$", moment, look)], "turn": [("", turn, look)]}
+        shown["pressure"].append(("$p$", surface.pressures.sum(axis=0), {"color": "0.45", "lw": 1}))
+    return shown
+
+
+def _named(letter, corners):
+    return [rf"${letter}_{{\rm {corner}}}$" for corner in corners]
 
 
 def _bars(axis, zones, corners):

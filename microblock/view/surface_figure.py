@@ -19,19 +19,19 @@ FACES = {(1, 3, 7, 5): 1.0, (0, 1, 5, 4): 0.75, (4, 5, 7, 6): 0.75}  # top, fron
 @plots.styled
 def draw(state, axis=None):
     """The figure of a state on cells or at nodes; of an axis with the pressure alone."""
-    if axis is not None:
-        figure, axis = plots.in_place(axis)
-        _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
-        return figure
-    figure, axes = plots.figure(1, 3, height=2.4, width=2 * plots.COLUMN)
-    figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
-    _from_above(axes[0], state, state.pressure, "$p$", cmap="cividis")
-    moment = np.hypot(*state.micromoment.T) / state.solid.ell
-    _from_above(axes[1], state, moment, r"$|M|/\ell$", cmap="cividis")
-    # not white at nodes: a mark has to be seen
-    look = _look(state, "0.85" if state.shape is None else "w")
-    bar = _from_above(axes[2], state, state.closed, "closed corners", **look)
-    bar.set_ticks(range(len(state.pressures) + 1))
+    if axis is None:  # panels of equal sides, which else push labels out
+        figure, axes = plots.figure(1, 3, 2.4, 2 * plots.COLUMN, layout="compressed")
+    else:
+        figure, axes = plots.in_place(axis)
+    pressure, *others = np.ravel(axes)
+    _from_above(pressure, state, state.pressure, "$p$", cmap="cividis")
+    if others:
+        moment = np.hypot(*state.micromoment.T) / state.solid.ell
+        _from_above(others[0], state, moment, r"$|M|/\ell$", cmap="cividis")
+        # not white at nodes: a mark has to be seen
+        look = _look(state, "0.85" if state.shape is None else "w")
+        bar = _from_above(others[1], state, state.closed, "closed corners", **look)
+        bar.set_ticks(range(len(state.pressures) + 1))
     return figure
 
 
@@ -49,13 +49,15 @@ def draw_blocks(axis, state):
             "method", state.method, "has no cells on which blocks are drawn in three dimensions"
         )
     x1, x2 = _contact_points(state, ell)
-    psi1, psi2, u = (_between(state, row, x1, x2) for row in (*state.psi.T, state.displacement))
+    cells = np.column_stack((state.psi, state.displacement, state.closed)).reshape(*state.shape, 4)
+    between = RegularGridInterpolator((state.x1, state.x2), cells)
+    psi1, psi2, u, _ = between((x1, x2)).T
+    closed = between((x1, x2), method="nearest")[:, 3].astype(int)
     turned, deep = np.hypot(psi1, psi2).max(), np.abs(u).max() / (1.5 * ell)
     magnified, tilt = magnification(turned, deep), law.tilt(x1, x2)  # (-psi0_2, psi0_1)
     psi = magnified * np.column_stack((psi1 + tilt[1], psi2 - tilt[0], np.zeros_like(u)))
     middle = np.column_stack((x1, x2, -ell / 2 - magnified * u))
     corners = middle[:, None] + ell * CUBE + np.cross(psi[:, None], ell * CUBE[None])  # (n, 8, 3)
-    closed = _between(state, state.closed, x1, x2, "nearest").astype(int)
     if axis is None:
         axis = plots.Drawing((plots.COLUMN, 3.0), layout="constrained").add_subplot(projection="3d")
     require_kind(Axes3D, "an Axes of matplotlib in three dimensions", ax=axis)
@@ -111,9 +113,3 @@ def _contact_points(state, ell):
         box.append(own[(np.abs(own - middle) <= half) & (own >= x[0]) & (own <= x[-1])])
     x1, x2 = np.meshgrid(*box, indexing="ij")
     return x1.ravel(), x2.ravel()
-
-
-def _between(state, values, x1, x2, method="linear"):
-    """Values between centres of cells, array (n,)."""
-    cells = values.reshape(state.shape).astype(float)
-    return RegularGridInterpolator((state.x1, state.x2), cells, method)((x1, x2))

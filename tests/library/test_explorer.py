@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.view import widgets
-from microblock.view.explorer import Explorer
+from microblock.view.explorer import Explorer, Panel
 
 R, LOAD = 10.0, 1.0
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -102,7 +101,7 @@ def test_pictures_of_a_session_show_what_a_state_shows_afresh():
 
 
 def panel_of(start, load=LOAD):
-    return widgets.Panel(Explorer(start, load), pytest.importorskip("ipywidgets"))
+    return Panel(Explorer(start, load), pytest.importorskip("ipywidgets"))
 
 
 def test_sliders_move_the_session_and_its_pictures():
@@ -131,4 +130,11 @@ def test_a_solid_without_blocks_offers_neither_their_side_nor_another_law():
         mb.Contact(mb.HalfPlane(mb.Elastic(100, 0.3)), mb.Cylinder(10.0), mb.Unilateral()), 1.0
     )
     assert set(explorer.choice) == {"load", "R"}
-    assert explorer.update(R=5.0).half_width < explorer.restart().half_width
+    first = explorer.state.half_width
+    assert explorer.update(R=5.0).half_width < first
+
+
+def test_sliders_of_small_loads_move():
+    panel = panel_of(problem(mb.Unilateral()), 1e-9)
+    panel.controls["load"].value = 2e-9
+    assert panel.explorer.state.load == pytest.approx(2e-9)
