@@ -181,11 +181,6 @@ def _write_series(states, path, x1, x2):
     return [series, *(file for files in sets for file in files)]
 
 
-def _quadrilaterals(numbers):
-    corners = (numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1])
-    return np.column_stack([one.ravel() for one in corners])
-
-
 def _write_surface(state, path):
     data = profile(state)
     points = [data["x1"], *(data.pop(name, np.zeros_like(data["x1"])) for name in ("x2", "x3"))]
