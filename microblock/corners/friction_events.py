@@ -1,21 +1,15 @@
 """Events of a history of frictional contact: first and full slip, reversals, stick zones."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Sequence
 from itertools import groupby, pairwise
-from typing import Any
 
 import numpy as np
 
 from ..model.events import Event
 from ..model.history import SLIDING
-from ..model.types import Array, Flags
 from ..model.zones import runs
-from .follower import Change
 
 
-def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bool]]:
+def legs(pairs, friction):
     """Yields pairs (P, Q) at the ends of a leg, whether shear turns at the first, and full slip begins at the
     second.
     """
@@ -28,16 +22,18 @@ def legs(pairs: Array, friction: float) -> Iterator[tuple[Array, Array, bool, bo
         direction = change or direction
 
 
-def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[Event]:
-    """Returns the events on cells with edges, array (n, 2), in order."""
+def events(changes, friction, edges, pairs):
+    """Returns the events on cells with edges, array (n, 2), in order, of the changes of a Follower."""
     nodes = [one for one in changes if one.kind in ("stick", "slip", "leave")]
+    x, found, zones = edges.mean(axis=1), [], []
     # where corners have tangential forces of their own, each counts
-    each = np.zeros((2, 1 + max((one.index for one in nodes), default=0) // len(edges), len(edges)), bool)
-    x, found, zones, slipped = edges.mean(axis=1), list[Event](), list[Flags](), False
-    stick = slip = each[0, 0]
+    corners = 1 + max((one.index for one in nodes), default=0) // len(x)
+    sticks, slips = np.zeros((2, corners, len(x)), bool)
+    stick = slip = sticks[0]
+
     for leg, (before, after, turns, slides) in enumerate(legs(pairs, friction)):
 
-        def note(share: float, kind: str, zone: str, where: Any) -> None:
+        def note(share, kind, zone, where):
             P, Q = before + share * (after - before)
             found.append(Event(P, None, kind, zone, x[where].mean(), Q, leg))
 
@@ -46,19 +42,18 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
         own = [one for one in nodes if one.leg == leg]
         for share, group in groupby(own, key=lambda one: round(one.share, 9)):
             for one in group:
-                corner, cell = divmod(one.index, len(x))
-                each[:, corner, cell] = one.kind == "stick", one.kind == "slip"
-            stick = np.asarray(each[0].any(axis=0))
-            slip = each[1].any(axis=0) & ~stick
-            if not slipped and slip.any():
-                slipped = True
-                note(share, "first slip", "slip", np.flatnonzero(slip)[:1])
-            for zone in [zone for zone in zones if not (zone & stick).any()]:
-                note(share, "vanished", "stick", zone)
+                place = divmod(one.index, len(x))
+                sticks[place], slips[place] = one.kind == "stick", one.kind == "slip"
+            stick = sticks.any(axis=0)
+            slip = slips.any(axis=0) & ~stick
+            if slip.any() and all(event.kind != "first slip" for event in found):
+                note(share, "first slip", "slip", np.argmax(slip))
             parts = list(_parts(stick, stick | slip, edges, zones))
-            for part in parts:
-                if not any((part & zone).any() for zone in zones):
-                    note(share, "born", "stick", part)
+            vanished = [zone for zone in zones if not (zone & stick).any()]
+            born = [part for part in parts if not any((part & zone).any() for zone in zones)]
+            for kind, several in (("vanished", vanished), ("born", born)):
+                for where in several:
+                    note(share, kind, "stick", where)
             zones = parts
         if slides:
             note(1.0, "full slip", "slip", stick if stick.any() else slip)
@@ -66,11 +61,11 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
     return found
 
 
-def _parts(stick: Flags, touching: Flags, edges: Array, zones: list[Flags]) -> Iterator[Flags]:
-    extent = np.ptp(edges[touching]) if touching.any() else 0.0
+def _parts(stick, touching, edges, zones):
+    """Yields flags of the stretches that stick, if they are wide or belong to one of the zones."""
     for first, last in runs(stick):
         part = np.zeros(len(stick), bool)
         part[first : last + 1] = True
-        wide = last - first > 4 and edges[last, 1] - edges[first, 0] >= 0.05 * extent
+        wide = last - first > 4 and np.ptp(edges[part]) >= 0.05 * np.ptp(edges[touching])
         if wide or any((part & zone).any() for zone in zones):
             yield part

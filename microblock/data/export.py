@@ -1,7 +1,5 @@
 """Results for other programs: CSV tables and VTK files, in the units of the problem."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -11,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, MissingExtra, require_numbers, require_place, writing
+from ..errors import BadArgument, MissingExtra, require_kind, require_numbers, require_place, writing
 from ..model.events import Event, LoadPath
 from ..model.history import History
 from ..model.state import State
@@ -145,8 +143,7 @@ def to_vtk(
     >>> meshio.read(body).point_data["stress"].shape
     (20, 4)
     """
-    if not isinstance(state, (State, History)):
-        raise BadArgument("state", state, "must be a state, or a history of states")
+    require_kind((State, History), "a state, or a history of states", state=state)
     require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
     if isinstance(state, History):

@@ -2,13 +2,10 @@
 depth and exponents are bounded.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import warnings
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +14,7 @@ from ..model.types import Array
 
 # terms within terms, and size of an exponent without x: doubles carry 1e3 to that power
 MOST = 100
-FUNCTIONS: dict[str, Any] = {
+FUNCTIONS = {
     name: getattr(np, name)
     for name in (
         *("abs", "sqrt", "cbrt", "exp", "log", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh"),
@@ -25,7 +22,7 @@ FUNCTIONS: dict[str, Any] = {
         *("where", "clip"),
     )
 }
-OPERATORS: dict[type, Any] = {
+OPERATORS = {
     ast.Add: np.add,
     ast.Sub: np.subtract,
     ast.Mult: np.multiply,
@@ -68,7 +65,7 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
     require_kind(str, "a formula in x, such as 'x**2/20'", **{name: formula})
     formula = formula.strip()
 
-    def function(x: Array) -> Array:
+    def function(x):
         places = np.array(x, float, ndmin=1)
         with np.errstate(all="ignore"):  # the caller looks at what is no number
             return np.reshape(_value(tree, places) + np.zeros_like(places), np.shape(x))
@@ -86,7 +83,7 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
     return function
 
 
-def _tree(formula: str) -> Any:
+def _tree(formula):
     """Returns the parsed formula, of bounded length and plain characters."""
     # no quotes, brackets, other alphabets, ends of lines, ...
     strange = re.sub(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}", "", formula, count=1)
@@ -103,7 +100,7 @@ def _tree(formula: str) -> Any:
         raise _Refused(place - 1, f"cannot stand there ({getattr(failure, 'msg', 'too deep')})") from None
 
 
-def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
+def _value(node, x, depth=0, compared=False):
     """Returns a term at x, array (n,), or a number; `compared`: it must be a comparison."""
     if depth > MOST:
         raise _Refused(node, "has too many terms around it")
@@ -123,7 +120,7 @@ def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
     return function(*values)
 
 
-def _function(node: Any) -> tuple[Any, list[Any]]:
+def _function(node):
     """Returns the function of a term, and its arguments."""
     operators = getattr(node, "ops", [getattr(node, "op", None)])
     parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]

@@ -1,7 +1,5 @@
 """Obstacles from files of samples."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path
@@ -26,7 +24,7 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     [0.25]
     """
 
-    def wrong(words: str) -> BadArgument:
+    def wrong(words):
         return BadArgument(name, str(path), f"{words}; it must hold two columns of numbers, x and height")
 
     try:
@@ -35,8 +33,8 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
         text = Path(path).read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as failure:
         raise wrong(f"is no text that can be read ({failure})") from failure
-    lines = [(place, line.strip()) for place, line in enumerate(text.splitlines(), 1)]
-    lines = [(place, line) for place, line in lines if line and line[0] != "#"]
+    numbered = enumerate(map(str.strip, text.splitlines()), 1)
+    lines = [(place, line) for place, line in numbered if line and line[0] != "#"]
     samples: list[tuple[float, ...]] = []
     for place, line in lines:
         values = [number(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line)]

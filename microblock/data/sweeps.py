@@ -15,6 +15,7 @@ from contextlib import contextmanager, nullcontext
 from functools import cache, partial
 from itertools import product
 from multiprocessing import get_context
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -24,6 +25,7 @@ from ..errors import (
     MissingExtra,
     NotConverged,
     require_flag,
+    require_kind,
     require_place,
     require_values,
     require_whole,
@@ -102,7 +104,8 @@ def sweep(
     if workers is not None:
         require_whole(1, workers=workers)
     keys = range(len(points)) if records is None else [digest(function, point) for point in points]
-    with _opened(records, quiet) as (known, append):
+    opened: Any = nullcontext(({}, lambda record: None)) if records is None else _opened(records, quiet)
+    with opened as (known, append):
         known = {key: row for key, row in known.items() if not (retry and row["error"])}
         missing = {key: point for key, point in zip(keys, points) if key not in known}
         done = len({*keys}) - len(missing)
@@ -156,8 +159,7 @@ def _points(over):
         return [dict(zip(over, values)) for values in product(*over.values())]
     points = require_values(over=over)
     for point in points:
-        if not isinstance(point, Mapping):
-            raise BadArgument("over", point, "must be {argument: values} or a list of {argument: value}")
+        require_kind(Mapping, "{argument: values} or a list of {argument: value}", over=point)
     return [dict(point) for point in points]
 
 
@@ -181,8 +183,8 @@ def _attempt(function, point, recorded):
         answer, error = _answer(function(**point), point), None
     except Exception as failure:  # whatever it is, the others go on
         answer, error = None, _told(failure)
-    outcome = {"answer": answer, "error": error, "seconds": time.perf_counter() - start}
-    return outcome | ({"modules": loaded()} if recorded else {})
+    seconds, modules = time.perf_counter() - start, loaded() if recorded else None
+    return {"answer": answer, "error": error, "seconds": seconds, "modules": modules}
 
 
 def _answer(given, point):
@@ -217,24 +219,17 @@ def _told(failure):
 
 
 def _rows(points, found):
-    names = dict.fromkeys(name for one in found for name in one["answer"] or ())
-    arguments = dict.fromkeys(name for point in points for name in point)
+    answers = [one["answer"] or {} for one in found]
+    columns = dict.fromkeys(name for row in (*points, *answers) for name in row)
     return [
-        {
-            **{name: point.get(name) for name in arguments},
-            **{name: (one["answer"] or {}).get(name) for name in names},
-            **{name: one[name] for name in ("seconds", "error")},
-        }
-        for point, one in zip(points, found)
+        columns | point | answer | {"seconds": one["seconds"], "error": one["error"]}
+        for point, answer, one in zip(points, answers, found)
     ]
 
 
 @contextmanager
 def _opened(path, quiet):
-    """({key: record}, append(record)) of the locked file of records; nothing is kept without a path."""
-    if path is None:
-        yield {}, lambda record: None
-        return
+    """({key: record}, append(record)) of the locked file of records."""
     require_place(path, "records")
     with writing(path, "records"):
         file = open(path, "a+b", buffering=0)

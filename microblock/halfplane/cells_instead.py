@@ -44,6 +44,6 @@ def cells_follow(solver, pairs, coupled, rtol, progress, failure):
         found = LineSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
     except NotConverged as other:
         raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from None
-    note = f"cells instead of panels ({failure})"
-    states = [State(replace(one.solution, notes=(note,))) for one in found.states]
+    notes = (f"cells instead of panels ({failure})",)
+    states = [State(replace(one.solution, notes=notes), zone_errors=one.zone_errors) for one in found.states]
     return History(found.problem, states, found.events)

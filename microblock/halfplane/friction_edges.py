@@ -1,19 +1,14 @@
 """Edges of contact, of zones and of stick below the length of a cell (docs/theory/friction.md)."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-
 import numpy as np
 
-from ..model.types import Array, Flags, Zones
-from ..model.zones import common, contact_zones, runs, without
-
-WINDOWS = ((6, 2, 5e-2), (16, 3, 2e-2))  # cells, powers, and residual at most, relative to each value
+from ..model.history import with_stick
+from ..model.zones import contact_zones, runs
 
 
-def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | None:
-    """Returns (how far beyond the first cell values vanish, the doubt about it), or None.
+def beyond(cells, values, grows):
+    """Returns how far beyond the first cell values vanish, and the doubt about it; 0 and the length of that
+    cell where the values do not tell.
 
     Parameters
     ----------
@@ -22,48 +17,40 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
     grows : bool, whether values may fall like r^(3/2)
     """
     width, cells, y, found = float(np.ptp(cells[0])), cells[2:], values[2:], []  # the first two are off
-    few = slice(WINDOWS[0][0])
-    if len(y[few]) < WINDOWS[0][0] or not np.all(y[few] > 0):
-        return None
-    slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(y[few]), 1)[0]
+    positive = int(np.argmin(np.append(y > 0, False)))
+    if positive < 6:
+        return 0.0, width
+    slope = np.polyfit(np.log(cells[:6].mean(axis=1)), np.log(y[:6]), 1)[0]
     if slope > 0.85 and not (grows and slope > 1.15):  # neither 1/2 nor 3/2
-        return None
-    for count, terms, residual in WINDOWS:
-        if len(y) >= count and np.all(y[:count] > 0):
-            powers = np.arange(terms, dtype=float) + (0.5 if slope < 1 else 1.5)
+        return 0.0, width
+    # cells, powers, and residual at most, relative to each value
+    for count, terms, most in ((6, 2, 5e-2), (16, 3, 2e-2)):
+        if positive >= count:
+            powers = np.arange(terms) + (0.5 if slope < 1 else 1.5)
             shift, left = _fitted(cells[:count], y[:count], powers, width)
-            if left <= residual:
+            if left <= most:
                 found.append(shift)
     if not found or np.ptp(found) > width / 4 or abs(found[-1]) > 0.99 * width:
-        return None
+        return 0.0, width
     # fits may agree and be off together
     return found[-1], width / 8 + float(np.ptp(found)) if len(found) > 1 else width
 
 
-def _fitted(cells: Array, values: Array, powers: Array, most: float) -> tuple[float, float]:
-    """(shift, up to `most`, and relative residual) of powers of the distance + shift."""
-    from scipy.optimize import minimize_scalar  # here: half a second that most states do without
+def _fitted(cells, values, powers, most):
+    """(shift, up to `most`, and relative residual) of powers of the distance + shift, by Gauss-Newton."""
+    shift, size = 0.0, cells[-1, 1]
+    for _ in range(20):  # to rounding
+        near, far = (cells.T + shift)[:, :, None] / size
+        relative = (far - near) * values[:, None]
+        means = (far ** (powers + 1) - near ** (powers + 1)) / (powers + 1) / relative
+        weights = np.linalg.lstsq(means, np.ones(len(values)), rcond=None)[0]
+        left, rates = 1 - means @ weights, (far**powers - near**powers) / relative @ weights
+        step = np.linalg.lstsq(np.column_stack((means, rates)), left, rcond=None)[0][-1]
+        shift = float(np.clip(shift + size * step, -most, most))
+    return shift, float(np.sqrt(np.mean(left**2)))
 
-    def residual(shift: float) -> float:
-        near, far = (cells.T + shift)[:, :, None] / cells[-1, 1]
-        means = (far ** (powers + 1) - near ** (powers + 1)) / (powers + 1) / (far - near) / values[:, None]
-        left = 1 - means @ np.linalg.lstsq(means, np.ones(len(values)), rcond=None)[0]
-        return float(np.sqrt(np.mean(left**2)))
 
-    best = minimize_scalar(residual, bounds=(-most, most), method="bounded", options={"xatol": 1e-9 * most})
-    return float(best.x), float(best.fun)
-
-
-def zones_on_cells(
-    cells: Array,
-    closed: Flags,
-    stick: Flags,
-    pressures: Array,
-    bound: Array,
-    shear: Array,
-    fixed: Sequence[float],
-    corners: Sequence[str],
-) -> tuple[Zones, dict[float, float]]:
+def zones_on_cells(cells, closed, stick, pressures, bound, shear, fixed, corners):
     """Returns zones of the corners, "contact", "full", "stick" and "slip", and the doubt about each edge.
 
     Parameters
@@ -74,53 +61,44 @@ def zones_on_cells(
     fixed : edges and slope discontinuities of the obstacle
     corners : names of the corners
     """
-    doubts: dict[float, float] = {}
-    touching = np.asarray(closed.any(axis=0))
+    touching, doubts = np.append(closed.any(axis=0), False), {}
 
-    def edge(run: tuple[int, int], side: int, outside: Flags, values: Array, grows: bool = False) -> float:
+    def edge(run, side, outside, values, grows=False):
         order = np.arange(run[0], run[1] + 1)[::-side]
         end, width = float(cells[order[0], (side + 1) // 2]), float(np.ptp(cells[order[0]]))
         beside = order[0] + side * np.arange(1, 4)
         shift, doubt = 0.0, width
-        if any(abs(end - each) <= 1e-9 * max(abs(end), width) for each in fixed):
+        if np.isclose(end, fixed, rtol=1e-9, atol=1e-9 * width).any():
             doubt = 0.0
-        elif beside.min() >= 0 and beside.max() < len(outside) and outside[beside].all():
-            distances = np.sort(np.abs(end - cells[order]), axis=1)
-            shift, doubt = beyond(distances, values[order], grows) or (0.0, width)
+        elif np.pad(outside, 3)[beside + 3].all():
+            shift, doubt = beyond(np.sort(np.abs(end - cells[order]), axis=1), values[order], grows)
         doubts[end + side * shift] = doubt
         return end + side * shift
 
-    def edge_of_stick(run: tuple[int, int], side: int) -> float:
+    def edge_of_stick(run, side):
         beside = run[side > 0] + side
-        if 0 <= beside < len(touching) and touching[beside]:
+        if touching[beside]:
             left = bound - np.sign(shear[beside]) * shear
-            return edge(run, side, touching & ~stick, left, grows=True)
-        end = cells[run[side > 0], (side + 1) // 2]
-        return min(np.ravel(found["contact"]).tolist(), key=lambda own: abs(own - end))
+            return edge(run, side, touching[:-1] & ~stick, left, grows=True)
+        end, contact = cells[run[side > 0], (side + 1) // 2], np.ravel(found["contact"])
+        return float(contact[np.argmin(np.abs(contact - end))])
 
-    own = {
-        corner: [(edge(run, -1, ~flags, p), edge(run, 1, ~flags, p)) for run in _runs(cells, flags)]
-        for corner, (flags, p) in enumerate(zip(closed, pressures))
-    }
-    found = contact_zones(own, corners)
-    inner = [
-        (run, (edge_of_stick(run, -1), edge_of_stick(run, 1)))  # all of them for their doubts
-        for run in _runs(cells, stick)
+    own = [
+        [(edge(run, -1, ~flags, p), edge(run, 1, ~flags, p)) for run in _runs(cells, flags)]
+        for flags, p in zip(closed, pressures)
     ]
-    zones = [pair for run, pair in inner if _is_zone(run, bound, shear)]
-    found["stick"], found["slip"] = common(zones, found["contact"]), found["contact"]
-    for left, right in found["stick"]:
-        found["slip"] = without(found["slip"], left, right)
-    return found, doubts
+    found = contact_zones(own, corners)
+    both = [(edge_of_stick(run, -1), edge_of_stick(run, 1)) for run in _runs(cells, stick)]  # for all doubts
+    zones = [pair for pair, run in zip(both, _runs(cells, stick)) if _is_zone(run, bound, shear)]
+    return with_stick(found, zones), doubts
 
 
-def _runs(cells: Array, inside: Flags) -> list[tuple[int, int]]:
-    gaps = np.flatnonzero(cells[1:, 0] > cells[:-1, 1])
-    pieces = zip([0, *(gaps + 1).tolist()], [*(gaps + 1).tolist(), len(cells)])
-    return [(a + first, a + last) for a, b in pieces for first, last in runs(inside[a:b])]
+def _runs(cells, inside):
+    pieces = np.split(np.arange(len(cells)), np.flatnonzero(cells[1:, 0] > cells[:-1, 1]) + 1)
+    return [(piece[first], piece[last]) for piece in pieces for first, last in runs(inside[piece])]
 
 
-def _is_zone(run: tuple[int, int], bound: Array, shear: Array) -> bool:
+def _is_zone(run, bound, shear):
     """Whether sticking cells are more than a few at the limit."""
     first, last = run
     limit, sides = bound[first : last + 1], np.pad(shear, 1)

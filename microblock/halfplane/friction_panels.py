@@ -15,13 +15,12 @@ from ..corners.friction_events import legs
 from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.events import Event
-from ..model.history import History
+from ..model.history import History, with_stick
 from ..model.quadrature import gauss_rule
 from ..model.state import State
-from ..model.zones import common, contains, without
+from ..model.zones import common, contains
 from .kernels import kernels
 from .panel_solution import OnPanels
-from .panels import response
 
 
 def require_superposition(contact: Any, order: int | None) -> None:
@@ -68,25 +67,23 @@ class Memory:
     def parts(self):
         """[(factor, load), ...] of the pressures of which q is the sum."""
         g = np.diff(self.shears) / np.diff(self.loads)
-        factors, noise = g - np.append(g[1:], 0.0), PATHS * np.abs(g).max(initial=0.0)
-        return [
-            (each, load) for each, load in zip(factors.tolist(), self.loads[1:].tolist()) if abs(each) > noise
-        ]
+        factors, large = -np.diff(g, append=0.0), PATHS * np.abs(g).max(initial=0.0)
+        parts = zip(factors.tolist(), self.loads[1:].tolist())
+        return [(factor, load) for factor, load in parts if abs(factor) > large]
 
     def to(self, load, shear, friction):
         """Returns the memory at the next pair; BadArgument where friction cannot bear the shear."""
         load = self.load if abs(load - self.load) <= PATHS * load else load
-        if load > self.load:
-            if abs(shear - self.shears[-1]) > friction * (load - self.load) * (1 + PATHS):
-                raise BadArgument(
-                    "pairs",
-                    (load, shear),
-                    "must not add more shear force than friction times the normal force it adds: panels "
-                    "follow slip while the normal force is constant or falls; method=Cells() follows both",
-                )
-            return Memory(np.append(self.loads, load), np.append(self.shears, shear), load)
+        grows = load > self.load
+        if grows and abs(shear - self.shears[-1]) > friction * (load - self.load) * (1 + PATHS):
+            raise BadArgument(
+                "pairs",
+                (load, shear),
+                "must not add more shear force than friction times the normal force it adds: panels "
+                "follow slip while the normal force is constant or falls; method=Cells() follows both",
+            )
         missing, stuck, least = shear - self(load), load, PATHS * friction * load
-        if abs(missing) > least:
+        if abs(missing) > least and not grows:
             limit = np.copysign(friction, missing)
             target = abs(limit * load - shear)
             stuck = (
@@ -112,14 +109,11 @@ class FrictionPanels:
         # errors of the shear traction over f are those of its parts times so much
         sums = max(sum(abs(factor) for factor, _ in memory.parts) for memory in self.memories)
         share = max(1.0, sums / self.friction)
-        self._rtol, dissipation, first, states = rtol / share, 0.0, [], []
+        self._rtol, dissipation, states = rtol / share, 0.0, []
         try:
             for before, memory in pairwise(self.memories):
-                # under a punch it is a difference of equal numbers
-                dissipation += max(0.0, self._dissipated(before, memory))
-                if not first or memory.load > first[-1].load:
-                    first.append(memory)
-                states.append(State(self._solution(memory, tuple(first), dissipation)))
+                dissipation += self._dissipated(before, memory)
+                states.append(State(self._solution(memory, dissipation)))
             self._require_growing()
         except NotConverged as failure:
             if failure.rtol_reached is None:
@@ -135,29 +129,25 @@ class FrictionPanels:
 
     def contact_at(self, load):
         """Contact zones at a load, [(left, right), ...]."""
-        return self.at(load).zones_by_name["contact"]
+        return self.at(load).zones_by_name["contact"] if load else []
 
-    def scalars(self, load):
-        """d, and the integrals of d over smaller loads and of p times height."""
-        if load == 0:
-            lowest = self.solver.problem.initial_gap(np.zeros(1, int), np.array([self._lowest]))
-            return np.array([float(lowest[0]), 0.0, 0.0])
-        one = self.at(load)
-        work = load * one.approach
-        return np.array([one.approach, work - one.energy, work - 2 * one.energy])
+    def scalars(self, loads):
+        """Approaches d and energies at loads: arrays (n,)."""
+        start = self.solver.problem.initial_gaps(np.array([self._lowest])).item(), 0.0
+        known = [(self.at(load).approach, self.at(load).energy) if load else start for load in loads.tolist()]
+        return np.transpose(known)
 
     @property
     def _lowest(self):
         return self.solver._picture(float(self.pairs[:, 0].max())).lowest
 
-    def _solution(self, memory, first, dissipation):
+    def _solution(self, memory, dissipation):
         own = self.at(memory.load)
-        given = {each.name: getattr(own, each.name) for each in fields(own)}
         return PanelFriction(
-            **{**given, "estimate": None},
+            **{**{each.name: getattr(own, each.name) for each in fields(own)}, "estimate": None},
             plain=self,
+            own=own,
             memory=memory,
-            first=first,
             parts=[(factor, self.at(load)) for factor, load in memory.parts],
             shear=float(memory.shears[-1]),
             dissipation=dissipation,
@@ -169,35 +159,28 @@ class FrictionPanels:
         """
         if after.stuck == after.load:
             return 0.0
-        total, limit = 0.0, np.copysign(self.friction, after.shears[-1] - before(after.load))
+        limit = np.copysign(self.friction, after.shears[-1] - before(after.load))
         bounds = np.union1d(after.stuck, before.loads[before.loads > after.stuck])
         left = before.left(bounds, limit)
         begins = np.interp(left, left[[0, -1]], (after.load, before.load))
-        for (low, P, less), (high, R, more) in pairwise(zip(bounds.tolist(), begins.tolist(), left)):
-            if more - less > PATHS * left[-1]:
-                total += self.friction * (more - less) / (high - low) * self._rubbed(low, high, P, R)
-        return max(0.0, float(total))  # under a punch it is a difference of equal numbers
-
-    def _rubbed(self, lower, upper, P, R):
-        """The integral from a load to another, under which slip begins at P and R."""
-        low, high, width = self.scalars(lower), self.scalars(upper), upper - lower
-        approach, area, height = high - low
-        if abs(R - P) <= 1e-9 * R:
-            return R * approach - self.scalars(R)[0] * width + height
-        slope, loads = (R - P) / width, (self.scalars(R) - self.scalars(P))[1]
-        return R * high[0] - P * low[0] - slope * area - loads / slope + height
+        (d, energies), (means, others) = self.scalars(bounds), self.scalars(begins)
+        integrals, heights = bounds * d - energies, bounds * d - 2 * energies  # of d and of p h
+        widths, steps, sums = np.diff(bounds), np.diff(begins), np.diff(begins * means - others)
+        means = np.divide(sums, steps, out=means[1:], where=steps > 1e-9 * begins[1:])
+        rubbed = np.diff(begins * d + heights) - steps / widths * np.diff(integrals) - widths * means
+        # under a punch it is a difference of equal numbers
+        return max(0.0, float(self.friction * (np.diff(left) / widths) @ rubbed))
 
     def _require_growing(self):
         """NotConverged unless contacts grow with the load."""
         for low, high in pairwise(sorted(self._known)):
-            outer = self.contact_at(high)
-            slack = 1e-3 * (outer[-1][1] - outer[0][0])  # edges have errors
-            for left, right in self.contact_at(low):
-                if not any(a - slack <= left and right <= b + slack for a, b in outer):
-                    raise NotConverged(
-                        f"the contact at load {low:g} is not within that at load {high:g}, so that shear is "
-                        "no sum of pressures: take method=Cells()"
-                    )
+            inner, outer = self.contact_at(low), self.contact_at(high)
+            lost = np.diff(inner).sum() - np.diff(common(inner, outer)).sum()
+            if lost > 1e-3 * np.ptp(outer):  # edges have errors
+                raise NotConverged(
+                    f"the contact at load {low:g} is not within that at load {high:g}, so that shear is "
+                    "no sum of pressures: take method=Cells()"
+                )
 
     def _events(self):
         found, slips = [], [after.stuck < after.load for after in self.memories[1:]]
@@ -211,9 +194,11 @@ class FrictionPanels:
                 (slips[leg] and not slipped, before, "first slip", "slip", ends[0]),
                 (slides, after, "full slip", "slip", middle),
             )
-            for happens, at, kind, zone, x in events:
-                if happens:
-                    found.append(Event(at.load, 0.0, kind, zone, x, float(at.shears[-1]), leg))
+            found += [
+                Event(at.load, 0.0, kind, zone, x, float(at.shears[-1]), leg)
+                for happens, at, kind, zone, x in events
+                if happens
+            ]
         return found
 
 
@@ -231,27 +216,23 @@ class PanelFriction(OnPanels):
     Attributes
     ----------
     plain : FrictionPanels
+    own : PanelSolution, without friction
     memory : Memory
-    first : tuple of Memory, with the largest normal forces so far
     parts : [(factor, PanelSolution), ...], of the shear traction
     """
 
     plain: Any
+    own: Any
     memory: Memory
-    first: tuple
     parts: list
     shear: float
     dissipation: float
 
     @cached_property
-    def _states(self):
-        return [self.plain.at(self.load), *(one for _, one in self.parts)]
-
-    @cached_property
     def error_estimate(self):
         """Of pressure and q/f: the sum over the parts."""
         sums = sum(abs(factor) * one.error_estimate for factor, one in self.parts)
-        return max(self._states[0].error_estimate, sums / self.plain.friction)
+        return max(self.own.error_estimate, sums / self.plain.friction)
 
     @cached_property
     def residual(self):
@@ -259,19 +240,20 @@ class PanelFriction(OnPanels):
         p, q, w = self.pressures[0], self.shear_traction, self.weights
         beyond = (np.abs(q) - self.plain.friction * p).max() / p.max()
         missing = max(abs(w @ p - self.load), abs(w @ q - self.shear)) / self.load
-        return float(max(*(one.residual for one in self._states), beyond, missing))
+        return float(max(self.own.residual, *(one.residual for _, one in self.parts), beyond, missing))
 
     @cached_property
     def _rule(self):
-        contact, panels = self.zones_by_name["contact"], [one.whole[0] for one in self._states]
-        ends = np.concatenate([np.ravel(contact), *(np.append(own.e, own.e + own.h) for own in panels)])
-        size, ends = np.ptp(contact), np.unique(ends)
-        ends = ends[np.diff(ends, prepend=-np.inf) > 1e-12 * size]
-        inside = contains(contact, (ends[1:] + ends[:-1]) / 2)
-        left, right = ends[:-1][inside, None], ends[1:][inside, None]
-        points, weights = gauss_rule(16)  # clustered towards both ends
-        x = left + (right - left) * np.sin(np.pi / 2 * points) ** 2
-        return x.ravel(), ((right - left) * np.pi / 2 * np.sin(np.pi * points) * weights).ravel()
+        """Points clustered towards both ends of the panels of all states together, and weights."""
+        contact = self.zones_by_name["contact"]
+        panels = [one.whole[0] for one in (self.own, *(one for _, one in self.parts))]
+        ends = np.unique(np.concatenate([contact, *((one.e, one.e + one.h) for one in panels)], axis=None))
+        ends = ends[np.diff(ends, prepend=-np.inf) > 1e-12 * np.ptp(contact)]
+        left, length = ends[:-1], np.diff(ends)
+        inside = contains(contact, left + length / 2)
+        points, weights = gauss_rule(16)
+        x = left[inside, None] + length[inside, None] * np.sin(np.pi / 2 * points) ** 2
+        return x.ravel(), (length[inside, None] * np.pi / 2 * np.sin(np.pi * points) * weights).ravel()
 
     @property
     def x(self):
@@ -291,12 +273,7 @@ class PanelFriction(OnPanels):
 
     @cached_property
     def zones_by_name(self):
-        found, stuck = self.plain.at(self.load).zones_by_name, self.memory.stuck
-        slip = found["contact"]
-        stick = common(self.plain.contact_at(stuck), slip) if stuck else []
-        for pair in stick:
-            slip = without(slip, *pair)
-        return {**found, "stick": stick, "slip": slip}
+        return with_stick(self.own.zones_by_name, self.plain.contact_at(self.memory.stuck))
 
     @cached_property
     def zone_errors(self):
@@ -315,7 +292,8 @@ class PanelFriction(OnPanels):
         }
 
     def _displaced(self, memory):
-        start = self.problem.initial_gap(np.zeros(len(self.x), int), self.x) - self.plain.scalars(0)[0]
+        """By how much the surface at x stays behind the second body, the parts of a memory together."""
+        start = self.problem.initial_gaps(self.x)[0] - self.plain.scalars(np.zeros(1))[0]
         found = np.zeros_like(self.x)
         for factor, load in memory.parts:
             outside = ~contains(self.plain.contact_at(load), self.x)
@@ -325,36 +303,34 @@ class PanelFriction(OnPanels):
 
     @cached_property
     def slip(self):
-        found, waiting = self._displaced(self.memory), np.ones(len(self.x), bool)
-        begun = np.zeros_like(found)
-        for memory in self.first:
+        begun, waiting = np.zeros_like(self.x), np.ones(len(self.x), bool)
+        for memory in self.plain.memories[1:]:
             new = waiting & contains(self.plain.contact_at(memory.load), self.x)
-            begun[new] = self._displaced(memory)[new]
+            if new.any():
+                begun[new] = self._displaced(memory)[new]
             waiting &= ~new
-        return found - begun
+        return self._displaced(self.memory) - begun
 
     @cached_property
     def energy(self):
-        total = self.plain.at(self.load).energy
-        for factor, one in self.parts:
-            for other, another in self.parts:
-                low, high = sorted((one, another), key=lambda state: state.load)
-                total += factor * other * (low.load * (high.approach - low.approach) / 2 + low.energy)
-        return float(total)
+        """With that of the shear, which is what loading along the memory takes."""
+        loads, shears = self.memory.loads, self.memory.shears
+        d, energies = self.plain.scalars(loads)
+        g = np.diff(shears) / np.diff(loads)
+        work = (shears[:-1] - g * loads[:-1]) * np.diff(d) + g * np.diff(energies)
+        return float(self.own.energy + g @ work)
 
     @property
     def work(self):
         return self.energy + self.dissipation
 
     def gap(self, corner, x):
-        return self.plain.at(self.load).gap(corner, x)  # shear moves both surfaces alike
+        return self.own.gap(corner, x)  # shear moves both surfaces alike
 
     def _sheared(self, x):
-        found = np.zeros((2, len(x)))
-        for factor, one in self.parts:
-            matrix, known = response(one.problem, one.panels, x, np.zeros_like(x), both_shear_kernels)
-            found += factor * (matrix @ one.q + known)
-        return found
+        none = np.zeros_like(x)
+        parts = (factor * one._response(x, none, both_shear_kernels) for factor, one in self.parts)
+        return sum(parts, np.zeros((2, len(x))))
 
     def displacement_and_rotation(self, x):
         displacement, rotation = super().displacement_and_rotation(x)

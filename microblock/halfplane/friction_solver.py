@@ -1,33 +1,25 @@
 """Histories of frictional contact on cells that are small at edges (docs/theory/friction.md)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import cost
-from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
+from ..corners.follower import AT_LIMIT, Follower, Moment
 from ..corners.friction_events import events
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
-from ..model.events import Event
 from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.refinement import levels
 from ..model.state import ErrorParts, State
-from ..model.types import Array, Flags, Interval, ZoneErrors, Zones
-from ..model.zones import common, distance_to_ends
+from ..model.zones import common, contains, distance_to_ends
 from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_counter
-
-if TYPE_CHECKING:
-    from ..model.solver import Solver
 
 
 @dataclass(frozen=True)
@@ -49,142 +41,115 @@ class FrictionCells(OfMoment):
     Attributes
     ----------
     edges : array (n, 2), of the cells
-    moment : Moment, forces and gaps
-    psi, displacement, micromoment : arrays (n,), averages over the cells
-    raised : array (corners, n) or None, displacement of a second body
-    estimate, before : Errors and zones of the level before, or None
+    moment : Moment, forces and gaps, with a tangential force for each cell
+    displacement, psi, micromoment : arrays (n,), averages over the cells
+    opposite : array (corners, n), displacement of a second body under the corners
+    unknowns : number of forces
+    estimate : Errors, or None without a level before
     notes : why cells were taken
     """
 
-    solver: Solver
+    solver: Any
     problem: Problem
-    edges: Array
+    edges: np.ndarray
     moment: Moment
-    psi: Array
-    displacement: Array
-    micromoment: Array
-    raised: Array | None = None
+    displacement: np.ndarray
+    psi: np.ndarray
+    micromoment: np.ndarray
+    opposite: np.ndarray
+    unknowns: int
     estimate: Errors | None = None
-    before: Zones | None = None
-    notes: tuple[str, ...] = ()
-
-    method = "cells"
-    tangential_approach = None
+    notes: tuple = ()
 
     @cached_property
-    def x(self) -> Array:
+    def x(self):
         return self.edges.mean(axis=1)
 
     @cached_property
-    def weights(self) -> Array:
+    def weights(self):
         return self.edges[:, 1] - self.edges[:, 0]
 
     @cached_property
-    def pressures(self) -> Array:
+    def pressures(self):
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
     @property
-    def approach(self) -> float:
-        return self.moment.approach
-
-    def counter_displacement(self, x: Array) -> Array:
-        if self.raised is None:
-            return np.zeros_like(x)
-        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
-        order = np.argsort(places)
-        return np.interp(x, places[order], self.raised.ravel()[order])
+    def closed(self):
+        return self.moment.closed.reshape(-1, len(self.x))
 
     @property
-    def unknowns(self) -> int:
-        corners = self.moment.normal.size
-        return corners + (len(self.x) if self.problem.counter is None else corners)
+    def approach(self):
+        return self.moment.approach
+
+    def counter_displacement(self, x):
+        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
+        order = np.argsort(places)
+        return np.interp(x, places[order], self.opposite.ravel()[order])
 
     @cached_property
-    def _fitted(self) -> tuple[Zones, dict[float, float]]:
-        law: Any = self.problem.law
+    def _fitted(self):
         return zones_on_cells(
             self.edges,
-            self.moment.closed.reshape(-1, len(self.x)),
+            self.closed,
             self.moment.stick & ~self.moment.at_limit,
             self.pressures,
-            law.friction * self.pressures.sum(axis=0),
+            self.problem.law.friction * self.pressures.sum(axis=0),
             self.shear_traction,
             fixed(self.problem),
-            law.corners,
+            self.problem.law.corners,
         )
 
     @property
-    def zones_by_name(self) -> Zones:
+    def zones_by_name(self):
         return self._fitted[0]
 
+    @property
+    def doubts(self):
+        return self._fitted[1]
+
     @cached_property
-    def jumping(self) -> NDArray[np.integer[Any]]:
+    def jumping(self):
         """Numbers of cells with a jump of q/f by more than half of the pressure."""
-        p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
+        p, q = self.pressures.sum(axis=0), self.shear_traction / self.problem.law.friction
         jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > (p[1:] + p[:-1]) / 4)
         return np.flatnonzero(jumping)
 
     @property
-    def lost_in_jumps(self) -> float:
+    def lost_in_jumps(self):
         """Relative L2 error of q/f where it jumps."""
-        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self.jumping
-        half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
-        lost = half**2 @ (self.norm[at] + self.norm[at + 1])
-        return float(np.sqrt(lost / (self.norm @ p**2)))
+        p, at = self.pressures.sum(axis=0), self.jumping
+        half = np.diff(self.shear_traction)[at] / self.problem.law.friction / 2
+        return float(np.sqrt(half**2 @ (self.norm[at] + self.norm[at + 1]) / (self.norm @ p**2)))
 
     @cached_property
-    def norm(self) -> Array:
+    def norm(self):
         """Weights of errors, array (n,); at an edge of the obstacle times the distance."""
-        own = self.problem
-        ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
-        return self.weights * np.broadcast_to(ends, len(self.x))
+        ends = getattr(self.problem.obstacle, "ends", ())
+        return self.weights * distance_to_ends(self.x, ends, self.problem.shifts)
 
-    @property
-    def doubts(self) -> dict[float, float]:
-        return self._fitted[1]
-
-    @property
-    def zone_errors(self) -> ZoneErrors | None:
-        """Errors of the edges of `zones_by_name`: change from the level before plus doubt."""
-        if self.before is None:
-            return None
-
-        def errors(own: list[Interval], others: list[Interval]) -> list[Interval] | None:
-            if len(own) != len(others) or len(common(own, others)) != len(own):
-                return None
-            doubts = np.reshape([self.doubts[end] for pair in own for end in pair], (-1, 2))
-            return [
-                (float(a), float(b))
-                for a, b in np.abs(np.reshape(own, (-1, 2)) - np.reshape(others, (-1, 2))) + doubts
-            ]
-
-        return {name: errors(own, self.before[name]) for name, own in self.zones_by_name.items()}
-
-    def _cell(self, x: Array) -> tuple[NDArray[np.integer[Any]], Flags]:
-        number = np.clip(np.searchsorted(self.edges[:, 0], x, side="right") - 1, 0, len(self.edges) - 1)
-        return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
-
-    def pressure(self, corner: int, x: Array) -> Array:
+    def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): a polygon through the centres."""
-        number, inside = self._cell(x)
-        closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
-        return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
+        there = contains(self.edges[self.closed[corner]], x)
+        return np.where(there, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
-    def gap(self, corner: int, x: Array) -> Array:
+    def gap(self, corner, x):
         """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
         low, high = self.edges[0, 0], self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
             raise BadArgument("x", x, f"must lie within the cells, from {low} to {high}")
-        over = self.moment.raised.reshape(-1, len(self.x))[corner]
-        initial = self.problem.initial_gap(np.full(len(x), corner), x) - self.approach
-        return initial + np.interp(x, self.x, over)
+        raised = self.moment.raised.reshape(-1, len(self.x))[corner]
+        return self.problem.initial_gaps(x)[corner] - self.approach + np.interp(x, self.x, raised)
 
 
 @dataclass(frozen=True, eq=False)
-class _Level:
-    edges: Array
-    solutions: list[FrictionCells]
-    events: list[Event]
+class Level:
+    """A history on cells with edges, array (n, 2): a solution for each pair, and events. Edges of zones are
+    known to `band` or better.
+    """
+
+    edges: np.ndarray
+    solutions: list
+    events: list
     band: float
 
 
@@ -193,31 +158,29 @@ class FrictionSolver:
     """Histories of one Contact through pairs of loads, array (n, 2); `solver` is that without history."""
 
     solver: Any
-    pairs: Array
+    pairs: np.ndarray
     coupled: bool
 
     @cached_property
-    def problem(self) -> Problem:
-        plain: Problem = replace(self.solver.problem, mirror=False)
-        found = picture.picture(plain, float(self.pairs[:, 0].max()))
-        return replace(plain, picture=found)
+    def problem(self):
+        plain = self.solver.problem
+        return replace(plain, picture=picture.picture(plain, float(self.pairs[:, 0].max())))
 
-    def history(self, rtol: float | None, progress: bool) -> History:
+    def history(self, rtol, progress):
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol, best = 1e-2 if rtol is None else rtol, np.inf
         numbers = range(5)
         try:
             for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
-                errors: Any = changes[-1] if changes else [np.inf]
+                errors = changes[-1] if changes else [np.inf]
                 best = min(best, max(errors))
                 if best <= rtol:
                     parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
                     states = [
-                        State(replace(one, estimate=error, before=other.zones_by_name))
+                        State(replace(one, estimate=error), zone_errors=_zone_errors(one, other))
                         for one, other, error in parts
                     ]
-                    found = _with_errors(finer.events, coarser.events)
-                    return History(self.solver.contact, states, found)
+                    return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
                 if best > rtol * 2.0 ** (3 * (numbers[-1] - number)) and changes:
                     break  # the levels that are left would not do, at the fastest ratio of changes
         except NotConverged as failure:
@@ -226,51 +189,61 @@ class FrictionSolver:
             raise out_of_reach(rtol, best, f" ({failure})") from failure
         raise out_of_reach(rtol, best)
 
-    def level(self, number: int, before: _Level | None) -> _Level:
-        """Returns the history on finer cells towards the edges of the level before."""
-        assert self.problem.picture is not None
+    def level(self, number, before):
+        """Returns the Level on finer cells towards the edges of the one before."""
         # length of a cell over the half-width, at that distance of an edge
         a, fineness = self.problem.picture.half_width, 0.16 / 2**number
         width = sum(right - left for left, right in self.problem.stretches)
         first = max(a / 10, width / 200)
         # smaller cells at edges than a quarter of the square of the fineness gain nothing
         smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
-        features, reach = touching(self.problem, fineness), None
-        if before is not None:
-            known = _features(before, smallest)
-            features += known
-            reach = (known[0].place, known[-1].place) if known else None
-        edges = cells(self.problem, fineness if before else first / a, features, reach)
-        corners = len(self.problem.law.corners)
-        forces = corners + (1 if self.problem.counter is None else corners)
-        cost.require_history(len(edges), forces * len(edges), len(self.pairs))
-        walk = Walk(self, edges)
-        solutions = [walk.to(float(P), float(Q)) for P, Q in self.pairs]
-        found = events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
-        return _Level(edges, solutions, found, first if before is None else smallest)
+        features = touching(self.problem, fineness)
+        if before is None:
+            return self.on(cells(self.problem, first / a, features), first)
+        known = _features(before, smallest)
+        reach = known[0].place, known[-1].place
+        return self.on(cells(self.problem, fineness, features + known, reach), smallest)
 
-    def walk(self) -> Walk:
-        return Walk(self, self.level(1, self.level(0, None)).edges)
-
-    def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
-        """Returns the problem on cells, without and with a second body."""
+    def on(self, edges, band=0.0):
+        """Returns the Level on cells."""
         points, weights = gauss_rule(4)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
+        corners = len(gaps)
+        forces = corners + (1 if self.problem.counter is None else corners)
+        cost.require_history(len(edges), forces * len(edges), len(self.pairs))
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
-        return own, with_counter(own, self.problem, edges)
+        path = Follower(with_counter(own, self.problem, edges))
+        solutions = [self._solution(edges, own, path, *pair) for pair in self.pairs.tolist()]
+        return Level(edges, solutions, events(path.changes, own.friction, edges, self.pairs), band)
 
-    def require_inside(self, edges: Array, moment: Moment) -> None:
+    def _solution(self, edges, own, path, load, shear):
+        """The FrictionCells to which the path goes on; `own` is without the second body."""
+        both, corners = path.contact, path.to(load, shear)
+        self._require_inside(edges, corners.closed.reshape(-1, len(edges)))
+        moment = _by_cell(corners, len(edges))
+        displaced = own.normal @ moment.normal + own.cross.T @ moment.tangential
+        all_displaced = both.normal @ corners.normal + both.cross.T @ corners.tangential
+        return FrictionCells(
+            self.solver,
+            self.problem,
+            edges,
+            moment,
+            *surface(self.problem, edges, displaced, moment),
+            opposite=(all_displaced - displaced).reshape(-1, len(edges)),
+            unknowns=len(own.gaps) + both.nodes,
+        )
+
+    def _require_inside(self, edges, closed):
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
-        closed = edges[moment.closed.reshape(-1, len(edges)).any(axis=0)]
         ends = np.ravel(list(self.problem.ends.values()))
-        for place in np.intersect1d(closed, self.problem.stretches):
+        for place in np.intersect1d(edges[closed.any(axis=0)], self.problem.stretches):
             if not np.isclose(place, ends, rtol=1e-9, atol=0.0).any():
                 raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
 
 
-def _features(before: _Level, smallest: float) -> list[Feature]:
-    found: list[Feature] = []
+def _features(before, smallest):
+    found = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
     edges |= {float(edge): before.band for one in before.solutions for edge in one.edges[one.jumping, 1]}
     for edge, doubt in sorted(edges.items()):
@@ -282,62 +255,43 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     return found
 
 
-def _change(coarser: _Level, finer: _Level) -> Any:
-    pairs: Any = zip(finer.solutions, coarser.solutions)
+def _change(coarser, finer):
     return [
         max(change(one, other, one.norm, one.problem.ell, one.problem.law.friction), one.lost_in_jumps)
-        for one, other in pairs
+        for one, other in zip(finer.solutions, coarser.solutions)
     ]
 
 
-def _with_errors(finer: list[Event], coarser: list[Event]) -> list[Event]:
+def _zone_errors(finer, coarser):
+    """Errors of the edges of zones, as of `State`: change from the level before plus doubt."""
+    found = dict.fromkeys(finer.zones_by_name)
+    for name, own in finer.zones_by_name.items():
+        others = coarser.zones_by_name[name]
+        if len(own) == len(others) == len(common(own, others)):
+            doubts = [[finer.doubts[edge] for edge in pair] for pair in own]
+            found[name] = [*map(tuple, (np.abs(np.subtract(own, others)) + doubts).tolist())]
+    return found
+
+
+def _with_errors(finer, coarser):
     """The finer level's events, in order, with their distance to the coarser ones."""
     if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
         return finer
-    places: list[Any] = [[(one.load, one.shear) for one in level] for level in (finer, coarser)]
-    errors = np.abs(np.subtract(*places)).reshape(-1, 2).sum(axis=1)
-    return [replace(one, load_error=float(error)) for one, error in zip(finer, errors)]
+    errors = [abs(one.load - other.load) + abs(one.shear - other.shear) for one, other in zip(finer, coarser)]
+    return [replace(one, load_error=error) for one, error in zip(finer, errors)]
 
 
-def _by_cell(moment: Moment, n: int) -> Moment:
-    """The Moment of cells with tangential forces of corners."""
-    t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
-    if len(t) == 1:
+def _by_cell(moment, n):
+    """The Moment of cells, where corners may have tangential forces of their own."""
+    if len(moment.tangential) == n:
         return moment
-    normal, still = moment.normal.reshape(-1, n), moment.stick.reshape(-1, n)
-    slip = (normal * moment.slip.reshape(-1, n)).sum(axis=0) / np.maximum(
-        normal.sum(axis=0), np.finfo(float).tiny
-    )
-    limit = np.all(moment.at_limit.reshape(-1, n) | ~closed, axis=0) & closed.any(axis=0)
+    names = "normal", "tangential", "slip", "closed", "stick", "at_limit"
+    normal, t, slip, closed, stick, limit = (getattr(moment, name).reshape(-1, n) for name in names)
     together = np.abs(t.sum(axis=0)) >= (1 - AT_LIMIT) * np.abs(t).sum(axis=0)
     return replace(
         moment,
         tangential=t.sum(axis=0),
-        slip=slip,
-        stick=np.asarray(still.any(axis=0)),
-        at_limit=limit & together,
+        slip=(normal * slip).sum(axis=0) / np.maximum(normal.sum(axis=0), np.finfo(float).tiny),
+        stick=stick.any(axis=0),
+        at_limit=np.all(limit | ~closed, axis=0) & closed.any(axis=0) & together,
     )
-
-
-class Walk:
-    """A history on given cells that goes on from where it is; its `path` is the Follower."""
-
-    def __init__(self, solver: FrictionSolver, edges: Array) -> None:
-        self._solver, self._edges = solver, edges
-        self._own, contact = solver.on(edges)
-        self.path = Follower(contact)
-
-    def to(self, load: float, shear: float) -> FrictionCells:
-        corners, n = self.path.to(load, shear), len(self._edges)
-        self._solver.require_inside(self._edges, corners)
-        problem, own, raised = self._solver.problem, self._own, None
-        moment = _by_cell(corners, n)
-        displacement, psi, moments = surface(problem, self._edges, own, moment)
-        if problem.counter is not None:
-            both = self.path.contact
-            raised = (both.normal - own.normal) @ corners.normal
-            raised += (both.cross - np.tile(own.cross, (both.nodes // n, 1))).T @ corners.tangential
-            raised = raised.reshape(-1, n)
-        return FrictionCells(
-            self._solver.solver, problem, self._edges, moment, psi, displacement, moments, raised
-        )

@@ -10,13 +10,12 @@ from ..corners.follower import FrictionalContact
 from ..errors import BadArgument
 from ..threads import bounded
 from .averages import averaged
-from .kernels import ODD, kernels
+from .kernels import ODD
 
 
 @bounded
-def averages(solid, edges, which, shift=0.0):
-    """Kernels averaged over cell i and over cell j, moved right by `shift` (length): array
-    (len(which), n, n) of lengths per force.
+def averages(solid, edges, which):
+    """Kernels averaged over cell i and over cell j: array (len(which), n, n) of lengths per force.
 
     Parameters
     ----------
@@ -24,10 +23,9 @@ def averages(solid, edges, which, shift=0.0):
     which : sequence of int, as in `Kernels`
     """
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
-    found = averaged(solid, middle[:, None] - middle + shift, width, width[:, None], which)
-    if not shift:
-        for number, matrix in zip(which, found):  # rounding apart they are
-            matrix[...] = (matrix - matrix.T) / 2 if number in ODD else (matrix + matrix.T) / 2
+    found = averaged(solid, middle[:, None] - middle, width, width[:, None], which)
+    for number, matrix in zip(which, found):  # rounding apart they are
+        matrix[...] = (matrix - matrix.T) / 2 if number in ODD else (matrix + matrix.T) / 2
     return found
 
 
@@ -46,14 +44,13 @@ def frictional_contact(problem, edges, gaps, coupled=True):
         If nothing holds the rotation.
     """
     solid, law = problem.solid, problem.law
-    kernels(solid.nu, solid.beta, solid.curvature)  # which refuse a solid whose rotation nothing holds
     if len(law.corners) == 1:
         U, Y = averages(solid, edges, (3, 7) if law.clamps_rotation else (0, 5))
         normal, cross, tangential = U, -Y, U
     else:
         U, V, W, Y, even = averages(solid, edges, (0, 1, 2, 5, 6))
         levers = 1, -1
-        if not np.allclose(np.column_stack(list(law.levers(edges.mean(axis=1)).values())), levers):
+        if not np.allclose(problem.levers(edges.mean(axis=1)).T, levers):
             words = "must have the levers 1 and -1 with friction on a half-plane: a Body on a mesh takes any"
             raise BadArgument("law", law, words)
         normal = np.block([[U + a * b * W + (a - b) * V for b in levers] for a in levers])
@@ -66,10 +63,8 @@ def with_counter(contact, problem, edges):
     """A FrictionalContact with the second body, if any, and tangential forces of each corner."""
     if problem.counter is None:
         return contact
-    shifts = problem.shifts
-    blocks = [[averages(problem.counter, edges, (0, 5), b - a) for b in shifts] for a in shifts]
-    normal, cross = (np.block([[pair[i] for pair in row] for row in blocks]) for i in (0, 1))
-    normal, count = (normal + normal.T) / 2, len(shifts)
+    count, shifted = len(problem.shifts), [edges - shift for shift in problem.shifts]
+    normal, cross = averages(problem.counter, np.concatenate(shifted), (0, 5))
     return replace(
         contact,
         normal=contact.normal + normal,
@@ -78,19 +73,18 @@ def with_counter(contact, problem, edges):
     )
 
 
-def surface(problem, edges, own, moment):
-    """(displacement, psi, micromoment or reaction) of a Moment, averaged over cells: arrays (n,); `own` is
-    without the second body.
+def surface(problem, edges, raised, moment):
+    """(displacement, psi, micromoment or reaction) of a Moment, averaged over cells: arrays (n,); `raised`
+    is the displacement of the corners, array (corners n,).
     """
-    solid, law = problem.solid, problem.law
-    raised = own.normal @ moment.normal + own.cross.T @ moment.tangential
-    width, half = edges[:, 1] - edges[:, 0], solid.ell / 2
-    forces = moment.normal.reshape(-1, len(edges))
+    solid, law, forces = problem.solid, problem.law, moment.normal.reshape(-1, len(edges))
+    half, none = solid.ell / 2, np.zeros(len(edges))
+    if len(law.corners) > 1:
+        A, B = raised.reshape(2, -1)
+        moments = (forces[0] - forces[1] - moment.tangential) / (edges[:, 1] - edges[:, 0])
+        return (A + B) / 2, (A - B) / 2 / half, half * moments
+    odd, even = averages(solid, edges, (4, 8) if law.clamps_rotation else (1, 6))
+    turned = odd @ forces[0] - even @ moment.tangential
     if law.clamps_rotation:
-        odd, even = averages(solid, edges, (4, 8)) * solid.mu / (1 - solid.nu) / solid.ell
-        return raised, np.zeros(len(edges)), half * (even @ moment.tangential - odd @ forces[0])
-    if len(law.corners) == 1:
-        V, even = averages(solid, edges, (1, 6))
-        return raised, (V @ forces[0] - even @ moment.tangential) / half, np.zeros(len(edges))
-    A, B = raised.reshape(2, -1)
-    return (A + B) / 2, (A - B) / 2 / half, half * (forces[0] - forces[1] - moment.tangential) / width
+        return raised, none, -turned * solid.mu / (1 - solid.nu) / 2
+    return raised, turned / half, none

@@ -12,8 +12,8 @@ from ..errors import BadArgument
 from .events import Event
 from .results import PlainData, line, saved
 from .state import Solution, State
-from .types import Array, Axes, ContactLike, Figure, Target
-from .zones import distance
+from .types import Array, Axes, ContactLike, Figure, Interval, Target, Zones
+from .zones import common, distance, without
 
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
@@ -44,6 +44,15 @@ def change(finer: Solution, coarser: Solution, weights: Array, ell: float, frict
     ]
     p, M, q = (own - np.interp(finer.x, coarser.x, other) for own, other in zip(*fields))
     return distance(weights, p, M, fields[0][0], q)
+
+
+def with_stick(zones: Zones, stick: Sequence[Interval]) -> Zones:
+    """Returns zones with "stick", as far as it is in contact, and "slip", the rest of the contact."""
+    found = common(stick, zones["contact"])
+    slip = zones["contact"]
+    for pair in found:
+        slip = without(slip, *pair)
+    return {**zones, "stick": found, "slip": slip}
 
 
 class History(PlainData):
@@ -111,13 +120,13 @@ def pairs_of(pairs: ArrayLike, friction: float) -> Array:
         raise BadArgument("pairs", pairs, "must be pairs (P, Q) of numbers") from failure
     if found.ndim != 2 or found.shape[1] != 2 or not len(found) or not np.isfinite(found).all():
         raise BadArgument("pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")
-    for P, Q in found:
+    for P, Q in found.tolist():
         if not P > 0:
-            raise BadArgument("pairs", (float(P), float(Q)), "must have a positive normal force P")
+            raise BadArgument("pairs", (P, Q), "must have a positive normal force P")
         if abs(Q) > friction * P * (1 + SLIDING):
             raise BadArgument(
                 "pairs",
-                (float(P), float(Q)),
+                (P, Q),
                 f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end",
             )
     found[:, 1] = np.clip(found[:, 1], -friction * found[:, 0], friction * found[:, 0])

@@ -7,10 +7,9 @@ import numpy as np
 import microblock as mb
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.follower import Follower, FrictionalContact
-from microblock.corners.friction_events import events
 from microblock.data import export
 from microblock.fem.friction import FrictionFacets
-from microblock.halfplane.friction_solver import FrictionSolver, Walk
+from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.history import History
 from microblock.model.state import State
 
@@ -171,10 +170,8 @@ def history_of(problem):
     solver, level = FrictionSolver(contact.solver, pairs, problem["coupled"]), None
     for number in range(problem.get("levels", 0)):
         level = solver.level(number, level)
-    edges = level.edges if level else cells_of(*problem["cells"])
-    walk = Walk(solver, edges)
-    states = [State(walk.to(*map(float, pair))) for pair in pairs]
-    return History(contact, states, events(walk.path.changes, walk.path.contact.friction, edges, pairs))
+    level = level or solver.on(cells_of(*problem["cells"]))
+    return History(contact, [State(one) for one in level.solutions], level.events)
 
 
 def cells_of(reach, number):

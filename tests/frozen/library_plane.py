@@ -66,12 +66,15 @@ def of_averages():
         ("classical", CLASSICAL, (0, 5)),
     ):
         solid = solid_of(**other)
-        normal = averages.normal_averages(solid, middle[:, None] - middle, width, width[:, None])
+        apart, both = middle[:, None] - middle, (width, width[:, None])
+        normal = averages.normal_averages(solid, apart, *both)
+        alike = shear_cells.averages(solid, edges, which)
+        shifted = averages.averaged(solid, apart + solid.ell, *both, which)
         found |= {
             **{
                 f"averages {name} shift={shift:g} {i}": digest(matrix)
-                for shift in (0.0, solid.ell)
-                for i, matrix in zip(which, shear_cells.averages(solid, edges, which, shift))
+                for shift, matrices in ((0.0, alike), (solid.ell, shifted))
+                for i, matrix in zip(which, matrices)
             },
             f"normal averages {name}": digest(normal),
             f"normal averages {name} of a cell": normal[3, 3],
