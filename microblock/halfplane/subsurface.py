@@ -137,24 +137,56 @@ def _transforms(state, x1, k, nearest, points):
 
 
 def _sources(state, x1, nearest, points):
-    """Distances and weights of pressure and micromoment, (m,) and (4, m), from near to far."""
+    """Distances and weights of pressure and micromoment, (m,) and (4, m), from near to far. Distances are sums
+    of steps: as differences of abscissae they would miss the slope of theta at the surface by percents.
+    """
     panels, rows = state.whole
-    farthest = np.abs(x1 - np.append(panels.e, panels.e + panels.h)).max()
-    count = max(0, int(np.ceil(np.log(farthest / nearest) / np.log(CUT))))
-    cuts = np.append(0.0, nearest * CUT ** np.arange(count + 1))
-    # v of each panel at the cuts to the left and to the right of x1
-    places = x1 + np.multiply.outer((-1, 1), cuts)
-    ends = panels.parameter(np.arange(len(panels.e)), places[..., None])
-    side, level, panel = np.nonzero(np.diff(ends, axis=1))
-    low, high = (ends[side, level + end, panel, None] for end in (0, 1))
+    v0, direction, start, end = _halves(panels, x1)
+    count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
+    cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
+    first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
+    level, half = np.nonzero(first < last)
+    panel = half % len(panels.e)
+    v0, direction, start = v0[half, None], direction[half, None], start[half, None]
+    h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
+
+    def steps(distance):
+        share = (distance - start) / h
+        other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
+        return share / np.maximum(_mean_slope(v0, other, root), np.finfo(float).tiny)
+
     sigma, gauss = gauss_rule(points)
-    v, panel, left = low + (high - low) * sigma, panel[:, None], 1 - 2 * side[:, None]
-    x, corner = panels.x(panel, v), np.broadcast_to(panels.corner[panel], v.shape)
-    q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel[:, 0]])
-    q += panels.slope(panel, v) * panels.logarithm(panel, np.maximum(v, np.finfo(float).tiny))
-    force = np.abs(high - low) * gauss * q
-    moment = state.problem.ell / 2 * state.problem.lever(corner, x) * force
-    weights = np.array((force, left * force, moment, left * moment))
+    low, high = steps(first[level, half, None]), steps(last[level, half, None])
+    step = low + (high - low) * sigma
+    v = v0 + direction * step
+    distance = start + h * step * _mean_slope(v0, v, root)
+    q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
+    numbers = panel[:, None]
+    force = (
+        (high - low)
+        * gauss
+        * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, np.finfo(float).tiny)))
+    )
+    # 1 where the source lies left of x1
+    side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
+    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
+    moment = state.problem.solid.ell / 2 * lever * force
+    weights = np.array((force, side * force, moment, side * moment))
     for number in np.unique(level):
         here = level == number
-        yield np.abs(x1 - x)[here].ravel(), weights[:, here].reshape(4, -1)
+        yield distance[here].ravel(), weights[:, here].reshape(4, -1)
+
+
+def _mean_slope(v, w, root):
+    return np.where(root, v + w, 1.0)
+
+
+def _halves(panels, x1):
+    """Panels cut at the points nearest to x1: v there, direction, distances there and at the end."""
+    along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
+    v0 = panels.parameter(numbers, x1)
+    start = np.abs(x1 - panels.x(numbers, v0))
+    start[(along > 0) & (along < 1)] = 0.0
+    length = np.abs(panels.h)
+    ends = start + np.concatenate((length * along, length * (1 - along))).reshape(2, -1)
+    return np.tile(v0, 2), np.repeat((-1.0, 1.0), len(v0)), np.tile(start, 2), ends.ravel()
