@@ -431,6 +431,11 @@ def test_the_surface_is_that_of_the_state_with_twice_the_points_as_well(solved):
             sum(lever * solved.pressure_at(x, name) for name, lever in levers.items()) * solved.solid.ell / 2
         )
         assert at.couple_stress[1] == pytest.approx(moment, abs=1e-7)
+    # of fourth order, 1e-5 beside the edges; noise of theta, 2e-7, over the step is 4e-5 of the slope
+    depths = 5e-3 * solved.solid.ell * np.arange(5)
+    theta = solved.fields(np.repeat(x, 5), -np.tile(depths, len(x))).theta.reshape(-1, 5)
+    slope = theta @ (25, -48, 36, -16, 3) / (12 * depths[1])
+    assert at.theta_slope == pytest.approx(slope, abs=2e-4 * np.abs(slope).max())
     for depth in (0.0, 1e-3, 0.3):
         coarse, standard, double = (solved.fields(x, -depth, accuracy=points) for points in (4, 10, 20))
         for name in ("psi", "theta", "u", "stress", "couple_stress"):
