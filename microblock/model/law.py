@@ -132,7 +132,7 @@ class Microblock(_Coulomb):
     def __post_init__(self) -> None:
         super().__post_init__()
         words = "must be 0 where psi0 is other than 0: the two corners of a block then slip differently"
-        require(self.even or not self.friction, "friction", self.friction, words)
+        require(not self.friction or self.even, "friction", self.friction, words)
         parts: tuple[Any, ...] = self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)
         known = len(parts) == 2 or parts is not self.psi0
         require(known, "psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
