@@ -25,8 +25,8 @@ def tolerated(order):
 
 
 def solve_zones(problem, panels, load):
-    """q and approach with closed gaps at a load, and q under rounded gaps."""
-    panel, _, x, weights = panels.nodes
+    """q and approach with closed gaps at a load, and the share of rounded gaps in q in L2."""
+    panel, v, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, 2))
@@ -49,13 +49,8 @@ def solve_zones(problem, panels, load):
         raise NotConverged(
             f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {load:g}"
         ) from failure
-    return solution[:-1, 0], float(solution[-1, 0]), solution[:-1, 1]
-
-
-def _share(panels, part, whole):
-    panel, v, _, weights = panels.nodes
-    weights = weights / panels.slope(panel, v)
-    return float(np.sqrt(weights @ part**2 / (weights @ whole**2)))
+    (q, noise), squares = solution[:-1].T, weights / panels.slope(panel, v)
+    return q, float(solution[-1, 0]), float(np.sqrt(squares @ noise**2 / (squares @ q**2)))
 
 
 def _coefficients(problem, panels, q, corner, edge, side):
@@ -95,7 +90,7 @@ def fit(problem, load, zones, order, tolerance):
         # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
         unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
         further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
-        estimate = Estimate(None, float(missed / unit), _share(panels, noise, q))
+        estimate = Estimate(None, float(missed / unit), noise)
         state = PanelSolution(
             problem, load, zones, panels, q, approach, iterations, estimate, further=further
         )
@@ -143,7 +138,7 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
     middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
     inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
-    rows = np.column_stack((corner, edge, edge - side * step * free, np.repeat(inside @ forces > 0, 2)))
+    rows = np.column_stack((corner, edge, edge - side * step * free, np.kron(inside @ forces > 0, (1, 0))))
     return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
 
 
@@ -175,9 +170,8 @@ def _annihilated(edges):
         if not len(ways) or ways.min() > 0:
             return edges
         i = int(np.argmin(ways))
-        (corner, left, one, pressed), (_, right, other, _) = edges[i : i + 2]
-        opens = np.count_nonzero(edges[:i, 0] == corner) % 2 == 0
-        if opens and pressed and left < right:
+        (_, left, one, pressed), (_, right, other, _) = edges[i : i + 2]
+        if pressed:
             half = (right - left) / 4
             middle = np.clip((one + other) / 2, left + half, right - half)
             edges[i : i + 2, 2:] = (middle - half, 0), (middle + half, 0)

@@ -1,7 +1,7 @@
 """A state on panels fitted to the zones of each corner."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from .carried import carried
 from .counter import counter_kernel
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, response
-from .subsurface import FieldsBelow
+from .subsurface import fields_at
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ class PanelSolution(OnPanels):
 
     @cached_property
     def fields(self):
-        return FieldsBelow(self)
+        return partial(fields_at, self)
 
     def fields_below(self, box):
         """Points, psi and stresses in a box ((left, right), depth) below the surface."""
@@ -208,11 +208,6 @@ class PanelSolution(OnPanels):
 def difference(coarse, fine):
     """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
-    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
-    if fine.problem.law.clamps_rotation:
-        moment = (coarse.reaction(x) - fine.micromoment) / ell
-    else:
-        levers = [fine.problem.lever(np.full(len(x), corner), x) for corner in range(len(p))]
-        moment = (ell / 2 * np.sum(levers * p, axis=0) - fine.micromoment) / ell
-    total = fine.pressures.sum(axis=0)
-    return distance(weights, p.sum(axis=0) - total, moment, total)
+    p = sum(coarse.pressure(corner, x) for corner in range(len(fine.pressures)))
+    moment, total = (coarse.moment_at(x) - fine.micromoment) / ell, fine.pressures.sum(axis=0)
+    return distance(weights, p - total, moment, total)

@@ -149,16 +149,14 @@ def _between(left, right, roots, first):
     meet = (left + right) / 2 if all(roots) else (left if roots[1] else right)
     found = []
     for end, sign, root, width in ((left, 1, roots[0], first[0]), (right, -1, roots[1], first[1])):
-        if not root:
-            continue
-        whole, done, start = abs(meet - end), 0.0, width
-        while whole - done > 1e-9 * whole:
+        if root:
+            whole, breaks, step = abs(meet - end), [0.0], width
             # no panel is left that is much shorter than its neighbour
-            if whole - done - width < width / 2:
-                width = whole - done
-            found.append((end + sign * done, sign * width, done == 0.0))
-            done += width
-            width *= GROWTH if done > start else GROWTH - 1
+            while step + (step - breaks[-1]) / 2 <= whole:
+                breaks.append(step)
+                step *= GROWTH
+            for near, far in zip(breaks, [*breaks[1:], whole]):
+                found.append((end + sign * near, sign * (far - near), near == 0.0))
     return found
 
 

@@ -33,31 +33,25 @@ class Fields(PointFields):
     theta_slope: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class FieldsBelow:
-    """The fields of one PanelSolution, by points: ``fields(x1, x2)``."""
-
-    solution: object
-
-    @bounded
-    def __call__(self, x1, x2, accuracy=10):
-        """Fields at points, arrays or numbers; `accuracy`, Gauss points on a piece of the path, of 10 leaves
-        about 1e-8 of the largest values. Raises BadArgument above the surface.
-        """
-        require_whole(1, 100, accuracy=accuracy)
-        x1, x2, shape = points(x1, x2)
-        if not np.all(x2 <= 0):
-            raise BadArgument("x2", x2, "must not be above the surface")
-        # nearer to the surface rounding shows in theta,2
-        depth = np.minimum(x2, -1e-7 * self.solution.problem.solid.ell)
-        values = np.empty((len(NAMES), len(x1)))
-        for place in np.unique(x1):
-            here = x1 == place
-            values[:, here] = _vertical(self.solution, place, depth[here], accuracy)
-        psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
-        stress = np.array(((s11, s12), (s21, s22)))
-        found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
-        return found.shaped(shape)
+@bounded
+def fields_at(solution, x1, x2, accuracy=10):
+    """Fields of a PanelSolution at points, arrays or numbers; `accuracy`, Gauss points on a piece of the
+    path, of 10 leaves about 1e-8 of the largest values. Raises BadArgument above the surface.
+    """
+    require_whole(1, 100, accuracy=accuracy)
+    x1, x2, shape = points(x1, x2)
+    if not np.all(x2 <= 0):
+        raise BadArgument("x2", x2, "must not be above the surface")
+    # nearer to the surface rounding shows in theta,2
+    depth = np.minimum(x2, -1e-7 * solution.problem.solid.ell)
+    values = np.empty((len(NAMES), len(x1)))
+    for place in np.unique(x1):
+        here = x1 == place
+        values[:, here] = _vertical(solution, place, depth[here], accuracy)
+    psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
+    stress = np.array(((s11, s12), (s21, s22)))
+    found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
+    return found.shaped(shape)
 
 
 def _vertical(state, x1, x2, accuracy):
