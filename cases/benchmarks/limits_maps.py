@@ -129,7 +129,9 @@ def states(problem, method, degree, size, start, seed):
         c = np.where(rng.random(size) < 0.5, tiny, 1.0)
         H, gaps = H * c * c[:, None], gaps * c
     if method == "path":
-        state = active_set.path(H, gaps, [1 / 7, 1.0], c=c).states[1]
+        changes = [event.corner for event in active_set.path(H, gaps, 1.0, c=c)]
+        closed = np.bincount(changes, minlength=len(gaps)) % 2 == 1
+        state = active_set.solve(H, gaps, load=1.0, c=c, start=closed)
     else:
         first = active_set.solve(H, gaps, load=1.0, c=c)
         closed = {"nothing": None, "absurd": ~first.closed, "random": rng.random(size) < 0.5}[start]

@@ -159,7 +159,7 @@ def axis_closes(solver):
     """Load at which the node on the axis closes for good, of a condensed `Uniform` solver of half a body."""
     flexibility, gaps, share = solver.prepare()
     last = solver.solid.E_star * solver.reach**2 / 4  # classical contact would fill the squares under less
-    events = active_set.path(flexibility, gaps, [last], c=share).events
+    events = active_set.path(flexibility, gaps, last, c=share)
     loads = [event.load for event in events if event.corner == 0 and event.kind == "closes"]
     if not loads:
         raise mb.NotConverged(f"the axis is open up to the load {2 * last:g}", reached=2 * last)

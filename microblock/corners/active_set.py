@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf
 
-from ..errors import BadArgument, NotConverged, require_finite, require_numbers
+from ..errors import BadArgument, NotConverged, require_finite
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
 from .rounding import PATHS, SUMS, TERMS
@@ -60,14 +60,6 @@ class CornerEvent:
 
 
 @dataclass(frozen=True)
-class Path:
-    """States at the loads, ascending, and all events from first touch to the last load."""
-
-    states: list
-    events: list
-
-
-@dataclass(frozen=True)
 class _Problem:
     """Corners that can touch, in shares of the load."""
 
@@ -80,12 +72,12 @@ class _Problem:
 
 
 @bounded
-def solve(H, g0, *, load=None, approach=None, c=None, start=None):
+def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
     """The contact state at a load or at an approach, (a).
 
     Parameters
     ----------
-    H : array (m, m), length per force; positive semidefinite, at a load on zero-sum vectors only
+    matrix : array (m, m), H, length per force; positive semidefinite, at a load on zero-sum vectors only
     g0 : array (m,), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     c : array (m,), weights > 0; 1 without it
@@ -94,48 +86,43 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     Raises
     ------
     BadArgument
-        Also for an H that is not positive semidefinite.
+        Also for a matrix that is not positive semidefinite.
     NotConverged
         If sets do not settle at an approach, or rigid corners cannot take it.
     """
     require_level(load, approach)
-    for problem in _problems(H, g0, c, free=load is not None):
+    for problem in _problems(matrix, g0, c, free=load is not None):
         try:
             return _state(problem, _start(start, problem), load, approach)
         except NotConverged as stopped:  # more of D, then
             if load is not None and stopped.iterations:
-                return replace(path(H, g0, [load], c=c).states[0], followed=True)
+                changes = [event.corner for event in path(matrix, g0, load, c=c)]
+                closed = np.bincount(changes, minlength=len(problem.c)) % 2 == 1
+                return replace(solve(matrix, g0, load=load, c=c, start=closed), followed=True)
             failure = stopped
     raise failure
 
 
 @bounded
-def path(H, g0, loads, *, c=None):
-    """The Path through `loads`, by a `follower.Follower`. Parameters and errors are those of `solve`;
-    `reached` is the last load.
+def path(matrix, g0, load, *, c=None):
+    """All events from first touch to a load, [CornerEvent], by a `follower.Follower`. Parameters and errors
+    are those of `solve`; `reached` is the last load.
     """
-    loads = np.sort(require_numbers(loads=loads))
-    if not len(loads) or loads[0] < 0:
-        raise BadArgument("loads", loads, "must be finite and not negative")
-    problem = next(_problems(H, g0, c, free=True))
+    require_level(load, None)
+    problem = next(_problems(matrix, g0, c, free=True))
     lift, nothing = lifted(problem.H), np.zeros((1, len(problem.g0)))
     follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
     try:
-        follower.to(loads[-1], 0.0)
+        follower.to(load, 0.0)
     except NotConverged as failure:
         raise NotConverged(
             f"{failure}; ask for smaller loads, or for single states", reached=failure.reached[0]
         ) from failure
-    events = [
-        CornerEvent(float(one.share * loads[-1]), int(problem.touch[one.index]), f"{one.kind}s")
+    return [
+        CornerEvent(float(one.share * load), int(problem.touch[one.index]), f"{one.kind}s")
         for one in follower.changes
         if one.kind in ("open", "close")
     ]
-    states = []
-    for load in loads:
-        changes = np.bincount([one.corner for one in events if one.load <= load], minlength=len(problem.c))
-        states.append(solve(H, g0, load=load, c=c, start=changes % 2 == 1))
-    return Path(states, events)
 
 
 def _problems(H, g0, c, free):
@@ -144,7 +131,7 @@ def _problems(H, g0, c, free):
     if g0.ndim != 1 or np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
         raise BadArgument("g0", g0, "must be one-dimensional, finite or inf, somewhere finite")
     if H.shape != (len(g0), len(g0)) or not np.all(np.isfinite(H)):
-        raise BadArgument("H", H, f"must be a finite matrix of {len(g0)} rows and columns, as g0 has")
+        raise BadArgument("matrix", H, f"must be a finite matrix of {len(g0)} rows and columns, as g0 has")
     c = np.ones(len(g0)) if c is None else np.array(c, float)
     if c.shape != g0.shape or not np.all((c > 0) & (c < np.inf)):
         raise BadArgument("c", c, "must be positive and finite, one for each corner")
@@ -152,7 +139,7 @@ def _problems(H, g0, c, free):
     H, g0 = (H / c[:, None] / c)[np.ix_(touch, touch)], (g0 / c)[touch]
     rows = np.abs(H).max(axis=1)
     if np.abs(H - H.T).max() > 1e-8 * rows.max():  # it was put together wrongly
-        raise BadArgument("H", H, "must be symmetric")
+        raise BadArgument("matrix", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     found, lifts = False, (0.0, lifted(H))[: 1 + free]
@@ -166,7 +153,7 @@ def _problems(H, g0, c, free):
     if not found:
         given = "where the approach is given; give the load, or add a rigid level tau c c^T"
         allowed = "on vectors with c.f = 0" if free else given
-        raise BadArgument("H", H, f"must be positive semidefinite {allowed}")
+        raise BadArgument("matrix", H, f"must be positive semidefinite {allowed}")
 
 
 def lifted(H):

@@ -28,19 +28,13 @@ class Waves:
         waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
         for axis, length in enumerate(self.length[:-1], start=1):
             waves = fft(waves, length, axis=axis, **threads)
-        found = waves
-        if len(waves) > 1 or len(self.spectrum) > 1:
-            found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
-        step = max(1, 2**14 // waves[0, 0].size)  # waves that stay in the processor's cache
-        for first in range(0, len(waves[0]), step):
-            slab = slice(first, first + step)
-            wave = waves[:, slab]
-            wave[self.even[1] :] *= 1j
-            for own, row in zip(found[:, slab], self.spectrum):
-                np.multiply(row[0][slab], wave[0], out=own)
-                for part, other in zip(row[1:], wave[1:]):
-                    own += part[slab] * other
-            found[self.even[0] :, slab] *= -1j
+        waves[self.even[1] :] *= 1j
+        found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
+        for own, row in zip(found, self.spectrum):
+            np.multiply(row[0], waves[0], out=own)
+            for part, other in zip(row[1:], waves[1:]):
+                own += part * other
+        found[self.even[0] :] *= -1j
         for axis, count in enumerate(shape[:-1], start=1):
             found = ifft(found, axis=axis, **threads)[(slice(None),) * axis + (slice(count),)]
         answer: Array = irfft(found, self.length[-1], **threads)[..., : shape[-1]]

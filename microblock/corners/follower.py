@@ -88,6 +88,13 @@ class FrictionalContact:
         across = np.tile(np.column_stack((n2, -n1)), (len(self.gaps) // n, 1))
         return np.vstack((across, np.column_stack((n1, n2))))
 
+    @property
+    def matrix(self) -> Array:
+        """M, compliances over `size`."""
+        B, seen = self.motions, self.cross.T * self.coupled
+        response = np.block([[self.normal, seen], [self.cross, self.tangential]]) / self.size
+        return np.asfortranarray(np.block([[response, -B], [B.T, np.zeros((2, 2))]]))
+
 
 @dataclass(frozen=True, eq=False)
 class Moment:
@@ -188,6 +195,8 @@ class Tableau:
     def lean(self, i: int, others: Numbers, share: float) -> None:
         """Replaces x_i by x_i - share*sum(x_others); where it is not exchanged, the others are not."""
         there = self.exchanged[others]
+        if not share:  # of most
+            return
         if self.exchanged[i]:
             self._made[i] -= share * self._made[others[there]].sum(axis=0)
             self._left[i] -= share * self._left[others[there]].sum(axis=0)
@@ -207,33 +216,32 @@ class Sets:
     Attributes
     ----------
     slips : array (n,), sign of t where a node slips, else 0
+    of : array (corners, n), numbers of each node's corners
+    flat : whether all normals are (0, 1)
 
     Raises NotConverged if the answer is not unique.
     """
 
     def __init__(self, contact: FrictionalContact, pairs: Iterable[int]) -> None:
-        m, n, size = len(contact.gaps), contact.nodes, contact.size
-        nodes, loads, motions = slice(m, m + n), slice(m + n, m + n + 2), contact.motions
-        self.contact, self.slips = contact, np.zeros(n)
-        self.of, self._flat = np.arange(m).reshape(-1, n), not motions[:m, 1].any()  # corners of each node
-        matrix = np.zeros((m + n + 2, m + n + 2), order="F")
-        matrix[:m, :m], matrix[nodes, :m], matrix[nodes, nodes] = (
-            contact.normal / size,
-            contact.cross / size,
-            contact.tangential / size,
-        )
-        matrix[:m, nodes] = contact.cross.T / size if contact.coupled else 0.0
-        matrix[: m + n, loads], matrix[loads, : m + n] = -motions, motions.T
-        self.tableau = Tableau(matrix)
-        self.closed, self.stick = self.tableau.exchanged[:m], self.tableau.exchanged[nodes]
+        m, n = len(contact.gaps), contact.nodes
+        self.contact, self.slips, self.tableau = contact, np.zeros(n), Tableau(contact.matrix)
+        self.of, self.flat = np.arange(m).reshape(-1, n), not contact.motions[:m, 1].any()
         if not all([self.tableau.pivot(pair) for pair in pairs]):
             raise NotConverged(f"the rates of the contact are not unique; {UNIQUE}")
         self.tableau.sign = 1.0
 
     @property
+    def closed(self) -> Flags:
+        return self.tableau.exchanged[: self.of.size]
+
+    @property
+    def stick(self) -> Flags:
+        return self.tableau.exchanged[self.of.size : -2]
+
+    @property
     def last(self) -> bool:
         """Whether one node alone sticks under a given shear force."""
-        return self._flat and bool(self.tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
+        return self.flat and bool(self.tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
 
     def _meant(self, number: int, passing: Array) -> tuple[list[int], int, float]:
         """Pairs to exchange, the node, and its slip then."""
@@ -262,7 +270,8 @@ class Sets:
             Velocity of the obstacle over the surface.
         """
         pairs, node, direction = self._meant(number, passing)
-        shear, turn = len(self.closed) + node, direction - self.slips[node]
+        shear = len(self.closed) + node
+        turn = shear, self.of[:, node], (direction - self.slips[node]) * self.contact.friction
         if shear in pairs and self.stick[node] and self.last:
             # another node holds the obstacle then, that over which it moves least
             others = np.flatnonzero((self.slips != 0) & (self.slips != direction))
@@ -270,22 +279,18 @@ class Sets:
             if not any([self.exchange(int(other), passing) for other in numbers]):
                 return False
         if direction:
-            self._lean(node, turn)
+            self.tableau.lean(*turn)
         done = [pair for pair in pairs if self.tableau.pivot(pair)]
-        if not done or done != pairs:
+        if done != pairs or not pairs:
             for pair in done:
                 self.tableau.pivot(pair)
             if direction:
-                self._lean(node, -turn)
+                self.tableau.lean(*turn[:2], -turn[2])
             return False
         if not direction:
-            self._lean(node, turn)
+            self.tableau.lean(*turn)
         self.slips[node] = direction
         return True
-
-    def _lean(self, node: int, turn: float) -> None:
-        if turn:  # most are 0: a sum over all columns of the tableau
-            self.tableau.lean(len(self.closed) + node, self.of[:, node], turn * self.contact.friction)
 
     def determinant(self, number: int, passing: Array) -> float:
         pairs, node, direction = self._meant(number, passing)
@@ -355,7 +360,7 @@ class Follower:
     def _follow(self, end: Array, way: Array) -> None:
         done = 0.0
         start, f = self._given[self._u], self.contact.friction
-        if not (self.by_motions or self._motions[: self._m, 1].any()):  # a flat surface
+        if self.sets.flat and not self.by_motions:
             left = [f * P - np.sign(end[1]) * Q for P, Q in (start, end)]  # of what friction allows
             if left[1] < -AT_LIMIT * f * end[0]:
                 share = left[0] / (left[0] - left[1])

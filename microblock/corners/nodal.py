@@ -1,6 +1,5 @@
 """Contact of any body with a compliance at nodes: states, and the load path node by node."""
 
-from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from itertools import groupby
@@ -89,15 +88,12 @@ class NodalSolution(OfNodes):
 
     Attributes
     ----------
-    gaps : array (corners, n), initial ones, inf where a corner cannot touch
     closed : boolean array (corners, n)
     """
 
     _: KW_ONLY
     gaps: np.ndarray
     closed: np.ndarray
-
-    mirrored = False
 
     @property
     def law(self):
@@ -175,18 +171,18 @@ class NodalSolution(OfNodes):
 
     def remarks(self):
         """Sentences where the contact reaches the last node and the obstacle goes on."""
-        spacing, found = np.diff(self.x), []
-        for end, beyond in (
-            ((0, self.x[0] - spacing[0]), (-1, self.x[-1] + spacing[-1])) if len(spacing) else ()
-        ):
-            there = self.points[[end]] + [beyond - self.x[end], 0.0]
-            gaps = self.law.initial_gaps(there, self.normals[[end]], self.nodes.ell, self.problem.obstacle)
-            if self.closed[:, end].any() and np.isfinite(list(gaps.values())).any():
-                words = (
-                    f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
-                )
-                found.append(words + "give its compliance at nodes beyond it")
-        return found
+        steps = {0: self.x[:1] - self.x[1:2], -1: self.x[-1:] - self.x[-2:-1]}
+        return [
+            f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
+            "give its compliance at nodes beyond it"
+            for end, step in steps.items()
+            if step.size and self.goes_on(end, self.points[end] + (step[0], 0.0))
+        ]
+
+    def goes_on(self, end, there):
+        """Whether a corner of an end (0 or -1) is closed and the obstacle lies over a place beyond it."""
+        gaps = self.law.initial_gaps(there[None], self.normals[[end]], self.nodes.ell, self.problem.obstacle)
+        return self.closed[:, end].any() and np.isfinite(list(gaps.values())).any()
 
 
 class NodalSolver(Solver):
@@ -222,23 +218,12 @@ class NodalSolver(Solver):
         count = len(self.law.corners)
         alike = isinstance(initial, NodalSolution) and len(initial.closed) == count
         start = self._closed_near(initial).ravel() if alike else None
-        with self._naming():
-            found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
+        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         forces, closed = found.forces.reshape(count, -1), self.together(found.closed)
         load = found.load if load is None else load  # as it was asked for: the sum of the forces is rounded
         gaps, counts = gaps.reshape(count, -1), (found.kkt, found.iterations)
         at = load, found.approach
         return self.solution.of_forces(self, self.nodes, *at, forces, gaps, closed, *counts)
-
-    @contextmanager
-    def _naming(self):
-        """Context in which what is wrong with the flexibility of corners is so with the matrix."""
-        try:
-            yield
-        except BadArgument as failure:
-            if failure.name != "H":
-                raise
-            raise BadArgument("matrix", self.compliance.matrix, failure.allowed) from failure
 
     def _closed_near(self, other):
         """Corners closed at the nearest node of another solution."""
@@ -293,8 +278,7 @@ class NodalPath(LoadPath):
         flexibility, gaps, share = solver.system
         x, apart = solver.compliance.points[:, 0], solver.compliance.apart
         closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
-        with solver._naming():
-            followed = active_set.path(flexibility, gaps, [self.last], c=share).events
+        followed = active_set.path(flexibility, gaps, self.last, c=share)
         for load, changes in groupby(followed, key=lambda event: event.load):
             for change in changes:
                 closed[change.corner] ^= True

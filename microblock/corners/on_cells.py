@@ -68,31 +68,64 @@ class Grid:
         return np.clip(np.rint(self.steps(*x)).astype(int), 0, self.count - 1)
 
 
-@dataclass(frozen=True)
 class Flexibility:
     """H on cells as a product, and a preconditioner for it.
 
-    Attributes
+    Parameters
     ----------
     offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
     tilt : array (d, ...), t at the cells; (0, ...) for one corner
+    clamped : whether psi = 0 on the whole surface
+    width : float, of a cell
+    rest : float or None, W on a period for k -> 0; None without images
+    symbol : function of wavenumbers k, array (n,), that returns U, V, W and W_par, or U, V, W
+    cells : function that returns averages of the response over cells 0, 1, ... cells away, arrays
+        (count, ...), the upper triangle of R, or where psi = 0 its first column
+    counter : second body or None, added to the gaps by ``@`` and known to `back`
+
+    Attributes
+    ----------
     response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
     back : function that returns an approximate inverse of `response`
     aside : function, of one corner from p to phi, or to the m of psi = 0; else None
-    clamped : whether psi = 0 on the whole surface
-    counter : second body or None, added to the gaps by ``@`` and known to `back`
     short : array (1 + d,), or (2 + d,) with a counter
         Of four corners, displacement, twist of the second body, and rotations under short waves.
     """
 
-    offsets: Array
-    tilt: Array
-    response: Any
-    back: Callable[[], Callable[[Array], Array]]
-    aside: Callable[[Array], Array] | None
-    clamped: bool
-    counter: Any = None
-    short: Any = None
+    def __init__(self, offsets, tilt, clamped, width, rest, symbol, cells, counter=None):
+        self.offsets, self.tilt, self.clamped, self.counter = offsets, tilt, clamped, counter
+        count, d, one, periodic = tilt.shape[-1], tilt.ndim - 1, len(offsets) == 1, rest is not None
+        near = count if periodic else next_fast_len(count, real=True)
+        length = near if periodic else 2 * near
+        turns = range(1, 1 + d)
+        if periodic:
+            whole = smooth(symbol, length, width, d, rest)
+            whole[0, 0][(0,) * d] = 0
+            whole = exchanged(whole, turns) if clamped else whole
+        else:
+            parts, odd = iter(cells()), [[row == axis for axis in turns] for row in range(1 + d)]
+            whole = [[None] * (1 + d) for _ in odd]
+            for i in range(1 if clamped else 1 + d):
+                for j in range(i, 1 + d):
+                    whole[i][j] = whole[j][i] = embedded(next(parts), length, *np.not_equal(odd[i], odd[j]))
+        self.aside = Waves((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
+        self.response = Waves((length,) * d, [whole[0][:1]] if one else whole)
+        shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
+        displaced, _, rotated = np.ravel(shortest * symbol(shortest)[:3])
+        self.short = np.array((1.0, *[rotated / displaced] * d))
+        if self.settling_displaces:
+            self.short = counter.with_short(self.short, displaced)
+
+        @cache
+        def back():
+            R = smooth(symbol, near, width, d, rest)
+            if one:
+                own = (exchanged(R, turns) if clamped else R)[0, 0]
+                return Waves((near,) * d, [[1 / (own if counter is None else own + counter.smooth)]])
+            R = R if counter is None else counter.added(R, displaced)
+            return Waves((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
+
+        self.back = back
 
     def __matmul__(self, forces: Array) -> Array:
         """Gaps from forces, arrays (corners, ...)."""
@@ -199,53 +232,6 @@ def twisted(forces: Array, share: Array, where: Array) -> Array:
     return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)
 
 
-def flexibility(offsets, tilt, clamped, width, rest, symbol, cells, counter=None):
-    """The Flexibility of corners on as many cells as there are tilts.
-
-    Parameters
-    ----------
-    offsets, tilt, clamped, counter
-        As of `Flexibility`.
-    width : float, of a cell
-    rest : float or None, W on a period for k -> 0; None without images
-    symbol : function of wavenumbers k, array (n,), that returns U, V, W and W_par, or U, V, W
-    cells : function that returns averages of the response over cells 0, 1, ... cells away, arrays
-        (count, ...), the upper triangle of R, or where psi = 0 its first column
-    """
-    count, d, one, periodic = tilt.shape[-1], tilt.ndim - 1, len(offsets) == 1, rest is not None
-    near = count if periodic else next_fast_len(count, real=True)
-    length = near if periodic else 2 * near
-    turns = range(1, 1 + d)
-    if periodic:
-        whole = smooth(symbol, length, width, d, rest)
-        whole[0, 0][(0,) * d] = 0
-        whole = exchanged(whole, turns) if clamped else whole
-    else:
-        parts, odd = iter(cells()), [[row == axis for axis in turns] for row in range(1 + d)]
-        whole = [[None] * (1 + d) for _ in odd]
-        for i in range(1 if clamped else 1 + d):
-            for j in range(i, 1 + d):
-                whole[i][j] = whole[j][i] = embedded(next(parts), length, *np.not_equal(odd[i], odd[j]))
-    aside = Waves((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
-    response = Waves((length,) * d, [whole[0][:1]] if one else whole)
-    shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
-    displaced, _, rotated = np.ravel(shortest * symbol(shortest)[:3])
-    short = np.array((1.0, *[rotated / displaced] * d))
-    if counter is not None and len(offsets) == len(NONE):
-        short = counter.with_short(short, displaced)
-
-    @cache
-    def back():
-        R = smooth(symbol, near, width, d, rest)
-        if one:
-            own = (exchanged(R, turns) if clamped else R)[0, 0]
-            return Waves((near,) * d, [[1 / (own if counter is None else own + counter.smooth)]])
-        R = R if counter is None else counter.added(R, displaced)
-        return Waves((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
-
-    return Flexibility(offsets, tilt, response, back, aside, clamped, counter, short)
-
-
 def wavenumbers(length: int, width: float, d: int) -> tuple[Any, Array]:
     """Returns wavenumbers along each axis of a period, and k, array (length, ..., length//2 + 1); at k = 0
     half of the smallest stands for the mean.
@@ -261,21 +247,16 @@ def wavenumbers(length: int, width: float, d: int) -> tuple[Any, Array]:
 def smooth(symbol, length, width, d, rest=None):
     """R of the symbol on a period, positive definite: array (1 + d, 1 + d, ...)."""
     ways, k = wavenumbers(length, width, d)
-    U, V, *W = np.reshape(symbol(k.ravel()), (-1, *k.shape)) / width**d
-    mean, first = (0,) * d, np.array([way[(0,) * d] for way in W])
-    V[mean] = 0
-    for way in W:
-        way[mean] = first.mean() if rest is None else rest / width**d
-    along, even = [np.broadcast_to(way / k, k.shape) for way in ways], length % 2 == 0
-    odd = [one.copy() for one in along]
-    for axis, one in enumerate(odd):
-        np.moveaxis(one, axis, 0)[length // 2 :][:even] = 0  # of the shortest wave cells see no odd part
+    U, V, *W = values = np.reshape(symbol(k.ravel()), (-1, *k.shape)) / width**d
+    mean = ..., *(0,) * d
+    values[1][mean], values[2:][mean] = 0, values[2:][mean].mean() if rest is None else rest / width**d
+    below = np.pi / width * (1 - 0.5 / length)  # of the shortest wave cells see no odd part
+    odd = np.array([np.where(np.abs(way) < below, way / k, 0.0) for way in ways])
     apart, R = W[0] - W[-1], np.empty((1 + d, 1 + d, *k.shape))
-    R[0, 0] = U
-    for i in range(d):
-        R[0, 1 + i] = R[1 + i, 0] = V * odd[i]
-        for j in range(d):
-            R[1 + i, 1 + j] = W[-1] + apart * along[i] ** 2 if i == j else apart * odd[i] * odd[j]
+    R[0, 0], R[0, 1:], R[1:, 0] = U, V * odd, V * odd
+    R[1:, 1:] = apart * odd[:, None] * odd
+    for axis in range(d):
+        R[1 + axis, 1 + axis] = W[-1] + apart * (ways[axis] / k) ** 2
     return R
 
 

@@ -16,7 +16,6 @@ It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in 
 converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
-from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -73,7 +72,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     Raises BadArgument, also for a flexibility that is not positive definite where the approach is given, and
     NotConverged if rtol is out of reach.
     """
-    problem = _problem(flexibility, g0, load, approach)
+    problem = _Problem(flexibility, g0, load, approach)
     if load == 0 or (load is None and approach <= g0.min()):
         level = float(g0.min() if load == 0 else approach)
         return GridForces(np.zeros(g0.shape), g0 - level, level, 0.0, 0.0, 0)
@@ -96,42 +95,40 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
             return problem.report(forces, slope, kkt)
     raise NotConverged(
         f"relative residual {at_least(best)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
-        f"{problem.count['products']} products on {forces.size} corners; take Cells(residual=...) larger, "
+        f"{problem.products} products on {forces.size} corners; take Cells(residual=...) larger, "
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
         iterations=OUTER_STEPS,
     )
 
 
-@dataclass(frozen=True)
 class _Problem:
-    """(c) in the corners that can touch, and how often H was used."""
+    """(c) in the corners that can touch, g0 less a given approach; counts products with H."""
 
-    H: object
-    g0: np.ndarray  # (m,), of those that can touch; less a given approach
-    touch: np.ndarray  # boolean, like the initial gaps
-    load: float | None
-    approach: float | None
-    all_gaps: np.ndarray  # initial gaps, of all
-    unit: float  # range of the normal displacement under a unit force on one corner
-    count: Counter
+    def __init__(self, flexibility, g0, load, approach):
+        require_level(load, approach)
+        self.all_gaps = g0 = np.asarray(g0, float)
+        if np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
+            raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
+        self.H, self.load, self.approach, self.products = flexibility, load, approach, 1
+        self.touch = np.isfinite(g0)
+        self.g0, one = g0[self.touch] - (approach or 0.0), np.zeros(g0.shape)
+        one.ravel()[np.argmax(self.touch)] = 1
+        self.unit = float(np.ptp(flexibility @ one))  # range of the displacement under a unit force
 
     def spread(self, values):
-        if len(values) == self.touch.size:
-            return values.reshape(self.touch.shape)
         whole = np.zeros(self.touch.shape)
         whole[self.touch] = values
         return whole
 
     def kept(self, whole):
-        return whole.ravel() if len(self.g0) == whole.size else whole[self.touch]
+        return whole[self.touch]
 
     @cached_property
     def even(self):
         """Forces without displacement, or None."""
-        precondition = getattr(self.H, "precondition", None)
-        if precondition is None or len(self.g0) < self.touch.size:
+        if len(self.g0) < self.touch.size:
             return None
-        forces = self.kept(precondition(np.ones(self.touch.shape)))
+        forces = self.kept(self.H.precondition(np.ones(self.touch.shape)))
         displaced = _largest(self.displacement(forces)) > LEAST * self.unit * forces.max()
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
@@ -152,7 +149,7 @@ class _Problem:
         return below / size
 
     def displacement(self, forces):
-        self.count["products"] += 1
+        self.products += 1
         return self.kept(self.H @ self.spread(forces))
 
     def preconditioner(self, face):
@@ -219,28 +216,8 @@ class _Problem:
             level if self.load is not None else self.approach,
             float(forces.sum()),
             float(kkt),
-            self.count["products"],
+            self.products,
         )
-
-
-def _problem(flexibility, g0, load, approach):
-    require_level(load, approach)
-    g0 = np.asarray(g0, float)
-    if np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
-        raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
-    touch = np.isfinite(g0)
-    one = np.zeros(g0.shape)
-    one.ravel()[np.argmax(touch)] = 1
-    return _Problem(
-        flexibility,
-        g0[touch] - (approach or 0.0),
-        touch,
-        load,
-        approach,
-        g0,
-        float(np.ptp(flexibility @ one)),
-        Counter(products=1),
-    )
 
 
 def _gradient_step(problem, forces, slope, alpha):

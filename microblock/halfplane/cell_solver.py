@@ -5,15 +5,14 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ..corners import on_cells
 from ..corners.cell_solver import CellSolution, CellSolver
-from ..corners.on_cells import Grid
+from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import level_surface, require_pure_force
-from ..model.obstacles import heights
+from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .counter import CounterCells
@@ -98,7 +97,7 @@ class LineSolver(CellSolver):
     @cached_property
     def problem(self):
         obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
-        obstacle = obstacle if self.period is None else _repeated(obstacle, self.period)
+        obstacle = obstacle if self.period is None else repeated(obstacle, self.period)
         return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
 
     def gaps(self, x):
@@ -164,18 +163,11 @@ def around(found, ell):
     return Grid(1, 1.1 * (right - left), ((left + right) / 2,))
 
 
-def _repeated(obstacle, period):
-    height = getattr(obstacle, "height", obstacle)
-    if not callable(height):
-        return obstacle  # refused by name in `obstacles.gap`
-    return lambda x: height((np.asarray(x, float) + period / 2) % period - period / 2)
-
-
 def flexibility(body, law, grid, counter=None):
     """The `Flexibility` of a law's corners on a Grid, with a second body of the solid `counter`."""
     solid, count, width, shifts = body.solid, grid.count, grid.width, law.shifts(body.solid.ell)
     offsets, periodic = np.array([[-2 * shift] for shift in law.shifts(1.0)]), body.period is not None
-    other = counter and CounterCells.on(counter, shifts, width, count, periodic)
+    other = counter and CounterCells(counter, shifts, width, count, periodic)
 
     def cells():
         found = body.cells(count, width, (3, 4) if law.clamps_rotation else (0, 1, 2))
@@ -185,7 +177,7 @@ def flexibility(body, law, grid, counter=None):
 
     rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
     tilts, clamped = tilt(law, offsets, *grid.axes), law.clamps_rotation
-    return on_cells.flexibility(offsets, tilts, clamped, width, rest, waves, cells, other)
+    return Flexibility(offsets, tilts, clamped, width, rest, waves, cells, other)
 
 
 def tilt(law, offsets, x):

@@ -4,8 +4,6 @@ equal cells (docs/theory/two_bodies.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
@@ -26,7 +24,6 @@ def counter_flexibility(problem, x, widths):
     return normal_averages(problem.counter, places[:, None] - places, widths, widths[:, None])
 
 
-@dataclass(frozen=True)
 class CounterCells:
     """Gaps of all corners from their forces on equal cells, by way of the second body: that of corner a gets
     U2 exp(-i k (s_a - s_b)) from the force of corner b.
@@ -38,30 +35,22 @@ class CounterCells:
     smooth, phase : arrays, U2 and k times half the way between the corners, of the preconditioner
     """
 
-    length: int
-    spectra: np.ndarray
-    smooth: np.ndarray
-    phase: np.ndarray
-
-    @classmethod
-    def on(cls, solid, shifts, width, count, periodic):
-        """Of a solid, on cells of a width."""
-        length, near = count, count
+    def __init__(self, solid, shifts, width, count, periodic):
+        self.length, near = count, count
         if not periodic:
-            length, near = (next_fast_len(parts * count, real=True) for parts in (2, 1))
+            self.length, near = (next_fast_len(parts * count, real=True) for parts in (2, 1))
         (way,), k = wavenumbers(near, width, 1)
         ways = np.array([[one - other for other in shifts] for one in shifts])
-        smooth = normal_symbol(solid, k) / width
+        self.smooth, self.phase = normal_symbol(solid, k) / width, way * np.ptp(shifts) / 2
         if periodic:
-            spectra = np.where(way == 0, 0.0, smooth) * np.exp(-1j * way * ways[..., None])
-            if length % 2 == 0:
-                spectra[..., -1] = spectra[..., -1].real
+            self.spectra = np.where(way == 0, 0.0, self.smooth) * np.exp(-1j * way * ways[..., None])
+            if count % 2 == 0:
+                self.spectra[..., -1] = self.spectra[..., -1].real
         else:
-            cells = np.fft.fftfreq(length, 1 / length)
+            cells = np.fft.fftfreq(self.length, 1 / self.length)
             apart = np.where(np.abs(cells) < count, cells, 0.0) * width
             kernels = normal_averages(solid, apart - ways[..., None], width, width)
-            spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
-        return cls(length, spectra, smooth, way * np.ptp(shifts) / 2)
+            self.spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
 
     def __matmul__(self, forces):
         waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))

@@ -15,7 +15,6 @@ displace besides.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -36,11 +35,10 @@ FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
-@dataclass(frozen=True)
 class Counter:
-    """What a second body adds to the gaps of corners on cells.
+    """What a second body adds to the gaps of corners on count x count cells.
 
-    Attributes
+    Parameters
     ----------
     solid : Cosserat
         Second body, also classical.
@@ -48,35 +46,32 @@ class Counter:
         Side of the first body's blocks (length).
     offsets : array (corners, 2)
         (a, b) of the corners.
+    width : float
+        Of a cell (length).
+    count : int
+    periodic : bool
+
+    Attributes
+    ----------
     shares : dict of sparse arrays (m, n)
         By a or b: shares on m cells of forces on n cells along an axis, ``beyond`` fewer on either side.
     response : Waves
         Of u2 to forces on m x m cells.
-    width : float
-        Of a cell (length).
     near : int
         Cells of the period of the preconditioner.
-    beyond : int
     held, twisted : float
         Least and most twist of a block (length per force).
+
+    Raises
+    ------
+    BadArgument
+        If corners stand WIDEST windows outside.
     """
 
-    solid: Cosserat
-    ell: float
-    offsets: Array
-    shares: dict[float, Any]
-    response: Waves
-    width: float
-    near: int
-    beyond: int
-    held: float
-    twisted: float
-
-    @classmethod
-    def on(
-        cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
-    ) -> Counter:
-        """Returns the Counter of count x count cells; BadArgument if corners stand WIDEST windows outside."""
+    def __init__(
+        self, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
+    ) -> None:
+        self.solid, self.ell, self.offsets, self.width = solid, ell, offsets, width
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:
             raise BadArgument(
@@ -85,18 +80,18 @@ class Counter:
                 f"is above {WIDEST:g} times the window of {count * width:g}, beside which corners press the "
                 "second body: give a wider one, Cells(window=(left, right))",
             )
-        beyond = 0 if periodic or not apart else int(np.ceil(apart)) + 2
-        shares = {sign: _shares(sign * apart, count, beyond) for sign in np.unique(offsets).tolist()}
+        self.beyond = 0 if periodic or not apart else int(np.ceil(apart)) + 2
+        signs = np.unique(offsets).tolist()
+        self.shares = {sign: _shares(sign * apart, count, self.beyond) for sign in signs}
         if periodic:
             whole = _smooth(solid, count, width)
             whole[0, 0] = 0
         else:
-            whole = _without_images(solid, count + 2 * beyond, width)
-        response = Waves((len(whole), len(whole)), [[whole]])
-        held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
-        twisted = held + float(np.max(whole * twist**2))
-        near = count if periodic else next_fast_len(count, real=True)
-        return cls(solid, ell, offsets, shares, response, width, near, beyond, held, twisted)
+            whole = _without_images(solid, count + 2 * self.beyond, width)
+        self.response = Waves((len(whole), len(whole)), [[whole]])
+        self.held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
+        self.twisted = self.held + float(np.max(whole * twist**2))
+        self.near = count if periodic else next_fast_len(count, real=True)
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n, n)."""

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import label, map_coordinates, minimum_filter
 
-from ..corners import on_cells
 from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.projected_gradients import GridForces
@@ -24,9 +23,8 @@ from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import body_of
 from ..model.material import Cosserat, joint_modulus
-from ..model.obstacles import heights
+from ..model.obstacles import heights, repeated
 from ..model.state import State, in_space
-from ..model.surfaces import repeated
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from .counter import Counter
@@ -162,7 +160,7 @@ class SurfaceSolver(CellSolver):
     def flexibility(self, grid: Grid) -> Flexibility:
         """Returns the Flexibility of a grid."""
         law, cells, second = self.surface_law, (grid.width, self.period is not None), body_of(self.obstacle)
-        counter = second and Counter.on(
+        counter = second and Counter(
             second.solid, self.solid.ell, law.offsets, grid.width, grid.count, cells[1]
         )
         return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
@@ -269,10 +267,7 @@ def flexibility(
 
     rest = at_rest(solid) if periodic else None
 
-    def waves(k: Array) -> Array:
-        return np.array(symbol(solid, k))
-
-    return on_cells.flexibility(offsets, tilt, clamped, width, rest, waves, cells, counter)
+    return Flexibility(offsets, tilt, clamped, width, rest, partial(symbol, solid), cells, counter)
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:

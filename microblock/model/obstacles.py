@@ -415,6 +415,15 @@ def heights(obstacle: Any, *x: Array) -> Array:
     return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
 
 
+def repeated(obstacle: object, period: float) -> Callable[..., Array]:
+    """Returns the height of an obstacle and its images along the line, or along both axes."""
+
+    def height(*x: Array) -> Array:
+        return heights(obstacle, *((along + period / 2) % period - period / 2 for along in x))
+
+    return height
+
+
 def check(obstacle: ObstacleLike, in_space: bool = False) -> None:
     """Raises BadArgument unless the obstacle has a height that takes arrays."""
     if in_space or returned(obstacle, np.zeros(2)).shape != (2,):

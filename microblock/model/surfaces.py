@@ -3,14 +3,13 @@
 Any callable ``height(x1, x2)`` of two arrays serves as well, with inf where there is no obstacle.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from ..errors import Checked, checked, require_choice, require_positive
-from .obstacles import SelfAffine, heights
+from .obstacles import SelfAffine
 from .quadrature import in_blocks
 from .types import AnyArray as Array
 
@@ -192,12 +191,3 @@ class RoughSurface(SelfAffine):
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))
-
-
-def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]:
-    """Returns the height of an obstacle and its images along both axes."""
-
-    def height(x1: Array, x2: Array) -> Array:
-        return heights(obstacle, *((x + period / 2) % period - period / 2 for x in (x1, x2)))
-
-    return height

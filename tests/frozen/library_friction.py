@@ -87,12 +87,14 @@ def touching(compliance, gaps, load):
     there = np.isfinite(initial)
     state = active_set.solve(H, initial, load=load)
     pressed = active_set.solve(H, initial, approach=state.approach)
-    path = active_set.path(H, initial, [load / 2, load])
+    events = active_set.path(H, initial, load)
+    changed = np.bincount([event.corner for event in events], minlength=m) % 2 == 1
+    path = active_set.solve(H, initial, load=load, start=changed)
     products = projected_gradients.solve(_Dense(H), initial.reshape(gaps.shape), load=load, rtol=1e-13)
     found = {
         "active set": (state.forces, state.gaps, state.approach),
         "approach given": (pressed.forces, pressed.gaps, pressed.approach),
-        "path": (path.states[-1].forces, path.states[-1].gaps, path.states[-1].approach),
+        "path": (path.forces, path.gaps, path.approach),
         "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
     }
     own = H[np.ix_(there, there)]
@@ -102,7 +104,7 @@ def touching(compliance, gaps, load):
     bare = initial + H @ forces
     approach = float(bare[forces > 0].mean())
     found["exchange"] = forces, bare - approach, approach
-    return found, [(one.kind, one.corner, one.load) for one in path.events]
+    return found, [(one.kind, one.corner, one.load) for one in events]
 
 
 def touching_twice(compliance, gaps, load):

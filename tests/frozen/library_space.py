@@ -295,7 +295,7 @@ def of_second_bodies():
         waves = zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS)))
         values = {f"symbol at k={k:g}": value for k, value in waves}
         for where, periodic in (("alone", False), ("on a period", True)):
-            own = counter.Counter.on(solid, 0.3, offsets, 0.11, 8, periodic)
+            own = counter.Counter(solid, 0.3, offsets, 0.11, 8, periodic)
             values |= {f"{where} gap {i}": gap[3, 5] for i, gap in enumerate(own @ FORCES)}
             values[f"{where} pressed"] = own.pressed(FORCES)[4, 6]
         found |= {f"second {name} {part}": value for part, value in values.items()}
