@@ -131,8 +131,8 @@ def _transforms(state, x1, k, nearest, points):
 
 
 def _sources(state, x1, nearest, points):
-    """Distances and weights of pressure and micromoment, (m,) and (4, m), from near to far; distances are sums
-    of steps: as differences of abscissae they would miss the slope of theta at the surface by percents.
+    """Distances and weights of pressure and micromoment, (m,) and (4, m), from near to far. Distances are
+    sums of steps: as differences of abscissae they would miss the slope of theta at the surface by percents.
     """
     panels, rows = state.whole
     v0, direction, start, end = _halves(panels, x1)
