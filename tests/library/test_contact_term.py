@@ -161,11 +161,11 @@ def test_contact_term_in_space_with_given_multipliers(order):
     form = ng.BilinearForm(space)
     form += ng.Variation(nodes.contact(g0, trial, [nodes.field(lam) for lam in lams], approach, rho))
     state = at_random(space, 8, 0.1)
-    *fields, d = state.components
+    d, values = state.components[-1], state.vec.FV().NumPy()[: body.space.ndof]
     psi0, e, total = np.array((p1, p2, 0.0)), np.eye(3), 0.0
     S1, S2, N = (axis + np.cross(psi0, axis) for axis in e)
     # a point of a bilinear facet is located by NGSolve to some digits alone
-    at_nodes = np.array([nodes.traces[name] @ own.vec.FV().NumPy() for name, own in zip(body.names, fields)])
+    at_nodes = np.array([nodes.traces[name] @ values for name in body.names])
     for i, (values, weight) in enumerate(zip(at_nodes.T, nodes.weights)):
         for c, (a, b) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1))):
             arm = SOLID.ell / 2 * (N + a * S1 + b * S2)
