@@ -332,11 +332,11 @@ class ContactNodes:
         """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
         return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
 
-    def integral(self, density, rules=None):
+    def integral(self, density):
         """The integral over the contact boundary by these rules; in space with `weights`."""
         if self.dim == 3:
             density = density * self.field(self.weights / self.shares)
-        return density * ng.ds(definedon=self.region, intrules=rules or self.rules)
+        return density * ng.ds(definedon=self.region, intrules=self.rules)
 
 
 class ContactFacets(ContactNodes):
@@ -435,9 +435,7 @@ class ContactFacets(ContactNodes):
         nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
         alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
         self.twins = fixed & (len(gaps) > 1) & alike
-        # between the nodes twins are no twins: both keep their multipliers there, tied at the node
-        alone = fixed if self.nodal else fixed & ~self.twins
-        return np.isfinite(gaps) & (~alone | nearest)
+        return np.isfinite(gaps) & (~fixed | nearest)
 
     @cached_property
     def _moved(self):
@@ -450,15 +448,7 @@ class ContactFacets(ContactNodes):
     def contact(self, g0, components, multipliers, approach, rho):
         """The contact term of (37), or of (31), from initial gaps, array (corners, n)."""
         vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
-        total = contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
-        if self.nodal or not self.twins.any():
-            return total
-        # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
-        # difference is 0 by symmetry
-        first, second = multipliers
-        tie = self.field(self.twins) * (first - second) ** 2 / (2 * rho)
-        rules = {ng.SEGM: nodal_rule(ng.SEGM, self.orders[0])}
-        return total - self.integral(tie, rules)
+        return contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
 
 
 def initial_gaps(law, nodes, obstacle):

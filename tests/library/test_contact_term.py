@@ -222,3 +222,14 @@ def test_a_residual_that_falls_slowly_does_not_stall(block):
         for rho in (None, 1e12)
     )
     assert large == pytest.approx(usual, abs=1e-3 * usual.max())  # the rounding of rho
+
+
+def test_by_gauss_points_half_a_block_is_solved_whole():
+    """On the axis of a half psi is 0: two multipliers there, tied by rho, missed 6e-5."""
+    method = mb.Uniform(h=0.1, order=1, newton=mb.Newton("al", rho=1e5), rule="gauss", reach=0.8)
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+    even, whole = (
+        mb.Contact(mb.Block(solid, 4.0), height, Microblock(), method).solve(load=1.0).pressure
+        for height in (Cylinder(R=10), lambda x: x**2 / 20)
+    )
+    assert even == pytest.approx(whole, abs=1e-9 * whole.max())
