@@ -159,19 +159,18 @@ class Body:
         require_flag(periodic=periodic)
         self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
         self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
-        made_of = {"mesh": mesh, "solid": solid, "order": order, "order_psi": order_psi}
-        order = order if self.element_orders is None else int(self.element_orders.max())
-        require_whole(1, order=order)
-        require_whole(1, order_psi=order if order_psi is None else order_psi)
-        self.order, self.order_psi = order, order if order_psi is None else order_psi
+        self.order = order if self.element_orders is None else int(self.element_orders.max())
+        self.order_psi = self.order if order_psi is None else order_psi
+        require_whole(1, order=self.order, order_psi=self.order_psi)
         self.names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
         self.fixed = supports.patterns(self, fixed)
-        made_of |= {"fixed": self.fixed, "prescribed": self.prescribed}
-        self._made_of = made_of | {"periodic": periodic, "contact": contact}
+        self._made_of = {"mesh": mesh, "solid": solid, "order": order, "order_psi": order_psi}
+        self._made_of |= {"fixed": self.fixed, "prescribed": self.prescribed}
+        self._made_of |= {"periodic": periodic, "contact": contact}
         self.spaces = [
-            self.scalar(order if name[0] == "u" else self.order_psi, dirichlet=self.fixed.get(name, ""))
+            self.scalar(self.order if name[0] == "u" else self.order_psi, dirichlet=self.fixed.get(name, ""))
             for name in self.names
         ]
         self.space = reduce(mul, self.spaces)
@@ -477,22 +476,14 @@ class Fields:
                 "there; supported are "
                 + (", ".join(f"{name} on {pattern}" for name, pattern in body.fixed.items()) or "none"),
             )
-        parts = {name: region * body.boundary(body.fixed[name]) for name in held}
-
-        def work(u, psi):
-            """Of the supports on a rigid motion."""
-            values = (*u, *psi)
-            return sum(
-                self.forces[body.unknowns_of(name)]
-                @ supports.values_on(body, parts[name], name, values[PLACES[name]])
-                for name in held
-            )
-
-        axes, place = [tuple(map(float, axis)) for axis in np.eye(3)], self._place()
-        turns = [ng.Cross(ng.CF(axis), place) for axis in axes]
-        force = np.array([work(axis, (0.0,) * 3) for axis in axes])
-        moment = np.array([work([turn[i] for i in range(3)], axis) for turn, axis in zip(turns, axes)])
-        return Reaction(force, moment) if body.mesh.dim == 3 else Reaction(force[:2], float(moment[2]))
+        axes, place, work = [ng.CF(tuple(map(float, axis))) for axis in np.eye(3)], self._place(), np.zeros(6)
+        motions = [ng.CF((axis, 0 * axis)) for axis in axes]
+        motions += [ng.CF((ng.Cross(axis, place), axis)) for axis in axes]
+        for name in held:
+            forces, part = self.forces[body.unknowns_of(name)], region * body.boundary(body.fixed[name])
+            values = [supports.values_on(body, part, name, motion[PLACES[name]]) for motion in motions]
+            work += np.array(values) @ forces
+        return Reaction(work[:3], work[3:]) if body.mesh.dim == 3 else Reaction(work[:2], float(work[5]))
 
     def _place(self):
         """The place, for moments: along a period forces have no arm."""

@@ -70,7 +70,7 @@ class Condensed(ContactNodes):
             "contact boundary"
         )
         self._require_room()
-        seen = [self.at(name) for name in body.names] if followed else [self.onto]
+        seen = self.traces.values() if followed else [self.onto]
         seen = np.concatenate([values.indices for values in seen])
         self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]

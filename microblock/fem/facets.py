@@ -77,7 +77,7 @@ class ContactNodes:
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral row by row
     apart : boolean array (n - 1,), in the plane whether no facet joins a node and the next
-    traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
+    traces : {field: sparse array (n, unknowns)}, its values at the nodes from all unknowns
     shares : array (n,), in space, areas by the rule
 
     Raises
@@ -168,7 +168,11 @@ class ContactNodes:
         self.points, self.weights, normals = points[order], weights[order], normals[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         traces = self._trace(body.spaces[0]), self._trace(body.spaces[-1])
-        self.traces = {name: traces[name[0] == "p"] for name in body.names}
+        self.traces = {}
+        for name in body.names:
+            own, first = traces[name[0] == "p"], body.unknowns_of(name).start
+            shape = len(self.points), body.space.ndof
+            self.traces[name] = csr_matrix((own.data, own.indices + first, own.indptr), shape=shape)
         self.apart = np.ones(len(self.points) - 1, bool)
         for own in self.facets:
             self.apart[own.min() : own.max()] = False
@@ -217,7 +221,7 @@ class ContactNodes:
 
     def is_free(self, name, body):
         """Whether a body on this mesh holds a field at no node, boolean array (n,)."""
-        return abs(self.traces[name]) @ np.array(body.space.FreeDofs())[body.unknowns_of(name)] > 0
+        return abs(self.traces[name]) @ np.array(body.space.FreeDofs()) > 0
 
     @cached_property
     def free(self):
@@ -232,14 +236,8 @@ class ContactNodes:
         for name in self.body.names:
             factor = factors[PLACES[name]]
             if np.abs(factor).max() > FLAT:
-                found = found + diags(factor) @ self.at(name)
+                found = found + diags(factor) @ self.traces[name]
         return found
-
-    def at(self, name):
-        """Values of a field at the nodes from all unknowns, sparse (n, unknowns)."""
-        trace, first = self.traces[name], self.body.unknowns_of(name).start
-        shape = len(self.points), self.body.space.ndof
-        return csr_matrix((trace.data, trace.indices + first, trace.indptr), shape=shape)
 
     @cached_property
     def onto(self):
@@ -247,18 +245,20 @@ class ContactNodes:
         (-psi2, psi1) ell/2; sparse.
         """
         if self.dim < 3:
-            return vstack((self.motion(self.normals, 0 * self.normals), self.at("psi")), format="csr")
-        half = self.body.solid.ell / 2
-        return vstack((-self.at("u3"), -half * self.at("psi2"), half * self.at("psi1")), format="csr")
+            return vstack((self.motion(self.normals, 0 * self.normals), self.traces["psi"]), format="csr")
+        (u3, psi1, psi2), half = (
+            (self.traces[name] for name in ("u3", "psi1", "psi2")),
+            self.body.solid.ell / 2,
+        )
+        return vstack((-u3, -half * psi2, half * psi1), format="csr")
 
     def moments_of(self, name, exerted):
         """Nodal moments, array (n,), that do the work of what is exerted on a psi."""
         space = self.body.spaces[-1]  # hierarchical: the first unknowns are those of the lower orders
         counts = [own.size for own in self.facets]
         dofs = [space.GetDofNrs(facet)[:count] for facet, count in zip(self.region.Elements(), counts)]
-        used = np.unique(np.concatenate(dofs))
-        trace = self.traces[name][:, used].T.tocsc()
-        return splu(trace).solve(exerted[self.body.unknowns_of(name)][used])
+        used = np.unique(np.concatenate(dofs)) + self.body.unknowns_of(name).start
+        return splu(self.traces[name][:, used].T.tocsc()).solve(exerted[used])
 
     @cached_property
     def along(self):
@@ -297,14 +297,11 @@ class ContactNodes:
     @cached_property
     def triangles(self):
         """Triangles between the nodes in space, array (m, 3), to draw on."""
-        found = []
-        for around in self.facets:
-            if len(around) > 3:
-                own = around.reshape(self.orders[0] + 1, -1)
-                around = own[:-1, :-1], own[1:, :-1], own[1:, 1:], own[:-1, 1:]
-            corners = np.stack(around, axis=-1).reshape(-1, len(around))
-            found += [corners[:, (0, i, i + 1)] for i in range(1, len(around) - 1)]
-        return np.concatenate(found)
+        size = self.orders[0] + 1
+        place = np.arange(size * size).reshape(size, size)
+        square = np.stack((place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]), axis=-1)
+        halves = square[..., [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+        return np.concatenate([own[halves] if len(own) > 3 else own[None] for own in self.facets])
 
     # what the contact term asks for
 
@@ -335,11 +332,11 @@ class ContactNodes:
         """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
         return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
 
-    def integral(self, density, rules=None):
+    def integral(self, density):
         """The integral over the contact boundary by these rules; in space with `weights`."""
         if self.dim == 3:
             density = density * self.field(self.weights / self.shares)
-        return density * ng.ds(definedon=self.region, intrules=rules or self.rules)
+        return density * ng.ds(definedon=self.region, intrules=self.rules)
 
 
 class ContactFacets(ContactNodes):
@@ -438,9 +435,7 @@ class ContactFacets(ContactNodes):
         nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
         alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
         self.twins = fixed & (len(gaps) > 1) & alike
-        # between the nodes twins are no twins: both keep their multipliers there, tied at the node
-        alone = fixed if self.nodal else fixed & ~self.twins
-        return np.isfinite(gaps) & (~alone | nearest)
+        return np.isfinite(gaps) & (~fixed | nearest)
 
     @cached_property
     def _moved(self):
@@ -453,15 +448,7 @@ class ContactFacets(ContactNodes):
     def contact(self, g0, components, multipliers, approach, rho):
         """The contact term of (37), or of (31), from initial gaps, array (corners, n)."""
         vectors, up = self.body.vectors(components), (0, 1, 0) if self.dim < 3 else (0, 0, 1)
-        total = contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
-        if self.nodal or not self.twins.any():
-            return total
-        # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
-        # difference is 0 by symmetry
-        first, second = multipliers
-        tie = self.field(self.twins) * (first - second) ** 2 / (2 * rho)
-        rules = {ng.SEGM: nodal_rule(ng.SEGM, self.orders[0])}
-        return total - self.integral(tie, rules)
+        return contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
 
 
 def initial_gaps(law, nodes, obstacle):

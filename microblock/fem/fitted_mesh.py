@@ -66,7 +66,7 @@ class MeshFitter(GroundSolver):
                 "the obstacle's features and the edges of the zones ask for some "
                 f"{count:.2g} contact nodes or more, and up to {MOST_NODES} are in reach: {instead}"
             )
-        mesh = graded(ground, (*tips, *self.options.lines), spacing=parts, levels=levels, sizes=sizes)
+        mesh = graded(ground, (*tips, *self.options.lines), parts=parts, levels=levels, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"

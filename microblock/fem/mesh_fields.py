@@ -18,11 +18,10 @@ def below(fields, box, cut=4):
     x1, x2, psi, stress = (
         np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)
     )
-    triangles, first = [], 0
-    for element in fields.body.mesh.Elements():
-        triangles.append(first + cuts[element.type])
-        first += len(rules[element.type])
-    triangles, stress = np.concatenate(triangles), stress.reshape(-1, 2, 2)
+    kinds = [element.type for element in fields.body.mesh.Elements()]
+    firsts = np.cumsum([0, *(len(rules[kind]) for kind in kinds)])
+    triangles = np.concatenate([first + cuts[kind] for first, kind in zip(firsts, kinds)])
+    stress = stress.reshape(-1, 2, 2)
     return _cut_to(box, x1.ravel(), x2.ravel(), triangles, psi.ravel(), stress, fields.mirrored)
 
 

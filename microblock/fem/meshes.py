@@ -179,7 +179,7 @@ class Ground:
         return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
 
 
-def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
+def graded(ground, edges, *, parts, levels, sizes=()):
     """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements
     shrink by RATIO.
 
@@ -187,8 +187,8 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     ----------
     ground : Ground
     edges : abscissae within the reach; those closer than SLIVER of it are one
-    spacing : length of the elements on the boundary "contact", or of parts, ((left, right, length), ...),
-        ascending; away from it they grow by `grading`, (0, 1)
+    parts : lengths of the elements on the boundary "contact", ((left, right, length), ...), ascending; away
+        from it they grow by GRADING
     sizes : ((x, length), ...), places on the surface at which elements are no longer, about
 
     Raises
@@ -198,7 +198,6 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     NotConverged
         If netgen fails or leaves a hole.
     """
-    parts = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
     surface, reach = ground.reach[1] - ground.reach[0], max(abs(x) for x in ground.reach)
     least = min(length for _, _, length in parts)
     require_positive(spacing=least)
@@ -211,7 +210,7 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     places, lengths, parts = (
         [tuple(_rounded(x, unit) for x in part) for part in some] for some in ([tips], sizes, parts)
     )
-    for trial in (grading, 0.9 * grading, 0.8 * grading):
+    for trial in (GRADING, 0.9 * GRADING, 0.8 * GRADING):
         wanted = netgen.MeshingParameters(maxh=scaled.far / 3, grading=trial)
         for place, length in lengths:
             wanted.RestrictH(place, 0, 0, length)
@@ -297,14 +296,8 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     corners = np.stack((number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]), axis=-1)
     elements = corners.reshape(-1, 4) if quads else corners[:, :, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
     mesh.AddElements(2, mesh.AddRegion("dom", dim=2), np.ascontiguousarray(elements))
-    ends = (
-        (number[0, :-1], number[0, 1:]),
-        (number[:-1, -1], number[1:, -1]),
-        (number[-1, 1:], number[-1, :-1]),
-        (number[1:, 0], number[:-1, 0]),
-    )
-    for region, pair in zip([mesh.AddRegion(name, dim=1) for name in names], ends):
-        mesh.AddElements(1, region, np.ascontiguousarray(np.stack(pair, axis=-1)))
+    for name, side in zip(names, (number[0], number[:, -1], number[-1, ::-1], number[::-1, 0])):
+        mesh.AddElements(1, mesh.AddRegion(name, dim=1), np.stack((side[:-1], side[1:]), axis=-1))
     mesh.Compress()
     return ng.Mesh(mesh)
 
@@ -338,8 +331,13 @@ def uniform_lines(reach, far, h):
     near = np.linspace(0, reach, max(1, round(reach / h)) + 1)
     growth = 1 + 3 * near[1] / reach
     count = max(1, round(np.log1p((far - reach) * (growth - 1) / near[1]) / np.log(growth)))
-    steps = growth ** np.arange(1, count + 1)
-    return np.concatenate((near, reach + (far - reach) * np.cumsum(steps[:-1]) / steps.sum(), [far]))
+    return stretched(near, far, growth ** np.arange(1, count + 1))
+
+
+def stretched(near, far, steps):
+    """Ascending places, with more up to `far` in the ratios of these steps."""
+    outer = near[-1] + (far - near[-1]) * np.cumsum(steps[:-1]) / np.sum(steps)
+    return np.concatenate((near, outer, [far]))
 
 
 def falling_orders(mesh, ground, tips, top):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import BadArgument, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
+from .meshes import stretched
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
 
@@ -49,9 +50,7 @@ def graded(reach, step, far, growth=1.5):
     steps = [step * growth]
     while sum(steps) < (far - reach) * (1 - 1e-9):
         steps.append(steps[-1] * growth)
-    outer = reach + (far - reach) * np.cumsum(steps) / sum(steps)
-    outer[-1] = far
-    return np.concatenate((inner, outer))
+    return stretched(inner, far, steps)
 
 
 def block(x1, x2, x3, reach=math.inf):
@@ -96,17 +95,16 @@ def block(x1, x2, x3, reach=math.inf):
     square = (0, 0), (0, 1), (1, 1), (1, 0)  # its corners, one after the other
     around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in square]
     mesh.AddElements(3, mesh.AddRegion("solid", dim=3), np.stack(around, axis=-1).reshape(-1, 8))
-    regions = {name: mesh.AddRegion(name, dim=2) for name in (*SIDES.values(), "contact")}
-    pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles))
+    sides = {}
     for (axis, end), name in SIDES.items():
         side = np.take(numbers, -end, axis=axis)
-        faces = np.stack([side[ends[j], ends[i]] for i, j in square], axis=-1)
+        faces = np.stack([side[ends[j], ends[i]] for i, j in square], axis=-1).reshape(-1, 4)
         # the outward normal is right-handed
-        faces = faces if bool(end) != (axis == 1) else faces[..., ::-1]
-        within = pressed if name == "top" else np.zeros(faces.shape[:2], bool)
-        for own, chosen in (("contact", within), (name, ~within)):
-            if chosen.any():
-                mesh.AddElements(2, regions[own], np.ascontiguousarray(faces[chosen]))
+        sides[name] = faces if bool(end) != (axis == 1) else faces[:, ::-1]
+    pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
+    sides |= {"contact": sides["top"][pressed], "top": sides["top"][~pressed]}
+    for name, faces in sides.items():
+        mesh.AddElements(2, mesh.AddRegion(name, dim=2), np.ascontiguousarray(faces))
     mesh.Compress()
     return ng.Mesh(mesh)
 

@@ -5,7 +5,7 @@ are unknowns; in space, where they are not unique, they are given, and become (4
 better than the gaps do.
 """
 
-from collections import Counter, namedtuple
+from collections import Counter
 from dataclasses import dataclass
 
 import ngsolve as ng
@@ -24,7 +24,7 @@ from .newton_systems import ConjugateGradients, Direct
 
 @dataclass(frozen=True, repr=False)
 class NodalState:
-    """One converged contact state.
+    """An iterate, of which the one that `MonolithicNewton.solve` returns is a contact state.
 
     Attributes
     ----------
@@ -32,24 +32,33 @@ class NodalState:
         Of the obstacle (length), and resultant force (per thickness; per area for a 1D body).
     fields : Fields
     surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2)
-    gaps, forces : arrays (corners, n)
-        Gaps (22), inf where a corner cannot touch, and forces (40) along -n; by Gauss's rule they may be
-        tensile.
+    forces : array (corners, n)
+        Forces (40) along -n; by Gauss's rule they may be tensile.
     closed : boolean array (corners, n)
     iterations, unknowns : int
-    kkt : float, largest relative residual
+    residual, open : floats
+        Relative residuals of the system that a step solves, and of gaps whose multipliers are given.
+    active, variation
+        Flags of closed corners where the rule has its points, and the first variation.
     """
 
     approach: float
     load: float
     fields: Fields
     surface: np.ndarray
-    gaps: np.ndarray
     forces: np.ndarray
     closed: np.ndarray
     iterations: int
     unknowns: int
-    kkt: float
+    residual: float
+    open: float
+    active: bytes
+    variation: ng.BaseVector
+
+    @property
+    def kkt(self):
+        """Largest relative residual."""
+        return max(self.residual, self.open)
 
 
 class MonolithicNewton:
@@ -145,21 +154,21 @@ class MonolithicNewton:
         if self.control == "load" and level <= 0:
             raise BadArgument("load", level, "must be positive: contact cannot pull")
         unknowns, visits, active = self._first_guess(level, start), Counter(), None
-        best, steps, before, stopped = None, 0, np.inf, "the residual stalls"
+        best, before, stopped = None, np.inf, "the residual stalls"
         for iteration in range(61):
             counted()
-            now = self._look(unknowns)
+            now = self._look(unknowns, iteration)
             if best is None or now.kkt < best.kkt:
-                best, steps = now, iteration
+                best = now
             # of a system that was solved
-            stalls = now.active == active and not now.residual * now.size < before / 2
+            stalls = now.active == active and not now.residual < before / 2
             if now.kkt <= self._systems.rtol or stalls:
                 break
             if now.residual <= min(now.open, 1e-3):  # equilibrium is the better one
-                for given, stresses in zip(self._given, now.stresses):
-                    given.vec.data = self.facets.field(stresses).vec
+                for given, forces in zip(self._given, now.forces):
+                    given.vec.data = self.facets.field(-forces / self.facets.weights).vec
                 visits.clear()
-                now = self._look(unknowns)
+                now = self._look(unknowns, iteration)
             if now.active != active:
                 visits[now.active] += 1
                 if visits[now.active] > 3:  # rounding excuses some where a corner is just about to close
@@ -168,15 +177,15 @@ class MonolithicNewton:
                 active = now.active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free)
-            before = now.residual * now.size
-            unknowns.vec.data -= self._systems.solve(now.vector)
+            before = now.residual
+            unknowns.vec.data -= self._systems.solve(now.variation)
         if not best.kkt <= SOLVED:
             raise NotConverged(
-                f"Newton stopped at {self.control} {level:g} after {steps} iterations, relative residual "
-                f"{best.kkt:.1e}, as {stopped}: take {self._systems.advice}",
-                iterations=steps,
+                f"Newton stopped at {self.control} {level:g} after {best.iterations} iterations, relative "
+                f"residual {best.kkt:.1e}, as {stopped}: take {self._systems.advice}",
+                iterations=best.iterations,
             )
-        return self._state(best, steps)
+        return best
 
     def _first_guess(self, level, start):
         unknowns = ng.GridFunction(self.space)
@@ -214,20 +223,21 @@ class MonolithicNewton:
         fields = unknowns.vec.FV().NumPy()[: self.body.space.ndof]
         return np.array(stresses), self.facets.displacements(fields)
 
-    def _look(self, unknowns):
-        """The _Iterate of these unknowns."""
-        facets, values, count = self.facets, unknowns.vec.FV().NumPy().copy(), self.body.space.ndof
-        own, moved = self._corners(unknowns)
+    def _look(self, unknowns, iterations):
+        """The NodalState of these unknowns."""
+        facets, count, kept = self.facets, self.body.space.ndof, ng.GridFunction(self.space)
+        kept.vec.data = unknowns.vec
+        values, (own, moved) = kept.vec.FV().NumPy(), self._corners(kept)
         gaps = self._g0 - moved - values[-1] * self._up  # (22)
         wanted = own + self.rho * gaps
         closed = wanted <= 0  # (40)
         stresses = np.where(closed, wanted, 0.0) if facets.nodal else own
-        internal, vector = (self._systems.stiffness * unknowns.vec).Evaluate(), ng.GridFunction(self.space)
-        self._contact.Apply(unknowns.vec, vector.vec)
+        internal, vector = (self._systems.stiffness * kept.vec).Evaluate(), ng.GridFunction(self.space)
+        self._contact.Apply(kept.vec, vector.vec)
         vector.vec.data += internal
-        internal, unbalanced = internal.FV().NumPy(), np.linalg.norm(vector.vec.FV().NumPy()[self._balanced])
-        size = max(np.linalg.norm(internal[:count]), unbalanced)
-        balance, left = _ratio(unbalanced, size), 0.0
+        exerted, internal = (part.FV().NumPy() for part in (vector.vec, internal))
+        unbalanced = np.linalg.norm(exerted[self._balanced])
+        balance, left = _ratio(unbalanced, max(np.linalg.norm(internal[:count]), unbalanced)), 0.0
         if self.method == "al":
             length = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
             if facets.nodal:
@@ -235,46 +245,21 @@ class MonolithicNewton:
             else:  # (40) holds in the mean over each multiplier's function
                 left = [_ratio(part / facets.extents, length) for part in self._multipliers(vector)]
             left = max(left)
-        # in space multipliers are given
-        balance, left = (balance, left) if self.body.mesh.dim == 3 else (max(balance, left), 0.0)
-        return _Iterate(
-            values,
-            gaps,
-            stresses,
-            closed,
-            b"".join((facets.at_rule(value) <= 0).tobytes() for value in wanted),
-            vector.vec,
-            size,
-            balance,
-            left,
-            max(balance, left),
-        )
-
-    def _state(self, now, iterations):
-        kept, facets = ng.GridFunction(self.space), self.facets
-        kept.vec.FV().NumPy()[:] = now.values
-        forces = -now.stresses * facets.weights
-        total = self._up @ forces.sum(axis=0)
-        exerted = now.vector.FV().NumPy()[: self.body.space.ndof].copy()
-        surface = facets.onto @ now.values[: self.body.space.ndof]
+        in_space, forces = self.body.mesh.dim == 3, -stresses * facets.weights
         return NodalState(
-            approach=self._first + float(now.values[-1]),
-            load=self._load.Get() if self.control == "load" else float(total),
-            fields=Fields(self.body, kept.components, exerted),
-            surface=surface.reshape(-1, len(facets.points)),
-            gaps=now.gaps,
+            approach=self._first + float(values[-1]),
+            load=self._load.Get() if self.control == "load" else float(self._up @ forces.sum(axis=0)),
+            fields=Fields(self.body, kept.components, exerted[:count].copy()),
+            surface=(facets.onto @ values[:count]).reshape(-1, len(facets.points)),
             forces=forces,
-            closed=now.closed,
+            closed=closed,
             iterations=iterations,
             unknowns=sum(self.free),
-            kkt=now.kkt,
+            residual=balance if in_space else max(balance, left),
+            open=left if in_space else 0.0,
+            active=b"".join((facets.at_rule(value) <= 0).tobytes() for value in wanted),
+            variation=vector.vec,
         )
-
-
-# unknowns and what they leave: gaps (22), stresses (40), flags of closed corners (`active`), first variation
-# (`vector`), norm of internal forces (`size`), and residuals, of the system that a step solves, of gaps whose
-# multipliers are given (`open`), and the larger one
-_Iterate = namedtuple("_Iterate", "values gaps stresses closed active vector size residual open kkt")
 
 
 def default_rho(facets, method, length=None):

@@ -56,6 +56,11 @@ class UniformSolver(GroundSolver):
         return found
 
     @property
+    def symmetric(self):
+        """By Gauss's rule a half has no multipliers on its axis."""
+        return super().symmetric and self.options.rule == "nodal"
+
+    @property
     def reach(self):
         return self.options.reach
 

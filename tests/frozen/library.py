@@ -410,7 +410,7 @@ def of_bodies():
     for level in (0.002, 0.004, 0.02):
         last = by_newton(solver, level, start=last)
     traction, moment = -last.pressures.sum(axis=0)[0], last.micromoment[0]
-    u1, solid = (last.nodes.traces["u1"] @ last.fields.u1.vec.FV().NumPy())[0], body_of(strip).solid
+    u1, solid = (last.nodes.traces["u1"] @ last.fields.values)[0], body_of(strip).solid
     psi, slope = last.psi[0], moment / (solid.curvature * solid.ell**2 * solid.mu)
     return found | {
         "strip load path last traction": traction,

@@ -216,7 +216,7 @@ def test_a_mesh_with_a_hole_is_none(monkeypatch):
     half = lambda ground, *rest: whole(meshes.Ground(ground.far / 2, ground.reach), *rest)  # noqa: E731
     monkeypatch.setattr(meshes, "_face", half)
     with pytest.raises(NotConverged, match="0.8 of the area is in no element"):
-        meshes.graded(meshes.Ground(10.0, (0.0, 1.0)), (0.5,), spacing=0.3, levels=1)
+        meshes.graded(meshes.Ground(10.0, (0.0, 1.0)), (0.5,), parts=((0.0, 1.0, 0.3),), levels=1)
 
 
 # --- fitted elements under a wedge, beside the second code of the contact line
