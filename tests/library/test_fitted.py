@@ -235,3 +235,10 @@ def test_kinks_are_graded_as_deep_as_the_error_asks(law, alpha):
     contact = mb.Contact(mb.Block(solid), mb.Wedge(0.02), NAMED[law]())
     state = contact.solve(load=np.pi / 2, rtol=1e-3)
     assert lines.by_panels(contact.with_(body=mb.HalfPlane(solid)), np.pi / 2)(state)[0] < 1e-3
+
+
+def test_reactions_beside_a_microclamped_contact_are_estimated_too():
+    """At its ends the boundary's neighbours hold psi as well: M was off by five times the estimate."""
+    _, problem, load, rtol, verify = lines.drawn("fitted", 3)
+    error, estimate, _ = verify(problem.solve(load=load, rtol=rtol))
+    assert error < rtol and estimate < rtol
