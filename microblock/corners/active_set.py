@@ -91,9 +91,12 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
         If sets do not settle at an approach, or rigid corners cannot take it.
     """
     require_level(load, approach)
+    start = np.zeros(np.shape(g0), bool) if start is None else np.asarray(start)
+    if start.shape != np.shape(g0) or start.dtype != bool:
+        raise BadArgument("start", start, "must be a boolean array, one for each corner")
     for problem in _problems(matrix, g0, c, free=load is not None):
         try:
-            return _state(problem, _start(start, problem), load, approach)
+            return _state(problem, start[problem.touch], load, approach)
         except NotConverged as stopped:  # more of D, then
             if load is not None and stopped.iterations:
                 changes = [event.corner for event in path(matrix, g0, load, c=c)]
@@ -147,7 +150,9 @@ def _problems(H, g0, c, free):
     # for compliances computed less well
     for level, lift in product((0.0, PATHS, 100 * PATHS), lifts):
         regular = H + lift + np.diag(level * rows)
-        if _is_positive(regular):
+        with released(len(H)):
+            factor, failed = dpotrf(regular)
+        if not failed and np.all(factor.diagonal() ** 2 > SUMS * regular.diagonal()):
             found = True
             yield _Problem(H, g0, c, touch, level * rows, regular)
     if not found:
@@ -159,19 +164,6 @@ def _problems(H, g0, c, free):
 def lifted(H):
     """The rigid level that makes an H definite that is so on zero-sum forces."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
-
-
-def _is_positive(H):
-    with released(len(H)):
-        factor, failed = dpotrf(H)
-    return not failed and bool(np.all(factor.diagonal() ** 2 > SUMS * H.diagonal()))
-
-
-def _start(start, problem):
-    start = np.zeros(len(problem.c), bool) if start is None else np.asarray(start)
-    if start.shape != problem.c.shape or start.dtype != bool:
-        raise BadArgument("start", start, "must be a boolean array, one for each corner")
-    return start[problem.touch]
 
 
 def require_level(load, approach):

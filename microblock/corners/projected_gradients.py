@@ -120,15 +120,12 @@ class _Problem:
         whole[self.touch] = values
         return whole
 
-    def kept(self, whole):
-        return whole[self.touch]
-
     @cached_property
     def even(self):
         """Forces without displacement, or None."""
         if len(self.g0) < self.touch.size:
             return None
-        forces = self.kept(self.H.precondition(np.ones(self.touch.shape)))
+        forces = self.H.precondition(np.ones(self.touch.shape))[self.touch]
         displaced = _largest(self.displacement(forces)) > LEAST * self.unit * forces.max()
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
@@ -150,17 +147,17 @@ class _Problem:
 
     def displacement(self, forces):
         self.products += 1
-        return self.kept(self.H @ self.spread(forces))
+        return (self.H @ self.spread(forces))[self.touch]
 
     def preconditioner(self, face):
         on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
-        return lambda values: self.kept(on_face(self.spread(values))) * face
+        return lambda values: on_face(self.spread(values))[self.touch] * face
 
     def settled(self, forces, slope):
         settle = getattr(self.H, "settled", None)
         if settle is None:
             return forces, slope
-        found = self.kept(settle(self.spread(forces), self.all_gaps, self.spread(slope)))
+        found = settle(self.spread(forces), self.all_gaps, self.spread(slope))[self.touch]
         return found, self.slope(found) if getattr(self.H, "settling_displaces", False) else slope
 
     def slope(self, forces):
