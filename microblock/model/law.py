@@ -291,6 +291,11 @@ def _check_corners(law: Law) -> None:
     for name in ("levers", "initial_gaps", "shifts"):
         words = f"must not have {name} of its own, which follow from its arms"
         require(getattr(type(law), name) is getattr(Law, name), "law", law, words)
+    arms, places = (
+        next(kind for kind in type(law).mro() if name in vars(kind)) for name in ("arms", "places")
+    )
+    words = f"has arms of its own and the places of {places.__name__}: give both, or take Law as base"
+    require(places not in BUILT_IN or issubclass(places, arms), "law", law, words)
     for name in ("arms", "places"):
         found = getattr(law, name)(*level_surface(np.zeros(1)))
         good = np.shape(found) == (len(names), 1, 2) and np.isrealobj(found) and np.isfinite(found).all()

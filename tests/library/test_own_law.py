@@ -153,6 +153,14 @@ def test_what_a_law_lacks_or_says_twice_is_named():
             mb.Contact(HALF, CYLINDER, law)
 
 
+def test_arms_without_their_places_are_named():
+    """Gaps would be those of the law that it is derived from."""
+    for base in (mb.Microblock, mb.Unilateral):
+        law = type("Moved", (base,), {"arms": lambda self, *where, base=base: base.arms(self, *where) / 2})()
+        with pytest.raises(mb.BadArgument, match=f"arms of its own and the places of {base.__name__}"):
+            mb.Contact(HALF, CYLINDER, law)
+
+
 def test_two_corners_with_a_constrained_rotation_are_refused_by_name():
     with pytest.raises(mb.BadArgument, match="2 corners and constrains psi"):
         mb.Contact(HALF, CYLINDER, type("Fixed", (Corners,), {"clamps_rotation": True})((-0.5, 0.5)))
