@@ -136,14 +136,14 @@ def test_rounding_next_to_coalescence_is_not_surveyed(monkeypatch):
 
     monkeypatch.setattr(survey_module, "_minima", minima)
     ((inner, _),) = problem(1.0, mb.Microblock(), order=10).solve(load=2.2566363253310273).zones["A"]
-    assert 0 < inner < 1e-10
+    assert abs(inner) < 1e-10  # on which side of the axis is rounding
 
 
 def test_overlaps_are_larger_than_rounding():
     """Each overlap apart from all edges becomes a zone, whatever it is worth."""
     here = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
     state = edges.fit(here, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4)
-    assert all(each.depth > 1e-14 or not each.depth for each in survey_module.survey(state).violations)
+    assert all(each.depth > 1e-14 or not each.depth for each in survey_module.survey(state))
 
 
 def test_zones_meet_at_alpha_mid():
