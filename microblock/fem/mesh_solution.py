@@ -176,7 +176,7 @@ class MeshSolution(OnMesh, NodalSolution):
     def _shared_ends(self):
         """[(nodes of a facet, its end that supports beside the contact hold as well, 0 or 1 there)]."""
         nodes, body = self.nodes, self.nodes.body
-        beside = body.spaces[-1].GetDofs(body.boundary(body.fixed["psi"]) - nodes.region)
+        beside = body.space.GetDofs(body.boundary(body.fixed["psi"]) - nodes.region)
         shared = abs(nodes.traces["psi"]) @ ~np.array(beside, bool) == 0
         ends = [(own, own[end], np.array(float(end))) for own in nodes.facets for end in (0, -1)]
         return [(own, node, abs(end)) for own, node, end in ends if shared[node]]
