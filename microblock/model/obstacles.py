@@ -345,7 +345,7 @@ class SelfAffine(Checked):
             words = f"must be two whole numbers, 1 <= longest <= shortest <= {self.most}"
             raise BadArgument("waves", self.waves, words) from failure
 
-    def of_waves(self, m: Array, falling: float) -> NDArray[np.complex128]:
+    def _of_waves(self, m: Array, falling: float) -> NDArray[np.complex128]:
         """Returns the amplitudes of wavenumbers m, array (k,), like m^-falling, with random phases."""
         phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
         shape = np.where(m >= self.waves[0], m**-falling, 0.0) * np.exp(1j * phases)
@@ -386,7 +386,7 @@ class Rough(SelfAffine):
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
         """Complex amplitudes of exp(2 pi i m x/period), from the longest to the shortest wave."""
-        return self.of_waves(np.arange(self.waves[0], self.waves[1] + 1.0), self.hurst + 0.5)
+        return self._of_waves(np.arange(self.waves[0], self.waves[1] + 1.0), self.hurst + 0.5)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at x, array (n,) (lengths)."""

@@ -733,8 +733,8 @@ class State(PlainData):
         if not self.flat:
             cuts = {"axis": "x1", "diagonal": "diagonal"} if self.shape else {}
             return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
-        columns = {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
-        columns |= {column: data[name] for column, name in PROFILE.items() if name in data}
+        columns = {column: data[name] for column, name in PROFILE.items() if name in data}
+        columns |= {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
         return {**data, "profile": columns}
 
     def __repr__(self) -> str:

@@ -173,7 +173,7 @@ class RoughSurface(SelfAffine):
         there = np.flatnonzero((square <= shortest**2) & ((m1 > 0) | (m2 > 0)))  # of k and -k one
         there = there[np.lexsort((m2[there], m1[there], square[there]))]  # shorter waves have later phases
         whole = np.zeros(len(m1), complex)
-        whole[there] = self.of_waves(np.sqrt(square[there]), self.hurst + 1)
+        whole[there] = self._of_waves(np.sqrt(square[there]), self.hurst + 1)
         return whole.reshape(shortest + 1, -1)
 
     def height(self, x1: Array, x2: Array) -> Array:
