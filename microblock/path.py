@@ -121,7 +121,7 @@ class ZonePath(LoadPath):
         states, roots = {fewer.load: fewer}, []
         for corner, _, x in changes:
             margin = partial(_margin, corner=corner, touches=touches, span=_span(more, corner, x, touches))
-            roots.append(self._root(low, high, states, margin))
+            roots.append(self._root(low, high, states, margin, {}))
         load, error, _ = max(roots)
         apart = load - min(roots)[0]
         if apart > FINE * load:
@@ -138,11 +138,13 @@ class ZonePath(LoadPath):
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
         """Returns events at which edges of the two corners pass each other."""
         corners, found = _opened(low).values(), []
-        states = {low.load: low, high.load: high}
+        fits = {state.load: state for state in (low, high) if state.iterations}
         for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
-            (gap, _), (later, _) = _passed(low, pair), _passed(high, pair)
+            (gap, _), (later, x) = _passed(low, pair), _passed(high, pair)
             if gap * later < 0:
-                load, error, x = self._root(low, high, states, partial(_passed, pair=pair))
+                passed = partial(_passed, pair=pair)
+                ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
+                load, error, x = self._root(low, high, fits, passed, ends)
                 kinds = ("born", "merged") if gap > 0 else ("vanished", "split")
                 found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
         return found
@@ -153,6 +155,7 @@ class ZonePath(LoadPath):
         high: PanelSolution,
         states: dict[float, PanelSolution],
         measured: Callable[[PanelSolution], tuple[float, float]],
+        ends: dict[float, tuple[float, float]],
     ) -> tuple[float, float, float]:
         """Returns the load at which what is measured of continued states changes its sign, its error and the
         place; raises NotConverged where it does not, or they cannot be continued.
@@ -162,10 +165,9 @@ class ZonePath(LoadPath):
         low, high : states between whose loads it lies
         states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
+        ends : {load: (number, place)} at events
         """
         from scipy.optimize import brentq  # here: half a second that states do without
-
-        ends = [load for load, state in states.items() if not state.iterations]
 
         def value(load: float) -> tuple[float, float]:
             if load not in states:
@@ -174,11 +176,11 @@ class ZonePath(LoadPath):
 
         def about(load: float) -> float:
             try:
-                return value(load)[0]
+                return (ends[load] if load in ends else value(load))[0]
             except NotConverged:
                 if not ends:
                     raise
-                return value(ends[0])[0]  # as at the event
+                return next(iter(ends.values()))[0]  # as at the event
 
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
@@ -322,16 +324,19 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     if number % 2 != touches:
         raise NotConverged(f"zones leave x = {(left + right) / 2:g} at load {state.load:g}")
     values: Callable[[int, Array], Array] = state.gap if touches else state.pressure
-    width, power = right - left, 1.5 if touches else 0.5
-    inset = FINE * width
-    x = np.linspace(max(left - width, start + inset), min(right + width, end - inset), 2 * SAMPLES)
-    kinks = [kink for kink in state.problem.kinks if x[0] < kink < x[-1]]
-
-    def ratios(x: Array) -> Array:
-        return values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** power
-
-    least, place = lowest(ratios, np.union1d(x, kinks))
-    return least, (left + right) / 2 if place is None else place
+    width = half = right - left
+    while half > FINE * width:
+        inset = FINE * (right - left)
+        x = np.linspace(max(left, start + inset), min(right, end - inset), SAMPLES)
+        x = np.union1d(x, [kink for kink in state.problem.kinks if x[0] < kink < x[-1]])
+        ratios = values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** (
+            1.5 if touches else 0.5
+        )
+        i = int(np.argmin(ratios))
+        on = x[i] in (left, right)  # it goes on falling beyond
+        half = (right - left) / (2 if on else SAMPLES - 1)
+        left, right = x[i] - half, x[i] + half
+    return float(ratios[i]), float(x[i])
 
 
 def _passed(state: PanelSolution, pair: Sequence[int]) -> tuple[float, float]:

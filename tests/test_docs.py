@@ -20,8 +20,8 @@ import pytest
 
 import microblock as mb
 from cases.__main__ import cases
-from microblock.fem import meshes, meshes3d
 from microblock.model.results import PlainData
+from tests.bodies import on_ground, quarter
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -224,15 +224,11 @@ WAVE = mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Wave(0.01, 1.0), mb.Microb
 
 
 def mesh():
-    ground = meshes.Ground(far=2.0, reach=(-0.8, 0.8), half=False)
-    return LINE.with_(body=mb.Body(meshes.uniform(ground, 0.2), SOLID, order=2, fixed="bottom"))
+    return LINE.with_(body=on_ground(SOLID, 0.2, 2, reach=0.8))
 
 
 def block():
-    x = meshes3d.graded(reach=0.6, step=0.2, far=2.0, growth=2.0)
-    fixed = meshes3d.supports("bottom", x1="left", x2="front")
-    body = mb.Body(meshes3d.block(x, x, -x[::-1], 0.6), SOLID, 1, fixed=fixed)
-    return mb.Contact(body, mb.Sphere(R=10), mb.Microblock())
+    return mb.Contact(quarter(SOLID, 0.2, 2.0), mb.Sphere(R=10), mb.Microblock())
 
 
 def above():

@@ -119,9 +119,36 @@ REFUSED = {
     "lattice --loads 100": (2, "--far 9.0: must be at least"),
     "rough3d --nu 7": (2, "--nu 7.0: must satisfy -1 < nu < 1/2"),
     "hertz --model=": (2, "--model '': must be one of"),
+    "contact": (2, "--height"),
+    "contact --height x.real": (2, "'x.real' at place 1"),
+    "contact --height 9**9**9": (2, "'9**9' at place 4"),
+    "contact --height __import__(os)": (2, "'__import__' at place 1"),
+    "contact --height ''": (2, "--height"),
+    "contact --height x": (2, "--height x: must be lowest"),
+    "contact --height 0": (2, "--height 0: does not rise"),
+    "contact --height log(x)": (2, "is nan at x"),
+    "contact --height=-cos(x)": (2, "--window L R"),
+    "contact --height -cos(x)": (2, "--NAME=VALUE"),
+    "contact --height x**2 --samples a.csv": (2, "--samples"),
+    "contact --height x^2/20": (2, "write ** for powers"),
+    "contact --height x**2 --beta 0": (2, "nothing holds its rotation"),
+    "contact --height x**2 --window 1 -1": (2, "--window"),
+    "contact --height x**2 --window 1": (2, "--window"),
+    "contact --height x**2 --window -1 1 --path": (2, "--path"),
+    "contact --height x**2 --loads 0": (2, "--loads 0"),
+    "contact --height x**2 --psi0-deg 1 --contact unilateral": (2, "--psi0-deg"),
+    "contact --height x**2 --nu 0.5": (2, "--nu"),
+    "contact --height x**2 --ell nan": (2, "--ell"),
+    "contact --heigth x**2": (2, "did you mean --height?"),
+    "contact --samples nowhere.csv": (2, "is no file"),
+    "contact --samples .": (2, "is no file"),
+    "contact --samples /dev/zero": (2, "is no file"),
+    "contact --height x**2/20 --rtol 1e-17": (1, "1e-17"),
+    "contact --height x**2/20 --window -0.01 0.01": (1, "widen"),
 }
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("words", REFUSED)
 def test_what_fails_says_so_in_one_line_and_leaves_nothing_behind(words, run, tmp_path):
     status, out, err = run(f"{words} --json {tmp_path / 'a.json'}")

@@ -47,44 +47,6 @@ def test_a_punch_has_no_infinite_number(law, answer):
     assert np.dot(state["weights"], state["pressure"]) == pytest.approx(1.0, rel=1e-9)  # rounding
 
 
-BAD = {
-    "": (2, "--height"),
-    "--height x.real": (2, "'x.real' at place 1"),
-    "--height 9**9**9": (2, "'9**9' at place 4"),
-    "--height __import__(os)": (2, "'__import__' at place 1"),
-    "--height ''": (2, "--height"),
-    "--height x": (2, "--height x: must be lowest"),
-    "--height 0": (2, "--height 0: does not rise"),
-    "--height log(x)": (2, "is nan at x"),
-    "--height=-cos(x)": (2, "--window L R"),
-    "--height -cos(x)": (2, "--NAME=VALUE"),
-    "--height x**2 --samples a.csv": (2, "--samples"),
-    "--height x^2/20": (2, "write ** for powers"),
-    "--height x**2 --beta 0": (2, "nothing holds its rotation"),
-    "--height x**2 --window 1 -1": (2, "--window"),
-    "--height x**2 --window 1": (2, "--window"),
-    "--height x**2 --window -1 1 --path": (2, "--path"),
-    "--height x**2 --loads 0": (2, "--loads 0"),
-    "--height x**2 --psi0-deg 1 --contact unilateral": (2, "--psi0-deg"),
-    "--height x**2 --nu 0.5": (2, "--nu"),
-    "--height x**2 --ell nan": (2, "--ell"),
-    "--heigth x**2": (2, "did you mean --height?"),
-    "--samples nowhere.csv": (2, "is no file"),
-    "--samples .": (2, "is no file"),
-    "--samples /dev/zero": (2, "is no file"),
-    "--height x**2/20 --rtol 1e-17": (1, "1e-17"),
-    "--height x**2/20 --window -0.01 0.01": (1, "widen"),
-}
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("words", BAD)
-def test_what_fails_says_so_in_one_line(words, tmp_path, monkeypatch, run):
-    monkeypatch.chdir(tmp_path)
-    status, out, err = run(f"contact {words} --json a.json --out figures")
-    assert (status, out, err.count("\n")) == (BAD[words][0], "", 1) and BAD[words][1] in err
-
-
 FILES = {
     b"": "0 samples",
     b"x, height\n": "0 samples",

@@ -315,6 +315,7 @@ def test_a_period_in_space_leaves_a_column():
         ({"periodic": True}, "body"),
         ({"prescribed": {"u1": {"left": 0.1}}}, "prescribed"),
         ({"order": 2, "order_psi": 1}, "order_psi"),
+        ({"fixed": "bottom|contact"}, "contact"),
         ({"order": np.full(8, 2)}, "order"),
     ],
 )

@@ -61,13 +61,6 @@ def test_micromoment_is_that_of_29():
     assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
 
 
-# rule and nodes
-
-
-def facets_of(block, order, model=Microblock(0.02), obstacle=Cylinder(1.0), **options):
-    return ContactFacets(Body(block, SOLID, order, **{"fixed": "bottom", **options}), model, obstacle)
-
-
 # energy, residual and tangent
 
 
@@ -77,28 +70,20 @@ def at_random(space, seed, size):
     return state
 
 
-def contact_form(facets, method):
-    """The contact functional alone, on (u, psi) and for the augmented Lagrangian the multipliers."""
-    space = facets.body.space
-    for _ in facets.g0 if method == "al" else ():
-        space = space * facets.multipliers
-    trial, form = space.TrialFunction(), ng.BilinearForm(space)
-    multipliers = list(trial[3:]) or [ng.CF(0)] * len(facets.g0)
-    form += ng.Variation(facets.contact(facets.g0, trial[:3], multipliers, 0.3, 7.0))
-    return form
-
-
 # the term against the paper, by hand
 
 
 def test_contact_term_is_that_of_the_paper_at_random_states(block):
     """(20)-(22) and (38) at all nodes, some of them out of reach, from fields where the nodes are."""
     angle, ell, rho, approach = 0.1, SOLID.ell, 7.0, 0.3
-    facets = facets_of(block, 3, Microblock(lambda x: angle * x), Punch(0.5))
-    form = contact_form(facets, "al")
-    state = at_random(form.space, 8, 0.1)
+    law = Microblock(lambda x: angle * x)
+    facets = ContactFacets(Body(block, SOLID, 3, fixed="bottom"), law, Punch(0.5))
+    space = facets.body.space * facets.multipliers * facets.multipliers
+    trial, form = space.TrialFunction(), ng.BilinearForm(space)
+    form += ng.Variation(facets.contact(facets.g0, trial[:3], trial[3:], approach, rho))
+    state = at_random(space, 8, 0.1)
     total, n, values = 0.0, np.array((0.0, 1.0)), state.vec.FV().NumPy()
-    ranges = [form.space.Range(number) for number in (3, 4)]
+    ranges = [space.Range(number) for number in (3, 4)]
     lams = np.array([facets.multiplier(values[own.start : own.stop]) for own in ranges])
     for x, weight, lam_A, lam_B in zip(facets.points, facets.weights, *lams):
         u1, u2, psi = (component(block(*x, ng.BND)) for component in state.components[:3])

@@ -30,10 +30,6 @@ def cylinders(half_distance):
     return lambda x: np.minimum((x - half_distance) ** 2, (x + half_distance) ** 2) / 20
 
 
-def hill(x):
-    return x**2 / 20 - 0.05 * np.exp(-(((x - 1.1) / 0.14) ** 2))
-
-
 def skew(x):
     return x**2 / 20 + 0.003 * np.sin(7 * x + 1)
 
@@ -84,16 +80,11 @@ def waves(seed):
     return lambda x: x**2 / 20 + 0.004 * np.sum(size * np.cos(np.multiply.outer(x, k) + phase), axis=-1)
 
 
-@pytest.mark.parametrize(
-    "height, law",
-    [(hill, law) for law in (UNILATERAL, BLOCKS, ROTATED, CLAMPED)]
-    + [(waves(seed), law) for seed, law in enumerate((UNILATERAL, BLOCKS, mb.Microblock(-0.01)))],
-)
-def test_hills_and_random_waves_are_those_of_cells(height, law):
-    """Pressures to the estimate of cells, and as many zones of each kind."""
-    state, cells = contact(height, law).solve(load=1.0, rtol=1e-4), of_cells(height, law, 1.0)
-    counts = [{name: len(own) for name, own in each.zones.items()} for each in (state, cells)]
-    assert missed(state, cells) < cells.error_estimate and (height is not hill or counts[0] == counts[1])
+@pytest.mark.parametrize("seed, law", [*enumerate((UNILATERAL, BLOCKS, mb.Microblock(-0.01)))])
+def test_random_waves_are_those_of_cells(seed, law):
+    """Pressures to the estimate of cells."""
+    state, cells = contact(waves(seed), law).solve(load=1.0, rtol=1e-4), of_cells(waves(seed), law, 1.0)
+    assert missed(state, cells) < cells.error_estimate
 
 
 @pytest.mark.parametrize("width", [0.01, 0.003])

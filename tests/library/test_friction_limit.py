@@ -15,6 +15,7 @@ from microblock.corners import follower
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.fem import meshes
 from microblock.fem.friction import FrictionFacets
+from tests.bodies import on_ground
 
 C = 0.8  # of the shear force of a node, by which its gap falls: its displacement is C times its pressure
 
@@ -150,17 +151,13 @@ def cylinder(f, body, method=None, coupled=True):
     return mb.Contact(body, mb.Cylinder(1.0), law, method).history(pairs, coupled=coupled, rtol=RTOL[method])
 
 
-def tall(h=0.2):
-    mesh = meshes.uniform(meshes.Ground(far=4.0, reach=(-1.6, 1.6), half=False), h)
-    return mb.Body(mesh, TALL, order=2, fixed="bottom")
-
-
 def test_a_mesh_on_which_no_way_goes_on_says_so():
     """Blocks three times as long as the contact: from a friction of 5 on no rates hold somewhere."""
+    tall = on_ground(TALL, 0.2, 2, far=4.0, reach=1.6)
     with pytest.raises(mb.NotConverged, match="no rates"):
-        cylinder(6.0, tall(), NEWTON)
+        cylinder(6.0, tall, NEWTON)
     for f, coupled in ((3.0, True), (6.0, False)):  # what it advises
-        state = cylinder(f, tall(), NEWTON, coupled).states[-1]
+        state = cylinder(f, tall, NEWTON, coupled).states[-1]
         assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
 
 
@@ -171,12 +168,6 @@ F = 0.3
 SOLID, CYLINDER = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1), mb.Cylinder(R=10.0)
 BLOCKS = mb.Microblock(friction=F)
 PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
-
-
-def block(h=0.15, solid=SOLID, order=2):
-    """A block of the half-width 2 whose contact region has squares of the side h."""
-    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-0.6, 0.6), half=False), h)
-    return mb.Body(mesh, solid, order=order, fixed="bottom")
 
 
 def followed(body, friction, control, pairs):
@@ -220,8 +211,8 @@ def test_a_column_follows_the_closed_form():
 @pytest.mark.parametrize(
     "body, obstacle, far, coupled",
     [
-        (block(), CYLINDER, "bottom", True),
-        (block(), CYLINDER, "bottom", False),
+        (on_ground(SOLID, 0.15, 2, reach=0.6), CYLINDER, "bottom", True),
+        (on_ground(SOLID, 0.15, 2, reach=0.6), CYLINDER, "bottom", False),
         # there pressures and shear tractions both have parts along x1 and x2
         (mb.Body(dome(order=2), SOLID, order=2, fixed="base"), mb.Plane(level=1.0), "base", True),
     ],

@@ -100,17 +100,10 @@ def test_units_of_a_fresh_state():
 # ---- the half-space
 
 
-def paraboloid(x, y):
-    return (x * x + y * y) / 2
-
-
-def coarse(*arguments, **more):
-    return space.answer(*arguments, n=32, **more)
-
-
 def test_sphere_of_hertz():
     a, p0, approach = space.hertz(E, NU, 1.0, 0.01)
-    got = coarse(paraboloid, [(0, 0, 1.5 * a, 1.5 * a)], 0.01, (E, NU, 1.0, BLUNT), "unilateral")
+    solid, patches = (E, NU, 1.0, BLUNT), [(0, 0, 1.5 * a, 1.5 * a)]
+    got = space.answer(lambda x, y: (x * x + y * y) / 2, patches, 0.01, solid, "unilateral", n=32)
     assert got["approach"] == pytest.approx(approach, rel=1e-3)  # 16 cells along a radius
     assert got["peak"] == pytest.approx(p0, rel=5e-3)
 

@@ -113,57 +113,48 @@ def test_over_a_surface_only_laws_of_the_library_are_known(where):
             mb.Contact(body, mb.Sphere(2.0), law)
 
 
-class Broken(Corners):
-    def __init__(self, **methods):
-        object.__setattr__(self, "at", (-0.5, 0.5))
-        for name, result in methods.items():
-            object.__setattr__(self, name, lambda *_, result=result: result)
+def derived(base=Corners, **own):
+    """A law derived from another one, by default with two corners, with attributes of its own."""
+    return type("Derived", (base,), own)(*[(-0.5, 0.5)] * (base is Corners))
+
+
+def returning(result):
+    return lambda *_: result
+
+
+def halved(base):
+    return derived(base, arms=lambda self, *where: base.arms(self, *where) / 2)
 
 
 SLIPS = {
-    "nothing": ({"arms": None}, "arms must return finite real numbers"),
-    "a mapping": ({"arms": {"A": 1.0, "B": -1.0}}, "arms must return.*an array"),
-    "of one corner": ({"arms": np.zeros((1, 1, 2))}, "arms must return"),
-    "NaN": ({"arms": np.full((2, 1, 2), np.nan)}, "arms must return finite"),
-    "complex": ({"arms": np.full((2, 1, 2), 1j)}, "arms must return finite real"),
-    "NaN place": ({"places": np.full((2, 1, 2), np.nan)}, "places must return finite"),
+    "nothing": (lambda: derived(arms=returning(None)), "arms must return finite real numbers"),
+    "a mapping": (lambda: derived(arms=returning({"A": 1.0, "B": -1.0})), "arms must return.*an array"),
+    "of one corner": (lambda: derived(arms=returning(np.zeros((1, 1, 2)))), "arms must return"),
+    "NaN": (lambda: derived(arms=returning(np.full((2, 1, 2), np.nan))), "arms must return finite"),
+    "complex": (lambda: derived(arms=returning(np.full((2, 1, 2), 1j))), "arms must return finite real"),
+    "NaN place": (lambda: derived(places=returning(np.full((2, 1, 2), np.nan))), "places must return finite"),
+    **{
+        f"named {names}": (lambda names=names: derived(corners=names), "must name its corners")
+        for names in (("A", "full"), (1, 2), ("A", "A"), ())
+    },
+    "no arms": (lambda: derived(Law), "it has no arms"),
+    # levers of its own, shifts other than those of its gaps: 15 % of the pressure, without a word
+    **{
+        name: (lambda name=name: derived(**{name: returning(None)}), f"must not have {name}")
+        for name in ("levers", "initial_gaps", "shifts")
+    },
+    # gaps would be those of the law that it is derived from
+    "halved blocks": (lambda: halved(mb.Microblock), "arms of its own and the places of Microblock"),
+    "halved line": (lambda: halved(mb.Unilateral), "arms of its own and the places of Unilateral"),
+    "no rotation": (lambda: derived(clamps_rotation=True), "2 corners and constrains psi"),
 }
 
 
 @pytest.mark.parametrize("slip", SLIPS)
 def test_slips_in_a_law_are_named(slip):
-    methods, words = SLIPS[slip]
+    make, words = SLIPS[slip]
     with pytest.raises(mb.BadArgument, match=words):
-        mb.Contact(HALF, CYLINDER, Broken(**methods))
-
-
-@pytest.mark.parametrize("names", [("A", "full"), (1, 2), ("A", "A"), ()])
-def test_names_of_corners_are_words_of_their_own(names):
-    with pytest.raises(mb.BadArgument, match="must name its corners"):
-        mb.Contact(HALF, CYLINDER, type("Named", (Corners,), {"corners": names})((-0.5, 0.5)))
-
-
-def test_what_a_law_lacks_or_says_twice_is_named():
-    """Levers of its own, shifts other than those of its gaps: 15 % of the pressure, without a word."""
-    with pytest.raises(mb.BadArgument, match="it has no arms"):
-        mb.Contact(HALF, CYLINDER, type("Half", (Law,), {})())
-    for name in ("levers", "initial_gaps", "shifts"):
-        law = type("Twice", (Corners,), {name: lambda self, *where: None})((-0.5, 0.5))
-        with pytest.raises(mb.BadArgument, match=f"must not have {name}"):
-            mb.Contact(HALF, CYLINDER, law)
-
-
-def test_arms_without_their_places_are_named():
-    """Gaps would be those of the law that it is derived from."""
-    for base in (mb.Microblock, mb.Unilateral):
-        law = type("Moved", (base,), {"arms": lambda self, *where, base=base: base.arms(self, *where) / 2})()
-        with pytest.raises(mb.BadArgument, match=f"arms of its own and the places of {base.__name__}"):
-            mb.Contact(HALF, CYLINDER, law)
-
-
-def test_two_corners_with_a_constrained_rotation_are_refused_by_name():
-    with pytest.raises(mb.BadArgument, match="2 corners and constrains psi"):
-        mb.Contact(HALF, CYLINDER, type("Fixed", (Corners,), {"clamps_rotation": True})((-0.5, 0.5)))
+        mb.Contact(HALF, CYLINDER, make())
 
 
 class Drifting(Corners):

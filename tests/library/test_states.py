@@ -9,26 +9,15 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.fem import meshes, meshes3d
 from microblock.model.law import Law
+from tests.bodies import on_ground, quarter
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 GROUND, CYLINDER, LAW, LINE = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock(), mb.Unilateral()
 RUBBING = mb.Unilateral(friction=0.3)
 
 
-def on_mesh(height=1.0, order=1):
-    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), height)
-    return mb.Body(mesh, SOLID, order, fixed="bottom")
-
-
-def in_space():
-    x = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
-    fixed = meshes3d.supports("bottom", x1="left", x2="front")
-    return mb.Body(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, 1, fixed=fixed)
-
-
-BODY, SPACE = on_mesh(), in_space()
+BODY, SPACE = on_ground(SOLID, 1.0, 1), quarter(SOLID)
 PROBLEMS = {
     "panels": mb.Contact(GROUND, CYLINDER, LAW),
     "cells": mb.Contact(GROUND, CYLINDER, LAW, mb.Cells(nodes=64, window=(-1, 1))),
@@ -93,7 +82,7 @@ def test_warnings_of_a_history_are_those_of_its_states_once_each():
 
 
 STEEP = mb.HalfPlane(mb.Cosserat(E=2, nu=0.3, beta=1, ell=0.1))
-COARSE = mb.Contact(on_mesh(0.25, 2), CYLINDER, LAW)
+COARSE = mb.Contact(on_ground(SOLID, 0.25, 2), CYLINDER, LAW)
 WARNED = {  # problem, load, words of its warnings
     "small strain": (PROBLEMS["panels"], 1.0, []),
     "steep": (mb.Contact(STEEP, mb.Cylinder(1.0), mb.Microblock(0.2)), 1.0, ["degrees", "slope"]),
@@ -102,7 +91,7 @@ WARNED = {  # problem, load, words of its warnings
     "no node": (PROBLEMS["uniform"], 1e-3, ["only 0 nodes in contact"]),
     "few nodes": (COARSE, 1.0, [r"only \d nodes in contact and no error estimate.*ask for rtol="]),
     "few uniform nodes": (PROBLEMS["uniform"], 1.0, [r"only \d nodes in contact and no.*smaller h"]),
-    "many nodes": (mb.Contact(on_mesh(0.05, 2), CYLINDER, LAW), 1.0, []),
+    "many nodes": (mb.Contact(on_ground(SOLID, 0.05, 2), CYLINDER, LAW), 1.0, []),
 }
 
 
