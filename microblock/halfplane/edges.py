@@ -60,7 +60,7 @@ def _coefficients(problem, panels, q, corner, edge, side):
     way = np.where(half_line(problem) & (edge < 0), -1, 1)  # of mirror images
     anchors = np.sign(panels.h) * panels.root, panels.corner, panels.e
     alike = [own == each[:, None] for own, each in zip(anchors, (side * way, corner, edge * way))]
-    number = np.argmax(np.logical_and.reduce(alike), axis=1)
+    number = np.nonzero(np.logical_and.reduce(alike))[1]  # one panel an edge
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
     k, terms = np.arange(panels.order), np.column_stack((np.ones_like(points), points**2))
@@ -68,7 +68,7 @@ def _coefficients(problem, panels, q, corner, edge, side):
     second = series @ ((k - 1) * k * (k + 1) * (k + 2) / 4)
     best = np.linalg.solve(terms.T * weights @ terms, terms.T * weights)[1]
     basis, h = np.column_stack((series.sum(axis=1), second, best)), np.abs(panels.h[number])
-    return (q.reshape(-1, panels.order)[number] @ basis).T / (2 * np.array((h**0.5, h**1.5, h**1.5)))
+    return (q.reshape(-1, panels.order)[number] @ basis).T / (2 * np.sqrt(h) * np.array((h**0, h, h)))
 
 
 def fit(problem, load, zones, order, tolerance):

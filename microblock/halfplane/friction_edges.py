@@ -17,14 +17,15 @@ def beyond(cells, values, grows):
     grows : bool, whether values may fall like r^(3/2)
     """
     width, cells, y, found = float(np.ptp(cells[0])), cells[2:], values[2:], []  # the first two are off
+    few, many = 6, 16
     positive = int(np.argmin(np.append(y > 0, False)))
-    if positive < 6:
+    if positive < few:
         return 0.0, width
-    slope = np.polyfit(np.log(cells[:6].mean(axis=1)), np.log(y[:6]), 1)[0]
+    slope = np.polyfit(np.log(cells[:few].mean(axis=1)), np.log(y[:few]), 1)[0]
     if slope > 0.85 and not (grows and slope > 1.15):  # neither 1/2 nor 3/2
         return 0.0, width
     # cells, powers, and residual at most, relative to each value
-    for count, terms, most in ((6, 2, 5e-2), (16, 3, 2e-2)):
+    for count, terms, most in ((few, 2, 5e-2), (many, 3, 2e-2)):
         if positive >= count:
             powers = np.arange(terms) + (0.5 if slope < 1 else 1.5)
             shift, left = _fitted(cells[:count], y[:count], powers, width)

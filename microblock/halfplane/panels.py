@@ -226,12 +226,12 @@ def _cut_rule(order, v0, logs):
     """Quadrature on [0, 1] for a logarithm at v0: v - v0, (n,), and weights times the basis, array (n, order,
     or one more for the logarithm at 0).
     """
-    # v = v0 -+ length sigma^8: logarithms to rounding
-    sigma, gauss = gauss_rule(2 * order + 8)
-    before = beyond = sigma**8, 8 * sigma**7 * gauss
+    n = 8  # v = v0 -+ length sigma^n: logarithms to rounding
+    sigma, gauss = gauss_rule(2 * order + n)
+    before = beyond = sigma**n, n * sigma ** (n - 1) * gauss
     if logs:  # flat at both ends
         sigma, gauss = gauss_rule(4 * order + 12)
-        before = betainc(8, 8, sigma), (sigma * (1 - sigma)) ** 7 / beta(8, 8) * gauss
+        before = betainc(n, n, sigma), (sigma * (1 - sigma)) ** (n - 1) / beta(n, n) * gauss
     parts = [(length, *rule) for length, rule in ((1 - v0, beyond), (-v0, before)) if length]
     sides = np.concatenate([length * steps for length, steps, _ in parts])
     weights, v = np.concatenate([abs(length) * part for length, _, part in parts]), v0 + sides

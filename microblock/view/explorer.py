@@ -215,11 +215,12 @@ def _control(widgets, name, value, follows):
     if name == "law":
         return widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
     turns = name == "psi0"
+    low, high, step = (value - 0.05, value + 0.05, 5e-4) if turns else (value / 20, 4 * value, value / 20)
     return widgets.FloatSlider(
         value,
-        min=value - 0.05 if turns else value / 20,
-        max=value + 0.05 if turns else 4 * value,
-        step=5e-4 if turns else value / 20,
+        min=low,
+        max=high,
+        step=step,
         readout_format=".4f" if turns else ".3g",
         description=LABELS[name],
         continuous_update=follows,
