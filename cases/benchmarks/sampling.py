@@ -128,8 +128,8 @@ def records(work, workers, limit):
 
     A run beyond `limit` seconds is stopped along with its process; so is a run whose process dies.
     """
-    with processes(workers) as submit:
-        for future in [submit(attempt, *one, timeout=limit) for one in work]:
+    with processes(workers) as pool:
+        for future in [pool.schedule(attempt, one, timeout=limit) for one in work]:
             try:
                 yield future.result()
             except TimeoutError:

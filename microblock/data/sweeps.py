@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
 from contextlib import contextmanager, nullcontext
 from functools import cache, partial
+from importlib import import_module
 from itertools import product
 from multiprocessing import get_context
 from typing import Any
@@ -118,33 +119,33 @@ def sweep(
 
 
 @contextmanager
-def processes(workers: int | None = None) -> Iterator[Callable]:
-    """Context with ``submit(function, *arguments, timeout=None)``, which returns a future: calls in fresh
-    processes of one thread each, by default one a core, also of a function of a notebook. Raises MissingExtra
-    without pebble or cloudpickle.
+def processes(workers: int | None = None) -> Iterator[Any]:
+    """Context with a `pebble.ProcessPool` of fresh processes of one thread each, by default one a core.
+    Raises MissingExtra without pebble or cloudpickle.
     """
     try:
-        import cloudpickle
-        from pebble import ProcessPool
+        pools, _ = import_module("pebble"), import_module("cloudpickle")
     except ModuleNotFoundError as failure:
         raise MissingExtra("sweep()", str(failure.name), "study") from failure
     names = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))  # for the processes, before they import numpy
     spawn = get_context("spawn")  # forked ones share NGSolve's locks
-    pool = ProcessPool(workers or os.cpu_count() or 1, context=spawn)
-
-    def submit(function, *arguments, timeout=None):
-        call = cloudpickle.dumps(partial(function, *arguments))
-        return pool.schedule(_called, [call], timeout=timeout)
-
+    pool = pools.ProcessPool(workers or os.cpu_count() or 1, context=spawn)
     try:
-        yield submit
+        yield pool
     finally:
         pool.stop()
         pool.join()
         for name, value in before.items():
             os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+
+
+def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
+    """Returns a call without arguments that travels to another process, also of a function of a notebook."""
+    import cloudpickle
+
+    return partial(_called, cloudpickle.dumps(partial(function, *arguments)))
 
 
 def _called(call):
@@ -166,7 +167,8 @@ def _points(over):
 def _outcomes(executor, workers, function, points, recorded):
     if not points:
         return
-    with processes(workers) if executor is None else nullcontext(executor.submit) as submit:
+    with processes(workers) if executor is None else nullcontext(executor) as pool:
+        submit = pool.submit if executor is not None else lambda *call: pool.schedule(carried(*call))
         waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
         try:
             for future in as_completed(waiting):
