@@ -34,8 +34,17 @@ from .types import (
 )
 from .zones import contact_zones, over_the_end
 
-PROFILE = {"weight": "weights", "shear": "shear_traction"}  # columns by the name of the attribute
-PROFILE |= {name: name for name in ("x", "pressure", "micromoment", "psi", "slip")}
+COLUMNS = [
+    "x",
+    "weight",
+    "pressure",
+    "pressure_A",
+    "pressure_B",
+    "micromoment",
+    "psi",
+    "shear",
+    "slip",
+]  # of a profile
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 
 
@@ -733,9 +742,10 @@ class State(PlainData):
         if not self.flat:
             cuts = {"axis": "x1", "diagonal": "diagonal"} if self.shape else {}
             return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
-        columns = {column: data[name] for column, name in PROFILE.items() if name in data}
-        columns |= {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
-        return {**data, "profile": columns}
+        known = {**data, **{f"pressure_{name}": data["pressures"].get(name) for name in "AB"}}
+        known |= {"weight": data["weights"], "shear": data.get("shear_traction")}
+        lacking = () if "slip" in data else ("shear", "slip")
+        return {**data, "profile": {name: known[name] for name in COLUMNS if name not in lacking}}
 
     def __repr__(self) -> str:
         contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
