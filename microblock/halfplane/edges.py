@@ -4,12 +4,15 @@ On trial zones the gaps are closed. With ``p = K0/sqrt(r) + K1 sqrt(r)`` at a tr
 ``dK0_i/de_j = -delta_ij K1_i/2``.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from ..errors import NotConverged
 from ..model.problem import half_line
 from ..model.progress import counted
+from ..model.quadrature import gauss_rule
 from ..model.zones import zone_edges
 from ..threads import released
 from .carried import decay
@@ -61,14 +64,19 @@ def _coefficients(problem, panels, q, corner, edge, side):
     anchors = np.sign(panels.h) * panels.root, panels.corner, panels.e
     alike = [own == each[:, None] for own, each in zip(anchors, (side * way, corner, edge * way))]
     number = np.nonzero(np.logical_and.reduce(alike))[1]  # one panel an edge
+    h = np.abs(panels.h[number])
+    values = q.reshape(-1, panels.order)[number] @ _edge_terms(panels.order)
+    return values.T / (2 * np.sqrt(h) * np.array((h**0, h, h)))
+
+
+@lru_cache
+def _edge_terms(order):
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
-    points, weights = panels.points
-    k, terms = np.arange(panels.order), np.column_stack((np.ones_like(points), points**2))
-    series = (-1.0) ** k * (2 * k + 1) * legvander(2 * points - 1, panels.order - 1) * weights[:, None]
-    second = series @ ((k - 1) * k * (k + 1) * (k + 2) / 4)
+    (points, weights), k = gauss_rule(order), np.arange(order)
+    series = (-1.0) ** k * (2 * k + 1) * legvander(2 * points - 1, order - 1) * weights[:, None]
+    terms = np.column_stack((np.ones_like(points), points**2))
     best = np.linalg.solve(terms.T * weights @ terms, terms.T * weights)[1]
-    basis, h = np.column_stack((series.sum(axis=1), second, best)), np.abs(panels.h[number])
-    return (q.reshape(-1, panels.order)[number] @ basis).T / (2 * np.sqrt(h) * np.array((h**0, h, h)))
+    return np.column_stack((series.sum(axis=1), series @ ((k - 1) * k * (k + 1) * (k + 2) / 4), best))
 
 
 def fit(problem, load, zones, order, tolerance):
@@ -138,7 +146,8 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
     middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
     inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
-    rows = np.column_stack((corner, edge, edge - side * step * free, np.kron(inside @ forces > 0, (1, 0))))
+    pressed = np.repeat(inside @ forces > 0, 2) & (side > 0)
+    rows = np.column_stack((corner, edge, edge - side * step * free, pressed))
     return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
 
 

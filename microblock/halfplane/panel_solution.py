@@ -208,6 +208,8 @@ class PanelSolution(OnPanels):
 def difference(coarse, fine):
     """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
-    p = sum(coarse.pressure(corner, x) for corner in range(len(fine.pressures)))
-    moment, total = (coarse.moment_at(x) - fine.micromoment) / ell, fine.pressures.sum(axis=0)
-    return distance(weights, p - total, moment, total)
+    p, total = np.array([coarse.pressure(corner, x) for corner in fine.all_zones]), fine.pressures.sum(axis=0)
+    moment = ell / 2 * np.sum(fine.problem.levers(x) * p, axis=0)
+    if fine.problem.law.clamps_rotation:
+        moment = coarse.reaction(x)
+    return distance(weights, p.sum(axis=0) - total, (moment - fine.micromoment) / ell, total)
