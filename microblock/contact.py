@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
@@ -29,11 +30,12 @@ from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.material import Cosserat, Elastic
+from .model.plan import Plan, first_answer, planned
 from .model.problem import require_even
 from .model.progress import counting
 from .model.results import line
 from .model.state import State
-from .model.types import Array, BodyLike, LawLike, MethodLike, ObstacleLike
+from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 
 if TYPE_CHECKING:
@@ -55,8 +57,8 @@ class Contact:
     law : Microblock, Unilateral, Microclamped, or a `Law` of your own
         With friction `history` follows the loads, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
-        Without it `Panels` on a half-plane, `Cells` on one with a period, `Fitted` on a block, `Condensed` on
-        a mesh of the user's, `Newton` if that is periodic or one-dimensional.
+        Answers alone. Without it the method that is expected to take the least seconds does, as `plan` shows;
+        where it fails the next one answers, which the state's `warnings` say.
 
     Raises
     ------
@@ -102,11 +104,59 @@ class Contact:
         """The Solver that the method stands for."""
         return self._solver_of(self.body.methods[0]() if self.method is None else self.method)
 
-    def _follower(self, pairs: Array) -> Solver:
-        """The Solver of a history: the usual one of the body, or the next where that cannot."""
-        if self.method is not None or self.solver.follows(pairs):
-            return self.solver
-        return self._solver_of(self.body.methods[1]())
+    @cached_property
+    def _solvers(self) -> list[Solver]:
+        """The Solver of the method that is named, or those of all that need no argument, the usual first."""
+        solvers = [self.solver]
+        if self.method is None:
+            for method in self.body.methods[1:]:
+                if not getattr(method, "by_name", False):
+                    with suppress(BadArgument):  # it does not know the law or the second body
+                        solvers.append(self._solver_of(method()))
+        return solvers
+
+    def plan(
+        self, load: float | None = None, *, approach: float | None = None, rtol: float | None = None
+    ) -> Plan:
+        """Returns what each method is expected to take for `solve`.
+
+        Seconds and memory follow from what is cheap to know: kinks, valleys and widths of the obstacle, the
+        law, the elements of a mesh, and rtol. They are the same on every machine.
+
+        Parameters
+        ----------
+        load, approach, rtol : optional
+            As of `solve`.
+
+        Raises
+        ------
+        BadArgument
+            If an argument is out of range.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> plan = problem.plan(load=1.0, rtol=1e-4)
+        >>> [each.name for each in plan.candidates], plan.reason
+        (['panels', 'cells'], 'the least seconds')
+        """
+        load, approach, rtol = plain(load), plain(approach), plain(rtol)
+        self._check(load, approach, rtol, None, False)
+        return self._plan(load, approach, rtol)
+
+    def _plan(self, load: float | None, approach: float | None, rtol: float | None) -> Plan:
+        return planned(self._solvers, load, approach, self._goal(rtol))
+
+    def _goal(self, rtol: float | None) -> float | None:
+        """Returns rtol, or the usual one of the body where several methods can answer."""
+        return self.solver.usual_rtol if rtol is None and len(self._solvers) > 1 else rtol
+
+    def _ordered(self, load: float | None, approach: float | None, rtol: float | None) -> list[Solver]:
+        """Returns the Solvers in the order of their plan; the usual one if none can answer."""
+        if len(self._solvers) == 1:
+            return self._solvers
+        return [each.solver for each in self._plan(load, approach, rtol).candidates] or [self.solver]
 
     def _solver_of(self, options: MethodLike) -> Solver:
         known = getattr(self.body, "solvers", {})
@@ -172,12 +222,18 @@ class Contact:
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
         self._check(load, approach, rtol, initial, progress)
         start: Any = getattr(initial, "solution", initial)
+        goal = self._goal(rtol)
+
+        def answer(solver: Solver) -> State:
+            state = solver.state(solver.solve(load, approach, goal, start, progress))
+            if approach is not None and not state.load > 0:
+                raise BadArgument("approach", approach, NOT_YET)
+            solver.require_solved(state, load, approach)
+            return state
+
         with counting("solve", progress):
-            state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
-        if approach is not None and not state.load > 0:
-            raise BadArgument("approach", approach, NOT_YET)
-        self.solver.require_solved(state, load, approach)
-        return state
+            _, state, instead = first_answer(self._ordered(load, approach, rtol), answer)
+        return state.noting(instead) if instead else state
 
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool = False
@@ -261,12 +317,13 @@ class Contact:
         load, rtol = plain(load), plain(rtol)
         self._check(load, None, rtol, None, progress)
         with counting("load path", progress):
-            if self.solver.has_fitted_zones:
+            solver = self._ordered(load, None, rtol)[0]
+            if solver.has_fitted_zones:
                 from .path import ZonePath  # here: a single state does without
 
                 path: LoadPath = ZonePath(self, load, rtol)
             else:
-                path = self.solver.path(load, rtol, progress)
+                path = solver.path(load, self._goal(rtol), progress)
             if progress:  # the events are what lasts
                 path.events
         return path
@@ -327,8 +384,15 @@ class Contact:
         require_flag(coupled=coupled, progress=progress)
         rtol = require_tolerance(rtol)
         found = pairs_of(pairs, friction)
+        followers = [solver for solver in self._solvers if solver.follows(found)] or [self.solver]
         with counting("history", progress):
-            return self._follower(found).history(found, bool(coupled), rtol, progress)
+            _, history, instead = first_answer(
+                followers, lambda solver: solver.history(found, bool(coupled), rtol, progress)
+            )
+        if not instead:
+            return history
+        states = [state.noting(instead) for state in history.states]
+        return History(history.problem, states, history.events)
 
     def with_(
         self,

@@ -1,12 +1,55 @@
-"""What a computation would take is estimated before it is begun."""
+"""What a computation would take is estimated before it is begun.
+
+RATES are those of one core of a usual processor; `cases/benchmarks/choice.py` measures them. They are the
+same on every machine, so that a problem takes the same method everywhere.
+"""
 
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 from .errors import NotConverged
 
 LITTLE = 2e8  # bytes that are tried anyway: others may be about to give memory back
 ENTRY = 12  # bytes of an entry of a sparse matrix
+
+
+class Cost(NamedTuple):
+    """What an answer is expected to take.
+
+    Attributes
+    ----------
+    seconds : float
+        Of one processor core.
+    memory : float
+        Bytes beside those of the program itself.
+    unknowns : float
+        Of the last discretisation.
+    """
+
+    seconds: float
+    memory: float
+    unknowns: float
+
+
+class Rate(NamedTuple):
+    """Seconds ``fixed + each n**power`` and bytes ``memory n**spread`` of n unknowns."""
+
+    fixed: float
+    each: float
+    power: float
+    memory: float
+    spread: float
+
+
+RATES = {"panels": Rate(0.01, 5e-5, 1.3, 100, 2), "cells": Rate(0.01, 3e-6, 1.06, 400, 1)}
+
+
+def of(method, unknowns):
+    """The Cost of a method with so many unknowns."""
+    rate = RATES[method]
+    seconds, memory = rate.each * unknowns**rate.power, rate.memory * unknowns**rate.spread
+    return Cost(float(rate.fixed + seconds), float(memory), float(unknowns))
 
 
 def available():

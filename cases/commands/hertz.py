@@ -159,7 +159,7 @@ def problem(options, method=None):
     )
     law = script.LAWS[options.contact](*(rotated if options.contact == "microblock" else ()))
     if options.model == "halfplane":
-        body, method = mb.HalfPlane(options.solid), mb.Panels(order=options.order, fallback=False)
+        body, method = mb.HalfPlane(options.solid), mb.Panels(order=options.order)
     else:
         body = mb.Block(options.solid, _size(options.domain) * options.a_Hz)
         order, h = (options.order, options.h) if options.mesh == "fitted" else (None, None)

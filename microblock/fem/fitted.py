@@ -120,8 +120,8 @@ class FittedSolver(MeshFitter):
         """Zones of a half-plane."""
         if self.picture.simple:
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
-                contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
-                return contact.solver.at(load, 0.1 * rtol, fallback=False).all_zones
+                contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels())
+                return contact.solver.at(load, 0.1 * rtol).all_zones
         *_, zones = first_zones(self.problem, load)
         return zones
 

@@ -1,5 +1,6 @@
 """Contact on uniform cells, matrix-free: large rough problems, and periodic ones."""
 
+import math
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -8,7 +9,7 @@ import numpy as np
 from ..corners.cell_solver import CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, require
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import level_surface, require_pure_force
@@ -16,6 +17,7 @@ from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .counter import CounterCells
+from .forecast import cells_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, symbol
 
@@ -125,11 +127,36 @@ class LineSolver(CellSolver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         window, goal = self.given_window(), self.goal(rtol)
-        if window is None and load is None:
+        if window is None:
+            found = self.picture(load)
+            window = around(found, self.solid.ell)
+            self.coarsest = self._coarsest(found)
+        return self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+
+    def predicted(self, load, approach, rtol):
+        if self.period is not None or self.options.nodes is not None:
+            return None
+        # that of the usual method, which is made only once
+        known = (self if load is None else self.contact.solver).picture(load)
+        steps = f"must not jump, as its height does at x = {known.steps[0]:g}" if known.steps else ""
+        require(not steps, "obstacle", self.obstacle, steps)
+        expected = cells_cost(known, self.goal(rtol), 4 * self._coarsest(known))
+        if expected.unknowns > 8 * self.most:  # predictions may be off by so much
+            raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
+        return expected
+
+    def picture(self, load):
+        """The Picture of the obstacle for a load."""
+        if load is None:
             words = "must be (left, right), where the obstacle may touch, if the approach is given"
             raise BadArgument("window", None, words)
-        window = window or around(picture.picture(self.problem, load), self.solid.ell)
-        return self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+        return picture.picture(self.problem, load)
+
+    def _coarsest(self, found):
+        """Number of the first cells: a feature shows on some of 12 on the shortest piece of a Picture."""
+        side = around(found, self.solid.ell).side
+        least = 12 * side / min(found.lengths.min(initial=np.inf), side)
+        return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
 
     def weights(self, x):
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.solid.ell))

@@ -124,7 +124,7 @@ class FrictionPanels:
     def at(self, load):
         """The PanelSolution without friction at a load."""
         if load not in self._known:
-            self._known[load] = self.solver.at(load, self._rtol, fallback=False)
+            self._known[load] = self.solver.at(load, self._rtol)
         return self._known[load]
 
     def contact_at(self, load):
@@ -139,7 +139,7 @@ class FrictionPanels:
 
     @property
     def _lowest(self):
-        return self.solver._picture(float(self.pairs[:, 0].max())).lowest
+        return self.solver.picture(float(self.pairs[:, 0].max())).lowest
 
     def _solution(self, memory, dissipation):
         own = self.at(memory.load)

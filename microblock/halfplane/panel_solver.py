@@ -1,17 +1,17 @@
-"""Contact of a half-plane on panels, or on uniform cells where panels fail."""
+"""Contact of a half-plane on panels."""
 
 import math
 from dataclasses import replace
 from functools import cached_property
 
-from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach
+from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, require
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import require_pure_force
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import search
-from .cells_instead import OFFERED, by_cells, cells_follow
+from .forecast import panels_cost
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .panel_solution import PanelSolution
@@ -37,22 +37,22 @@ class PanelSolver(Solver):
         self.require_lowest()
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        if approach is not None:
-            raise BadArgument(
-                "approach",
-                approach,
-                "has no meaning on a half-plane, whose additive constant is arbitrary: give "
-                "the load, or take a Block or a period",
-            )
+        self._require_load(approach)
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
-        return self.at(
-            load,
-            self.usual_rtol if rtol is None else rtol,
-            self.options.order,
-            initial,
-            self.options.fallback,
+        return self.at(load, self.usual_rtol if rtol is None else rtol, self.options.order, initial)
+
+    def predicted(self, load, approach, rtol):
+        self._require_load(approach)
+        self._check_width(load)
+        return panels_cost(self._pictured_problem(load), rtol)
+
+    def _require_load(self, approach):
+        words = (
+            "has no meaning on a half-plane, whose additive constant is arbitrary: give "
+            "the load, or take a Block or a period"
         )
+        require(approach is None, "approach", approach, words)
 
     def follows(self, pairs):
         try:
@@ -62,12 +62,7 @@ class PanelSolver(Solver):
             return False
 
     def history(self, pairs, coupled, rtol, progress=False):
-        try:
-            return FrictionPanels(self, pairs).history(rtol)
-        except NotConverged as failure:
-            if not self.options.fallback:
-                raise
-            return cells_follow(self, pairs, coupled, rtol, progress, failure)
+        return FrictionPanels(self, pairs).history(rtol)
 
     def _neighbour(self, initial):
         if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
@@ -85,7 +80,7 @@ class PanelSolver(Solver):
         return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, counter=solid)
 
     def _pictured_problem(self, load):
-        found = self._picture(load)
+        found = self.picture(load)
         if found.steps:
             raise BadArgument(
                 "obstacle",
@@ -95,7 +90,7 @@ class PanelSolver(Solver):
             )
         return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
 
-    def _picture(self, load):
+    def picture(self, load):
         """The Picture for loads up to the next power of 4 times E* ell."""
         unit = self.problem.E_star * self.problem.ell
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
@@ -106,9 +101,9 @@ class PanelSolver(Solver):
                 self._pictures[bracket] = picture.picture(self.problem, load)
         return self._pictures[bracket]
 
-    def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
-        """The PanelSolution at a load, to rtol or of a fixed order, or a CellSolution; NotConverged if no
-        zones fit or the accuracy is out of reach.
+    def at(self, load, rtol=usual_rtol, order=None, near=None):
+        """The PanelSolution at a load, to rtol or of a fixed order; NotConverged if no zones fit or the
+        accuracy is out of reach.
         """
         self._check_width(load)
         near = self._neighbour(near)
@@ -117,15 +112,12 @@ class PanelSolver(Solver):
         except NotConverged as failure:
             if order is not None:
                 raise
-            failure = self._reachable(load, rtol, failure)
-            if not fallback:
-                raise failure from None
-            return by_cells(self, self._picture(load), load, rtol, failure)
+            raise self._reachable(load, rtol, failure) from None
 
     def _reachable(self, load, rtol, failure):
         """The failure, with an rtol that was reached by asking for it."""
         best = failure.rtol_reached or math.inf
-        for looser in (each for each in (best, 2 * best, 4 * best) if each < OFFERED):
+        for looser in (each for each in (best, 2 * best, 4 * best) if each < 1):
             try:
                 self._solved(load, looser, None, None)
             except NotConverged:
@@ -140,7 +132,7 @@ class PanelSolver(Solver):
         if len(self.law.corners) == 1:
             return
         # of 2e6 blocks no zones are found
-        most, blocks = 2e5, 2 * self._picture(load).half_width / self.solid.ell
+        most, blocks = 2e5, 2 * self.picture(load).half_width / self.solid.ell
         if blocks > most:
             raise NotConverged(
                 f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {most:.0g} are in "

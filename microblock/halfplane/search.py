@@ -45,13 +45,24 @@ def _trials(problem, load, near):
     yield from map(problem.computed, first_zones(problem, load))
 
 
+def orders(simple, rtol):
+    """Orders of panels up to the first that is expected to reach rtol."""
+    known = ORDERS if simple else ORDERS[1:]  # 6 shows nothing of rough obstacles
+    enough = sum(unresolved(order) > rtol for order in known)
+    return known[: max(2, enough + 1)]
+
+
+def unresolved(order):
+    """Relative error that panels of an order leave under a smooth obstacle."""
+    return 10 ** -(0.55 * order + 0.7)
+
+
 def _climb(problem, load, zones, rtol):
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
-        unresolved = 10 ** -(0.55 * order + 0.7)
-        if rtol < unresolved:  # and its neighbour will not agree
-            tolerance = max(tolerance, np.sqrt(unresolved))
+        if rtol < unresolved(order):  # and its neighbour will not agree
+            tolerance = max(tolerance, np.sqrt(unresolved(order)))
         state = fit(problem, load, zones, order, tolerance)
         if coarse is None and not problem.picture.simple:
             state = _amended(state, CONDITIONS_SHARE * rtol)

@@ -35,8 +35,6 @@ class Panels(Checked):
     ----------
     order : int, optional
         Order of the panels, from 2 to 100, without an error estimate; without it rtol chooses.
-    fallback : bool
-        Whether uniform cells answer where panels do not; `method` and `warnings` say so then.
 
     Raises
     ------
@@ -52,7 +50,6 @@ class Panels(Checked):
     """
 
     order: int | None = field(default=None, metadata=checked(require_whole, 2, 100))
-    fallback: bool = field(default=True, metadata=checked(require_flag))
 
     solver = "halfplane.panel_solver.PanelSolver"
 
@@ -206,6 +203,7 @@ class Uniform(Checked):
     rule: str = field(default="nodal", metadata=checked(require_choice, RULES))
 
     solver = "fem.uniform.UniformSolver"
+    by_name = True  # nothing but a user chooses h
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..cost import Cost
 from ..errors import BadArgument, NotConverged, require
 from .deformable import body_of
 from .events import LoadPath
@@ -111,6 +112,12 @@ class Solver:
         argument, NotConverged if the accuracy is out of reach.
         """
         raise NotImplementedError
+
+    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> Cost | None:
+        """Returns the Cost that is expected of `solve`, None if the method predicts nothing; raises a
+        MicroblockError where it cannot answer.
+        """
+        return None
 
     def state(self, solution: Any) -> State:
         return State(solution)

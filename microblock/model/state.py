@@ -406,6 +406,10 @@ class State(PlainData):
             vars(self)[name] = value.item() if isinstance(value, np.generic) else value
             return vars(self)[name]
 
+    def noting(self, sentence: str) -> State:
+        """Returns the state with one more sentence among its `warnings`."""
+        return State(**vars(self) | {"warnings": [*self.warnings, sentence]})
+
     @classmethod
     def names(cls) -> tuple[str, ...]:
         computed = (name for name, own in vars(cls).items() if isinstance(own, cached_property))

@@ -94,6 +94,6 @@ def refusals():
         "second punch that opens again": pressed(
             mb.HalfPlane(mb.Cosserat(**{**problems.SOLID, "ell": 0.4})),
             mb.Deformable(mb.HalfPlane(mb.Cosserat(**given.SOFTER)), mb.Punch(half_width=0.5)),
-            mb.Panels(fallback=False),
+            mb.Panels(),
         ),
     }

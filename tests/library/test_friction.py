@@ -238,7 +238,7 @@ def test_the_method_that_is_taken_is_named(law, second, pairs, method, monkeypat
         (state,) = plain.history(pairs[:1], rtol=0.1).states
         assert state.method == "cells" and "cells instead of panels (no zones)" in state.warnings
         with pytest.raises(mb.NotConverged, match="no zones"):
-            plain.with_(method=mb.Panels(fallback=False)).history(pairs[:1])
+            plain.with_(method=mb.Panels()).history(pairs[:1])
 
 
 @pytest.mark.parametrize("law", [mb.Microblock, mb.Unilateral, mb.Microclamped])

@@ -20,9 +20,7 @@ def slanted(x):
 
 def on_panels(solid, shape, law, ell=0.1, **options):
     body = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1))
-    return mb.Contact(
-        body, mb.Deformable(mb.HalfPlane(solid), shape), law, mb.Panels(fallback=False, **options)
-    )
+    return mb.Contact(body, mb.Deformable(mb.HalfPlane(solid), shape), law, mb.Panels(**options))
 
 
 def test_of_small_blocks_the_contact_is_that_of_hertz_with_both_moduli():
@@ -109,7 +107,7 @@ def seeded(seed):
     obstacle = mb.Deformable(
         mb.HalfPlane(counter), [CYLINDER, mb.Wedge(slope=0.05), slanted][rng.integers(3)]
     )
-    return mb.Contact(body, obstacle, law, mb.Panels(fallback=False)), 10 ** rng.uniform(-0.5, 0.7)
+    return mb.Contact(body, obstacle, law, mb.Panels()), 10 ** rng.uniform(-0.5, 0.7)
 
 
 @pytest.mark.nightly(20, 2, 3, 4, 5, 11)  # one of each law, and where the estimate is least above the error

@@ -137,7 +137,7 @@ def drawn(method, k):
         verify = by_elements(block, load, rtols[method] / 30)
         way = {"body": mb.Body(meshes.uniform(ground, a / 2), solid, order=3, fixed="bottom")}
     else:
-        ways = {"panels": mb.Panels(fallback=False), "cells": mb.Cells(), "fitted": mb.Fitted()}
+        ways = {"panels": mb.Panels(), "cells": mb.Cells(), "fitted": mb.Fitted()}
         way = {"method": ways[method]} | ({"body": mb.Block(solid, inf)} if method == "fitted" else {})
     problem = problem.with_(**way)
     words = f"{kind:9s}{name:13s}ell/a {ell / a:.1e} nu {nu:.2f} beta {beta:.2f} psi0 {psi0:+.3f}"

@@ -1,0 +1,42 @@
+"""What panels and cells are expected to take under an obstacle, from its Picture.
+
+Panels are those of zones where the gap is no larger than the rise of a classical contact. On cells square
+roots at edges leave a relative error like cell/zone, logarithms at peaks and inverse roots at ends one like
+the root of cell/contact.
+"""
+
+import numpy as np
+
+from .. import cost
+from ..model.zones import runs
+from .panels import make_panels
+from .search import orders
+
+
+def low(picture, places):
+    """Whether a classical contact would reach places, boolean array (m,)."""
+    heights = np.interp(places, picture.sites, picture.heights)
+    return heights <= picture.heights.min() + picture.rise
+
+
+def panels_cost(problem, rtol):
+    """The Cost of panels for a Problem with a picture."""
+    sites, last = problem.picture.sites, len(problem.picture.sites) - 1
+    touching = runs(low(problem.picture, sites))
+    zones = [(float(sites[max(i - 1, 0)]), float(sites[min(j + 1, last)])) for i, j in touching]
+    by_corner = {
+        corner: tuple((left + shift, right + shift) for left, right in zones)
+        for corner, shift in enumerate(problem.shifts)
+    }
+    order = orders(problem.picture.simple, rtol)[-1]
+    return cost.of("panels", order * len(make_panels(problem, problem.computed(by_corner), order).e))
+
+
+def cells_cost(picture, rtol, fewest):
+    """The Cost of equal cells under a picture, `fewest` at least."""
+    valleys, ends = (np.count_nonzero(low(picture, np.array(x))) for x in (picture.minima, picture.ends))
+    peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
+    slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
+    width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width
+    needed = width * (2 * max(valleys, 1) / rtol + (np.sum(slopes**2) / 2 + ends) / rtol**2)
+    return cost.of("cells", max(fewest, 2.0 ** np.ceil(np.log2(needed))))

@@ -1,0 +1,113 @@
+"""What each method is expected to take for an answer; the methods are tried in the order of seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from ..cost import Cost
+from ..errors import MicroblockError, NotConverged, shortened
+from .types import MethodLike
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True, repr=False)
+class Candidate:
+    """A method in a `Plan`.
+
+    Attributes
+    ----------
+    solver : Solver
+    cost : Cost or None
+        None where the method predicts nothing, or cannot answer.
+    refusal : str
+        Why the method cannot answer; empty where it can.
+    """
+
+    solver: Any
+    cost: Cost | None = None
+    refusal: str = ""
+
+    @property
+    def method(self) -> MethodLike:
+        """The method, as `Contact` takes it."""
+        method: MethodLike = self.solver.options
+        return method
+
+    @property
+    def name(self) -> str:
+        return type(self.method).__name__.lower()
+
+    def __repr__(self) -> str:
+        if self.refusal or self.cost is None:
+            return f"{self.name:10s}{shortened(self.refusal) or 'no prediction'}"
+        cost = self.cost
+        return f"{self.name:10s}{cost.seconds:8.2g} s{cost.memory / 1e6:9.2g} MB{cost.unknowns:9.2g} unknowns"
+
+
+@dataclass(frozen=True, repr=False)
+class Plan:
+    """The methods for an answer, in the order in which they are tried, and why others cannot answer.
+
+    Attributes
+    ----------
+    candidates : tuple of Candidate
+        Those that can answer.
+    refused : tuple of Candidate
+    """
+
+    candidates: tuple[Candidate, ...]
+    refused: tuple[Candidate, ...] = ()
+
+    @property
+    def reason(self) -> str:
+        """Why the first candidate is the first."""
+        if not self.candidates:
+            return "no method can answer"
+        if len(self.candidates) == 1:
+            return "the only method"
+        return "the usual method of the body" if self.candidates[0].cost is None else "the least seconds"
+
+    def __repr__(self) -> str:
+        first, *others = [repr(each) for each in self.candidates] or [""]
+        lines = [f"{first}  <- {self.reason}", *others]
+        return "\n".join((*lines, *(f"{each!r}" for each in self.refused)))
+
+
+def planned(solvers: Iterable[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
+    """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol: by their seconds if
+    all predict them.
+    """
+    able, refused = [], []
+    for solver in solvers:
+        try:
+            able.append(Candidate(solver, solver.predicted(load, approach, rtol)))
+        except MicroblockError as failure:
+            refused.append(Candidate(solver, refusal=str(failure)))
+    if all(each.cost for each in able):
+        able.sort(key=lambda each: each.cost.seconds if each.cost else 0.0)
+    return Plan(tuple(able), tuple(refused))
+
+
+def first_answer(solvers: Iterable[Any], answer: Callable[[Any], Answer]) -> tuple[Any, Answer, str]:
+    """Returns the first Solver that converges, its answer, and a sentence on those before that did not;
+    raises NotConverged if none does.
+    """
+    failures: dict[str, NotConverged] = {}
+    for solver in solvers:
+        name = type(solver.options).__name__.lower()
+        try:
+            found = answer(solver)
+        except NotConverged as failure:
+            failures[name] = failure
+            continue
+        before = "; ".join(f"{other} ({why})" for other, why in failures.items())
+        return solver, found, f"{name} instead of {before}" if before else ""
+    first, *others = failures.values()
+    if not others:
+        raise first
+    words = str(first) + "".join(f"; {name}: {why}" for name, why in [*failures.items()][1:])
+    met = min((why.rtol_reached for why in failures.values() if why.rtol_reached is not None), default=None)
+    raise NotConverged(words, reached=first.reached, iterations=first.iterations, rtol_reached=met) from first
