@@ -42,7 +42,7 @@ class Rate(NamedTuple):
     spread: float
 
 
-RATES = {"panels": Rate(0.01, 5e-5, 1.3, 100, 2), "cells": Rate(0.01, 3e-6, 1.06, 400, 1)}
+RATES = {"panels": Rate(0.015, 1.1e-5, 1.5, 40, 2), "cells": Rate(0.01, 3e-6, 1.06, 400, 1)}
 
 
 def of(method, unknowns):

@@ -68,7 +68,10 @@ class Plan:
             return "no method can answer"
         if len(self.candidates) == 1:
             return "the only method"
-        return "the usual method of the body" if self.candidates[0].cost is None else "the least seconds"
+        first, second = (each.cost for each in self.candidates[:2])
+        if first is None or second is None or first.seconds > second.seconds:
+            return "the usual method of the body"
+        return "the least seconds"
 
     def __repr__(self) -> str:
         first, *others = [repr(each) for each in self.candidates] or [""]
@@ -78,17 +81,21 @@ class Plan:
 
 def planned(solvers: Iterable[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
     """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol: by their seconds if
-    all predict them.
+    all predict them. Seconds of others count twice, since states of the usual method know more: on a
+    half-plane gaps beside the contact and fields below it.
     """
     able, refused = [], []
-    for solver in solvers:
+    for number, solver in enumerate(solvers):
         try:
-            able.append(Candidate(solver, solver.predicted(load, approach, rtol)))
+            cost = solver.predicted(load, approach, rtol)
         except MicroblockError as failure:
             refused.append(Candidate(solver, refusal=str(failure)))
-    if all(each.cost for each in able):
-        able.sort(key=lambda each: each.cost.seconds if each.cost else 0.0)
-    return Plan(tuple(able), tuple(refused))
+            continue
+        weighted = cost and cost.seconds * (2 if number else 1)
+        able.append((weighted, Candidate(solver, cost)))
+    if all(weighted for weighted, _ in able):
+        able.sort(key=lambda pair: pair[0] or 0.0)
+    return Plan(tuple(candidate for _, candidate in able), tuple(refused))
 
 
 def first_answer(solvers: Iterable[Any], answer: Callable[[Any], Answer]) -> tuple[Any, Answer, str]:

@@ -1,0 +1,148 @@
+"""Does the program take the fastest method? Processor time of the chosen method over the best one's.
+
+:Geometry:  200 seeded problems on half-planes, periods, blocks, meshes and half-spaces, as in `verification`
+:Equations: those of the paper, with a second body and with friction where a problem has them
+:Method:    each problem by the method that the program takes and by every other one that can answer
+:Reference: the second codes of `verification`, for the chosen method
+:Units:     processor seconds of one thread; bytes of the peak over what was there before; relative L2 errors
+
+`python -m cases.benchmarks.choice [--first K] [--count N]` adds rows to the record.
+"""
+
+import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from multiprocessing import get_context
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+import microblock as mb
+
+from .growth import line_of
+from .verification import SEED, friction, judging, lines, obstacles, space_problems
+
+RECORD = Path(__file__).parent / "results" / "choice.csv"
+KINDS = {"line": 80, "samples": 20, "period": 20, "block": 20, "mesh": 20, "space": 20, "friction": 20}
+TOLERANCES = 1e-2, 1e-3, 1e-5
+LONGEST = 60  # seconds of a run
+
+
+def drawn(kind, k):
+    """(words, Contact without a method, load, rtol, verify) of problem k of a kind but friction."""
+    if kind in ("line", "samples"):
+        number = 15 * k + 10 if kind == "samples" else k  # the tenth kind of obstacles are profiles
+        words, problem, load, window, features = obstacles.drawn(SEED, number, mb)
+        verify = lines.by_panels(problem, load, window=window, features=features)
+        return words, problem, load, TOLERANCES[k % 3] if kind == "line" else 1e-2, verify
+    if kind == "space":
+        scene = space_problems.scene(8 * k)
+        return (
+            scene.kind,
+            *space_problems.problem(mb, scene),
+            space_problems.RTOL,
+            space_problems.case(8 * k).verify,
+        )
+    method = {"period": "cells", "block": "fitted", "mesh": "body"}[kind]
+    found = (lines.drawn(method, number) for number in range(3 * k, 10**6))
+    return next(
+        (words, problem.with_(method=None) if kind != "mesh" else problem, load, rtol, verify)
+        for words, problem, load, rtol, verify in found
+        if kind != "period" or problem.body.period
+    )
+
+
+def answered(kind, k):
+    """A row for each method of a problem, the chosen one first."""
+    if kind == "friction":
+        case = friction.case(k)
+        return [{"words": case.text, "rtol": case.rtol, "method": "chosen", **measured(case)}]
+    words, problem, load, rtol, verify = drawn(kind, k)
+    plan, start = None, time.process_time()
+    with suppress(mb.MicroblockError):
+        plan = problem.plan(load=load, rtol=rtol)
+    rows = [{"words": words, "rtol": rtol, "method": "chosen", "planning": time.process_time() - start}]
+    if plan is not None and plan.candidates and plan.candidates[0].cost:
+        cost = plan.candidates[0].cost
+        rows[0] |= {
+            "taken": plan.candidates[0].name,
+            "predicted": cost.seconds,
+            "predicted_memory": cost.memory,
+        }
+    rows[0] |= measured(judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verify))
+    for other in () if plan is None else (*plan.candidates, *plan.refused):
+        alone = problem.with_(method=other.method)
+        row = {"words": words, "rtol": rtol, "method": other.name}
+        row |= {"predicted": other.cost.seconds, "predicted_memory": other.cost.memory} if other.cost else {}
+        case = judging.Case(words, rtol, lambda alone=alone: alone.solve(load=load, rtol=rtol), None)
+        rows.append(row | measured(case))
+    return rows
+
+
+def measured(case):
+    """What became of a case, its seconds and the peak of its memory."""
+    before = line_of("self/status", "VmRSS")
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins again
+    peaks = []
+
+    def solve():
+        try:
+            return case.solve()
+        finally:
+            peaks.append(line_of("self/status", "VmHWM"))
+
+    verify = case.verify or (lambda state: (0.0, state.error_estimate, 0.0))
+    row = judging.outcome(judging.Case(case.text, case.rtol, solve, verify), LONGEST)
+    return row | {"memory": 1e6 * (peaks[0] - before) if peaks else None}
+
+
+def alone(kind, k):
+    """`answered` in a process of its own, with the kind and the number."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+        rows = process.submit(answered, kind, k).result()
+    return [{"kind": kind, "number": k, **row} for row in rows]
+
+
+def profile(runs):
+    """Time of the chosen method over the best one's, of problems that some method answers: array (n,), inf
+    where it gave no answer.
+    """
+    answers = runs[runs["class"].isin(["right", "warned", "wrong", "unjudged"])]
+    best = answers.groupby(["kind", "number"]).seconds.min()
+    chosen = answers[answers.method == "chosen"].set_index(["kind", "number"]).seconds
+    return np.sort((chosen.reindex(best.index) / best).fillna(np.inf).to_numpy())
+
+
+def figure(runs=None):
+    """The method that the program takes is nearly always the fastest."""
+    runs = pd.read_csv(RECORD) if runs is None else runs
+    ratios = profile(runs)
+    drawing, axis = plt.subplots(layout="constrained", figsize=(3.54, 2.6))
+    shares = np.arange(1, len(ratios) + 1) / len(ratios)
+    axis.step([1, *ratios], [0, *shares], where="post", color="C0")
+    axis.axvline(1.5, color="0.6", linestyle=":")
+    axis.set(xscale="log", xlim=(0.95, 30), ylim=(0, 1.02), ylabel="share of problems")
+    axis.set_xlabel("time of the chosen method over the fastest one's")
+    axis.set_xticks([1, 1.5, 3, 10, 30], ["1", "1.5", "3", "10", "30"])
+    axis.minorticks_off()
+    return drawing
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=sum(KINDS.values()))
+    given = parser.parse_args(words)
+    problems = [(kind, k) for kind, count in KINDS.items() for k in range(count)]
+    for kind, k in problems[given.first : given.first + given.count]:
+        rows = pd.DataFrame(alone(kind, k))
+        known = pd.read_csv(RECORD) if RECORD.exists() else rows[:0]
+        pd.concat([known, rows], ignore_index=True).to_csv(RECORD, index=False)
+        print(rows.drop(columns="message").to_string(header=False, index=False), flush=True)
+
+
+if __name__ == "__main__":
+    main()
