@@ -9,6 +9,7 @@ from ..model.deformable import body_of
 from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
+from .forecast import body_cost
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .recovery import refine_until
@@ -30,6 +31,10 @@ class BodySolver(FollowsFriction, NodalSolver):
         if rtol is not None:
             return refine_until(self, load, approach, rtol, progress)
         return self.at(load, approach, initial)
+
+    def predicted(self, load, approach, rtol):
+        self._require_given_mesh(rtol)
+        return body_cost("condensed", self.body, rtol)
 
     @cached_property
     def counter(self):

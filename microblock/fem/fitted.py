@@ -29,6 +29,7 @@ from ..model.progress import counted
 from ..model.zones import zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
+from .forecast import fitted_cost
 from .ground import Within
 from .mesh_solution import MeshSolution, of_block
 from .meshes import Ground
@@ -70,6 +71,11 @@ class FittedSolver(MeshFitter):
                 return state
             load, initial = state.load, state
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
+
+    def predicted(self, load, approach, rtol):
+        if load is None:
+            load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
+        return fitted_cost(self._pictured(load).picture, len(self.law.corners), rtol)
 
     def path(self, last, rtol, progress=False):
         return FittedPath(self.contact, last, rtol)

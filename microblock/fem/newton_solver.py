@@ -2,10 +2,11 @@
 
 from functools import cache, cached_property
 
-from ..errors import BadArgument
+from ..errors import BadArgument, require
 from ..model.solver import Solver
 from .condensation import clamped_on_contact, require_pressed
 from .facets import ContactFacets
+from .forecast import body_cost
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution, of_newton
 from .newton import MonolithicNewton, default_rho
@@ -33,15 +34,19 @@ class NewtonSolver(FollowsFriction, Solver):
         return ContactFacets(body, self.law, self.obstacle, self.rule)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        if rtol is not None:
-            words = (
-                "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
-            )
-            raise BadArgument("rtol", rtol, words)
+        self._require_given_mesh(rtol)
         known = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         known = known and len(initial.forces) == len(self.law.corners)
         newton = self.newton("load" if approach is None else "approach")
         return self.of(newton.solve(load if approach is None else approach, initial if known else None))
+
+    def _require_given_mesh(self, rtol):
+        words = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
+        require(rtol is None, "rtol", rtol, words)
+
+    def predicted(self, load, approach, rtol):
+        self._require_given_mesh(rtol)
+        return body_cost("newton", self.body, None)
 
     of = of_newton
 

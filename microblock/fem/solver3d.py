@@ -6,11 +6,12 @@ import numpy as np
 
 from ..corners import projected_gradients
 from ..corners.surface_law import closed_corners, on_surface
-from ..errors import NOT_YET, BadArgument
+from ..errors import NOT_YET, BadArgument, require
 from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
 from .condensation import Flexibility3D, condensed
 from .facets import initial_gaps
+from .forecast import body_cost
 from .state3d import SurfaceNodes
 
 
@@ -37,9 +38,7 @@ class Solver3D(Solver):
         return gaps
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        if rtol is not None:
-            words = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
-            raise BadArgument("rtol", rtol, words)
+        self._require_given_mesh(rtol)
         H, residual = Flexibility3D(self.directions(self.nodes.points), self.nodes), 1e-9
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
         if not found.load > 0:
@@ -67,6 +66,14 @@ class Solver3D(Solver):
                 f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}",
             )
         return found
+
+    def _require_given_mesh(self, rtol):
+        words = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
+        require(rtol is None, "rtol", rtol, words)
+
+    def predicted(self, load, approach, rtol):
+        self._require_given_mesh(rtol)
+        return body_cost("condensed", self.body, None)
 
     def state(self, solution):
         nodes = solution.nodes

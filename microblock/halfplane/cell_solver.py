@@ -6,10 +6,11 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from .. import cost
 from ..corners.cell_solver import CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
-from ..errors import BadArgument, NotConverged, require
+from ..errors import SMALLEST, BadArgument, NotConverged, require
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import level_surface, require_pure_force
@@ -17,7 +18,7 @@ from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .counter import CounterCells
-from .forecast import cells_cost
+from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, symbol
 
@@ -134,16 +135,24 @@ class LineSolver(CellSolver):
         return self.within(window, load, approach, goal, self.missed, initial, progress)[0]
 
     def predicted(self, load, approach, rtol):
-        if self.period is not None or self.options.nodes is not None:
-            return None
+        if self.options.nodes is not None:
+            return cost.of("cells", len(self.offsets) * self.options.nodes)
+        if self.period is not None:
+            return self._periodic(load, approach, rtol)
         # that of the usual method, which is made only once
         known = (self if load is None else self.contact.solver).picture(load)
         steps = f"must not jump, as its height does at x = {known.steps[0]:g}" if known.steps else ""
         require(not steps, "obstacle", self.obstacle, steps)
-        expected = cells_cost(known, self.goal(rtol), 4 * self._coarsest(known))
+        expected = cells_cost(known, rtol, 4 * self._coarsest(known))
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected
+
+    def _periodic(self, load, approach, goal):
+        grid = Grid(1024, self.period / 1024, (0.0,))
+        gaps = self.gaps(*grid.places).min(axis=0)
+        rise = approach - gaps.min() if load is None else 2 * load / (np.pi * self.problem.E_star)
+        return period_cost(gaps / max(rise, SMALLEST), len(self.offsets), goal, self.coarsest)
 
     def picture(self, load):
         """The Picture of the obstacle for a load."""

@@ -8,19 +8,14 @@ the root of cell/contact.
 import numpy as np
 
 from .. import cost
+from ..model.picture import low
 from ..model.zones import runs
 from .panels import make_panels
 from .search import orders
 
 
-def low(picture, places):
-    """Whether a classical contact would reach places, boolean array (m,)."""
-    heights = np.interp(places, picture.sites, picture.heights)
-    return heights <= picture.heights.min() + picture.rise
-
-
-def panels_cost(problem, rtol):
-    """The Cost of panels for a Problem with a picture."""
+def panels_cost(problem, rtol, order=None):
+    """The Cost of panels for a Problem with a picture, to rtol or of an order."""
     sites, last = problem.picture.sites, len(problem.picture.sites) - 1
     touching = runs(low(problem.picture, sites))
     zones = [(float(sites[max(i - 1, 0)]), float(sites[min(j + 1, last)])) for i, j in touching]
@@ -28,7 +23,7 @@ def panels_cost(problem, rtol):
         corner: tuple((left + shift, right + shift) for left, right in zones)
         for corner, shift in enumerate(problem.shifts)
     }
-    order = orders(problem.picture.simple, rtol)[-1]
+    order = order or orders(problem.picture.simple, rtol)[-1]
     return cost.of("panels", order * len(make_panels(problem, problem.computed(by_corner), order).e))
 
 
@@ -40,3 +35,10 @@ def cells_cost(picture, rtol, fewest):
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width
     needed = width * (2 * max(valleys, 1) / rtol + (np.sum(slopes**2) / 2 + ends) / rtol**2)
     return cost.of("cells", max(fewest, 2.0 ** np.ceil(np.log2(needed))))
+
+
+def period_cost(gaps, corners, rtol, fewest):
+    """The Cost of equal cells on a period, from gaps over the rise of a classical contact, array (n,)."""
+    touching = gaps <= gaps.min() + 1
+    width = max(np.count_nonzero(touching), 1) / len(gaps) / max(len(runs(touching)), 1)
+    return cost.of("cells", corners * max(fewest, 2.0 ** np.ceil(np.log2(corners / width / rtol))))

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import BOUNDED, require
 from .obstacles import Obstacle, heights
 from .proxy import NOTHING, Proxy, proxy
-from .types import Array, Function, Interval, ObstacleLike
+from .types import Array, Flags, Function, Interval, ObstacleLike
 from .zones import contains, runs
 
 if TYPE_CHECKING:
@@ -141,6 +141,12 @@ def within(
         stretches=stretches,
         angle=_angle(problem.law, stretches, problem.solid.ell, half, floor / problem.solid.ell),
     )
+
+
+def low(found: Picture, places: Array) -> Flags:
+    """Returns whether a classical contact would reach places, boolean array (m,)."""
+    heights = np.interp(places, found.sites, found.heights)
+    return np.asarray(heights <= found.heights.min() + found.rise)
 
 
 def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:

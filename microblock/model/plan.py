@@ -87,7 +87,7 @@ def planned(solvers: Iterable[Any], load: float | None, approach: float | None, 
     able, refused = [], []
     for number, solver in enumerate(solvers):
         try:
-            cost = solver.predicted(load, approach, rtol)
+            cost = solver.predicted(load, approach, solver.usual_rtol if rtol is None else rtol)
         except MicroblockError as failure:
             refused.append(Candidate(solver, refusal=str(failure)))
             continue

@@ -1,0 +1,64 @@
+"""The method that the program takes, and what it expects of it."""
+
+import numpy as np
+import pytest
+
+import microblock as mb
+from microblock.fem import meshes
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+LINE, PERIOD, BLOCK = mb.HalfPlane(SOLID), mb.HalfPlane(SOLID, period=1.0), mb.Block(SOLID)
+MESH = mb.Body(
+    meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.2), SOLID, 2, fixed="bottom"
+)
+ROUND = mb.Cylinder(R=10)
+
+
+def ripples(x):
+    """A hundred waves on a cylinder, of which a third touch."""
+    return x**2 / 20 + 2e-5 * (1 - np.cos(200 * x))
+
+
+@pytest.mark.parametrize(
+    "body, obstacle, asked, method",
+    [
+        (LINE, ROUND, {"rtol": 1e-6}, "panels"),
+        (LINE, mb.Wedge(slope=0.05), {"rtol": 1e-4}, "panels"),
+        (LINE, mb.Punch(half_width=0.3), {}, "panels"),
+        (LINE, ripples, {"rtol": 1e-2}, "cells"),
+        (PERIOD, mb.Wave(0.01, 1.0), {"rtol": 1e-3}, "cells"),
+        (PERIOD, mb.Wave(0.01, 1.0), {}, "cells"),
+        (BLOCK, ROUND, {"rtol": 1e-4}, "fitted"),
+        (BLOCK, mb.Wedge(slope=0.05), {}, "fitted"),
+        (MESH, ROUND, {}, "condensed"),
+    ],
+)
+def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
+    """And it comes about as expected: unknowns within four times, as grids and orders are steps of two."""
+    problem = mb.Contact(body, obstacle, mb.Microblock())
+    plan, state = problem.plan(load=0.5, **asked), problem.solve(load=0.5, **asked)
+    assert state.method == plan.candidates[0].name == method
+    assert "instead of" not in str(state.warnings)
+    assert 1 / 4 < plan.candidates[0].cost.unknowns / state.unknowns < 4
+    seconds = [candidate.cost.seconds for candidate in plan.candidates]
+    # other methods than the usual one are taken where half its time is expected
+    usual = [candidate for candidate in plan.candidates if candidate.method == problem.solver.options]
+    weighted = [one.cost.seconds * (1 if one in usual else 2) for one in plan.candidates]
+    assert weighted == sorted(weighted) and min(seconds) > 0
+    assert f"{method}" in repr(plan).splitlines()[0]
+
+
+def test_a_method_that_is_named_answers_alone():
+    problem = mb.Contact(LINE, ripples, mb.Microblock(), mb.Panels())
+    assert [one.name for one in problem.plan(load=0.5).candidates] == ["panels"]
+    assert problem.plan(load=0.5).reason == "the only method"
+
+
+def test_what_no_method_answers_is_said_by_the_usual_one():
+    """And the plan says why each cannot."""
+    problem = mb.Contact(LINE, ROUND, mb.Microblock())
+    with pytest.raises(mb.BadArgument, match="approach = 0.1: has no meaning on a half-plane"):
+        problem.solve(approach=0.1)
+    plan = problem.plan(approach=0.1)
+    assert plan.candidates == () and [one.name for one in plan.refused] == ["panels", "cells"]
+    assert "approach" in repr(plan) and plan.reason == "no method can answer"
