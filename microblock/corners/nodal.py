@@ -47,24 +47,33 @@ class OfNodes(Solution):
     unknowns: int
     method: str = "nodes"
 
-    mirrored = False
+    mirrored: bool = False
 
     @property
     def nodes(self):
         return self.solver.nodes
 
-    @property
+    @cached_property
     def points(self):
-        return self.nodes.points
+        return self._whole(self.nodes.points.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def normals(self):
-        return self.nodes.normals
+        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def weights(self):
         """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        return self.nodes.weights
+        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
+        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
+
+    def _whole(self, values, sign=1, corners=False):
+        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
+        `corners` change places.
+        """
+        if not self.mirrored:
+            return values
+        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def carried(self):
@@ -73,7 +82,8 @@ class OfNodes(Solution):
 
     @cached_property
     def pressures(self):
-        return self.carried / self.nodes.weights
+        """Pressure of each corner, (corners, n)."""
+        return self._whole(self.carried / self.nodes.weights, corners=True)
 
     @cached_property
     def energy(self):
