@@ -593,11 +593,6 @@ class State(PlainData):
         """
         return self._like(x, self.solution.counter_displacement(self._places(x)))
 
-    def _window(self, window: Interval | None) -> Interval | None:
-        if window is not None and not self.flat:
-            raise BadArgument("window", window, "is an interval of x1, which a state of the plane has")
-        return None if window is None else require_pair(window=window)
-
     def _require_flat(self, what: str) -> None:
         if not self.flat:
             raise BadArgument("method", self.method, f"has no {what} in three dimensions")
@@ -710,7 +705,7 @@ class State(PlainData):
         the contact.
         """
         self._require_flat("surface along x1")
-        return self.solution.surface(self._window(window))
+        return self.solution.surface(None if window is None else require_pair(window=window))
 
     @cached_property
     def caption(self) -> str:
@@ -752,7 +747,7 @@ class State(PlainData):
         words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
         return line("Contact state", words, self.warnings)
 
-    def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
+    def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
         three dimensions of pressure, micromoment and number of closed corners from above.
 
@@ -762,8 +757,6 @@ class State(PlainData):
             File of the figure (PNG, PDF or SVG, by its ending).
         ax : matplotlib.axes.Axes, optional
             Where to draw pressures and micromoment alone.
-        window : (left, right), optional
-            Interval of x1 in the plane; without it the contact and its surroundings.
 
         Returns
         -------
@@ -778,24 +771,21 @@ class State(PlainData):
         """
         from ..view import state_figure, surface_figure  # here: not without a picture
 
-        window = self._window(window)
         if not self.flat:
             drawing = surface_figure.draw(self, ax)
         elif ax is None:
-            drawing = state_figure.draw(self, window)
+            drawing = state_figure.draw(self)
         else:
-            drawing = state_figure.draw_curves(ax, self, window)
+            drawing = state_figure.draw_curves(ax, self)
         return saved(drawing, file, ax, self.warnings, self.caption)
 
-    def plot_blocks(
-        self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
-    ) -> Figure:
+    def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
         three dimensions coloured by how many corners touch.
 
         Parameters
         ----------
-        file, ax, window : optional
+        file, ax : optional
             As of `plot`; in three dimensions the axis has to be one, too.
 
         Raises
@@ -805,8 +795,7 @@ class State(PlainData):
         """
         from ..view import blocks, surface_figure
 
-        window = self._window(window)
-        drawing = blocks.draw(ax, self, window) if self.flat else surface_figure.draw_blocks(ax, self)
+        drawing = blocks.draw(ax, self) if self.flat else surface_figure.draw_blocks(ax, self)
         return saved(drawing, file, ax, self.warnings, self.caption)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
