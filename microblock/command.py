@@ -19,7 +19,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from .data.records import json_text, versions, write_text
-from .errors import BadArgument, MicroblockError, require_place, require_size, shortened, shown, writing
+from .errors import BadArgument, MicroblockError, made_folder, require_place, require_size, shortened, shown
 from .model.results import plain_data
 
 
@@ -143,7 +143,7 @@ def run(program, module, words, setup=0.0):
         arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}
         if place not in (None, "-"):
             require_place(place, "json")
-        folder = None if given.out is None else _folder(given.out)
+        folder = None if given.out is None else made_folder(given.out, "out")
         more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
         result = module.solve(**arguments, **more)
@@ -230,15 +230,6 @@ def _draw(module, result, folder, name):
             figures[file.stem].savefig(file)
         pyplot.close("all")
     return files
-
-
-def _folder(out):
-    if not out:
-        raise BadArgument("out", repr(out), "must name a folder")
-    with writing(out, "out"):
-        Path(out).mkdir(parents=True, exist_ok=True)
-    require_place(Path(out) / "figure", "out")
-    return Path(out)
 
 
 def _complaint(failure, known, given):
