@@ -108,7 +108,7 @@ class _Problem:
         if len(self.g0) < self.touch.size:
             return None
         forces = self.H.precondition(np.ones(self.touch.shape))[self.touch]
-        displaced = _largest(self.displacement(forces)) > LEAST * self.unit * forces.max()
+        displaced = np.abs(self.displacement(forces)).max() > LEAST * self.unit * forces.max()
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
@@ -233,10 +233,10 @@ def _face_step(problem, forces, slope, rtol, inner):
     precondition = problem.preconditioner(face)
     ones = precondition(face * 1.0) if free else 0.0
     residual = _on_face(slope, face, free)
-    enough = max(inner * _largest(residual), rtol * problem.size(forces, slope) / 4)
+    enough = max(inner * np.abs(residual).max(), rtol * problem.size(forces, slope) / 4)
     forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
     for _ in range(STEPS):
-        if _largest(residual) <= enough:
+        if np.abs(residual).max() <= enough:
             break
         z = precondition(residual)
         if free:
@@ -266,10 +266,6 @@ def _face_step(problem, forces, slope, rtol, inner):
 def _on_face(slope, face, free):
     residual = slope * face
     return residual - residual.sum() / np.count_nonzero(face) * face if free else residual
-
-
-def _largest(values):
-    return max(values.max(), -values.min())
 
 
 def _projected_search(problem, forces, slope, trial, ahead):
