@@ -9,6 +9,7 @@ which a `solve` that writes files takes as `out`. Lists named "warnings" go to s
 
 import argparse
 import inspect
+import json
 import re
 import sys
 import time
@@ -17,7 +18,7 @@ import types
 import typing
 from pathlib import Path
 
-from .data.records import json_text, versions, write_text
+from .data.records import versions, write_text
 from .errors import BadArgument, MicroblockError, made_folder, require_place, require_size, shortened, shown
 from .model.results import plain_data
 
@@ -147,10 +148,11 @@ def run(program, module, words, setup=0.0):
         files = _draw(module, result, folder, program.split()[-1]) if drawn else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
+        text = json.dumps(entries, indent=1, allow_nan=False)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
-            print(json_text(entries))
+            print(text)
         elif place:
-            write_text(place, json_text(entries) + "\n", "json")
+            write_text(place, text + "\n", "json")
             files.append(place)
         if files and place != "-":
             print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)

@@ -108,7 +108,6 @@ class Moment:
     raised : array (corners n,), changes of the gaps by forces (lengths)
     closed : boolean array (corners n,)
     stick : boolean array (n,)
-    slips : array (n,), sign of t where a node slips, else 0
     at_limit : boolean array (n,), nodes with the largest shear force
     iterations : changes so far
     approach, offset : d and D (length)
@@ -124,7 +123,6 @@ class Moment:
     raised: Array
     closed: Flags
     stick: Flags
-    slips: Array
     at_limit: Flags
     iterations: int
     approach: float
@@ -497,7 +495,6 @@ class Follower:
             raised=raised,
             closed=self.sets.closed.copy(),
             stick=self.sets.stick.copy(),
-            slips=self.sets.slips.copy(),
             at_limit=(self.sets.stick | (self.sets.slips != 0))
             & (bound - np.abs(t) <= AT_LIMIT * bound.max()),
             iterations=len(self.changes),

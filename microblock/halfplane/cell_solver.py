@@ -64,13 +64,6 @@ class LineCells(CellSolution):
         raised, psi = (self.interpolated(own, x) for own in (self.displacement, self.psi))
         return self.corner_gaps(*level_surface(x), raised, psi)[corner]
 
-    def counter_displacement(self, x):
-        if self.opposite is None:
-            return np.zeros_like(x)
-        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
-        order = np.argsort(places)
-        return np.interp(x, places[order], self.opposite.ravel()[order], period=self.period)
-
 
 class LineSolver(CellSolver):
     """States of a half-plane on uniform cells."""

@@ -191,8 +191,15 @@ class Solution:
         return []
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length)."""
-        return np.zeros(len(x))
+        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length): between
+        those under the corners, `opposite`, array (corners, n), of a solution that has them.
+        """
+        opposite = getattr(self, "opposite", None)
+        if opposite is None:
+            return np.zeros(len(x))
+        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
+        order = np.argsort(places)
+        return np.interp(x, places[order], opposite.ravel()[order], period=self.period)
 
     def moment_at(self, x: Array) -> Array:
         """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
