@@ -135,22 +135,6 @@ class NodalSolution(OfNodes):
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
-    def gap(self, corner, x):
-        """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
-        if not np.all(self.reaches(x)):
-            raise BadArgument(
-                "x",
-                x,
-                f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}"
-                + ("" if self.apart is None or not self.apart.any() else " without its interruptions"),
-            )
-        x2, n1, n2, displacement, psi = (
-            self.interpolated(values, x)
-            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
-        )
-        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
-        return self.corner_gaps(points, normals, displacement, psi)[corner]
-
     @classmethod
     def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""

@@ -11,7 +11,7 @@ from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged
 from ..model import picture
 from ..model.deformable import body_of, shape_of
-from ..model.law import level_surface, require_pure_force
+from ..model.law import require_pure_force
 from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
 from ..model.state import LineSolution
@@ -54,13 +54,10 @@ class LineCells(CellSolution, LineSolution):
     def reaction(self, x):
         return self.interpolated(self.micromoment, x)
 
-    def gap(self, corner, x):
-        """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
+    def reaches(self, x):
+        """Whether x lies on a cell, boolean array (n,)."""
         left, right = self.x[[0, -1]] + self.grid.width / 2 * np.array((-1, 1))
-        if self.period is None and not np.all((x >= left) & (x <= right)):
-            raise BadArgument("x", x, f"must lie within the cells, from {left} to {right}")
-        raised, psi = (self.interpolated(own, x) for own in (self.displacement, self.psi))
-        return self.corner_gaps(*level_surface(x), raised, psi)[corner]
+        return (self.period is not None) | (x >= left) & (x <= right)
 
 
 class LineSolver(CellSolver):

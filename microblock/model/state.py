@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair, shown
+from ..errors import (
+    BadArgument,
+    Named,
+    at_least,
+    require,
+    require_choice,
+    require_numbers,
+    require_pair,
+    shown,
+)
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
@@ -185,6 +194,20 @@ class Solution:
         levers = np.array(list(law.levers(x).values()))
         lifted = np.array([self.counter_displacement(x - shift * upwards) for shift in law.shifts(ell)])
         return initial + displacement + ell / 2 * levers * psi + (lifted - self.approach) * upwards
+
+    def gap(self, corner: int, x: Array) -> Array:
+        """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
+        are `interpolated`; raises BadArgument of places that the solution does not reach.
+        """
+        whole = "" if self.apart is None or not self.apart.any() else " without its interruptions"
+        words = f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}{whole}"
+        require(np.all(self.reaches(x)), "x", x, words)
+        x2, n1, n2, displacement, psi = (
+            self.interpolated(values, x)
+            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
+        )
+        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
+        return self.corner_gaps(points, normals, displacement, psi)[corner]
 
     def remarks(self) -> list[str]:
         """Returns sentences on what this method does not resolve."""
