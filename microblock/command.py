@@ -9,17 +9,17 @@ which a `solve` that writes files takes as `out`. Lists named "warnings" go to s
 
 import argparse
 import inspect
+import json
 import re
 import sys
 import time
 import traceback
 import types
 import typing
-from difflib import get_close_matches
 from pathlib import Path
 
-from .data.records import json_text, versions, write_text
-from .errors import BadArgument, MicroblockError, require_place, require_size, shortened, shown, writing
+from .data.records import versions, write_text
+from .errors import BadArgument, MicroblockError, made_folder, require_place, require_size, shortened, shown
 from .model.results import plain_data
 
 
@@ -30,12 +30,6 @@ class OneLineParser(argparse.ArgumentParser):
         if message.endswith("expected one argument"):
             message += "; a value that begins with - is written --NAME=VALUE"
         self.exit(2, f"{self.prog}: {message}\n")
-
-
-def did_you_mean(word, known):
-    """Returns a question after an unknown word, or nothing."""
-    near = get_close_matches(word, list(known), n=1)
-    return f": did you mean {near[0]}?" if near else ""
 
 
 def flag(name):
@@ -66,6 +60,7 @@ class Option:
             more = {"action": "store_true"}
         else:
             more = {"nargs": self.many or None, "metavar": self.name.rpartition("_")[2].upper()}
+            more["choices"] = self.choices or None
             if self.default not in (None, ()):
                 default = self.default if self.many else (self.default,)
                 text += f" (default {' '.join(map(str, default))})"
@@ -76,9 +71,6 @@ class Option:
         return tuple(map(self._one, text)) if self.many else self._one(text)
 
     def _one(self, text):
-        if self.choices and text not in self.choices:
-            words = f"must be one of {', '.join(self.choices)}{did_you_mean(text, self.choices)}"
-            raise BadArgument(self.name, text, words)
         if self.kind in (bool, str):
             return text
         try:
@@ -134,16 +126,13 @@ def run(program, module, words, setup=0.0):
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())
-    given, unknown = top.parse_known_args(words)
-    if unknown:
-        flags = [*map(flag, known), "--json", "--out", "--help"]
-        top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(unknown[0], flags)}")
+    given = top.parse_args(words)
     place = given.json
     try:
         arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}
         if place not in (None, "-"):
             require_place(place, "json")
-        folder = None if given.out is None else _folder(given.out)
+        folder = None if given.out is None else made_folder(given.out, "out")
         more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
         result = module.solve(**arguments, **more)
@@ -159,10 +148,11 @@ def run(program, module, words, setup=0.0):
         files = _draw(module, result, folder, program.split()[-1]) if drawn else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
+        text = json.dumps(entries, indent=1, allow_nan=False)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
-            print(json_text(entries))
+            print(text)
         elif place:
-            write_text(place, json_text(entries) + "\n", "json")
+            write_text(place, text + "\n", "json")
             files.append(place)
         if files and place != "-":
             print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
@@ -230,15 +220,6 @@ def _draw(module, result, folder, name):
             figures[file.stem].savefig(file)
         pyplot.close("all")
     return files
-
-
-def _folder(out):
-    if not out:
-        raise BadArgument("out", repr(out), "must name a folder")
-    with writing(out, "out"):
-        Path(out).mkdir(parents=True, exist_ok=True)
-    require_place(Path(out) / "figure", "out")
-    return Path(out)
 
 
 def _complaint(failure, known, given):

@@ -302,6 +302,16 @@ def require_place(
             raise BadArgument(name, str(path), words)
 
 
+def made_folder(path: str | os.PathLike[str], name: str) -> Path:
+    """Returns a folder, made if it is not there; raises BadArgument unless files can be written to it."""
+    named = isinstance(path, (str, os.PathLike)) and str(path) and "\0" not in str(path)
+    require(named and not Path(path).is_file(), name, path, "must name a folder")
+    with writing(path, name):
+        Path(path).mkdir(exist_ok=True, parents=True)
+    require_place(Path(path) / "file", name)
+    return Path(path)
+
+
 @contextmanager
 def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
     """Context in which a file is written; raises BadArgument where the system refuses."""

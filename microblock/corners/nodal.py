@@ -47,24 +47,33 @@ class OfNodes(Solution):
     unknowns: int
     method: str = "nodes"
 
-    mirrored = False
+    mirrored: bool = False
 
     @property
     def nodes(self):
         return self.solver.nodes
 
-    @property
+    @cached_property
     def points(self):
-        return self.nodes.points
+        return self._whole(self.nodes.points.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def normals(self):
-        return self.nodes.normals
+        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def weights(self):
         """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        return self.nodes.weights
+        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
+        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
+
+    def _whole(self, values, sign=1, corners=False):
+        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
+        `corners` change places.
+        """
+        if not self.mirrored:
+            return values
+        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def carried(self):
@@ -73,7 +82,8 @@ class OfNodes(Solution):
 
     @cached_property
     def pressures(self):
-        return self.carried / self.nodes.weights
+        """Pressure of each corner, (corners, n)."""
+        return self._whole(self.carried / self.nodes.weights, corners=True)
 
     @cached_property
     def energy(self):
@@ -124,22 +134,6 @@ class NodalSolution(OfNodes):
     def moment_at(self, x):
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
-
-    def gap(self, corner, x):
-        """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
-        if not np.all(self.reaches(x)):
-            raise BadArgument(
-                "x",
-                x,
-                f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}"
-                + ("" if self.apart is None or not self.apart.any() else " without its interruptions"),
-            )
-        x2, n1, n2, displacement, psi = (
-            self.interpolated(values, x)
-            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
-        )
-        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
-        return self.corner_gaps(points, normals, displacement, psi)[corner]
 
     @classmethod
     def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):

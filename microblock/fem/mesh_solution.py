@@ -27,38 +27,10 @@ class OnMesh(OfNodes):
     method: str = "condensed"
     found: Fields | None = None
     block: ContactNodes | None = None
-    mirrored: bool = False
 
     @property
     def nodes(self):
         return self.block or self.solver.nodes
-
-    @cached_property
-    def points(self):
-        return self._whole(self.nodes.points.T, [[-1], [1]]).T
-
-    @cached_property
-    def normals(self):
-        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
-
-    @cached_property
-    def weights(self):
-        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
-        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
-
-    @cached_property
-    def pressures(self):
-        """Pressure of each corner, (corners, n)."""
-        return self._whole(self.carried / self.nodes.weights, corners=True)
-
-    def _whole(self, values, sign=1, corners=False):
-        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
-        `corners` change places.
-        """
-        if not self.mirrored:
-            return values
-        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def loads(self):

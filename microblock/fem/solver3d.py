@@ -47,7 +47,7 @@ class Solver3D(Solver):
         surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
         level = found.load, found.approach
-        return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
+        return self.solution(*level, found.forces, closed, surface, found.kkt, found.iterations)
 
     def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import label, map_coordinates, minimum_filter
 
+from ..corners.active_set import ContactState
 from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
-from ..corners.projected_gradients import GridForces
 from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import at_rest, is_classical
@@ -165,7 +165,7 @@ class SurfaceSolver(CellSolver):
         )
         return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
 
-    def completed(self, state: SurfaceCells, H: Flexibility, found: GridForces) -> SurfaceCells:
+    def completed(self, state: SurfaceCells, H: Flexibility, found: ContactState) -> SurfaceCells:
         """Returns a state with pressures of least norm, closed corners and a second body."""
         if not found.load > 0:
             raise BadArgument("approach", found.approach, NOT_YET)

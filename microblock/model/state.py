@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair, shown
+from ..errors import (
+    BadArgument,
+    Named,
+    at_least,
+    require,
+    require_choice,
+    require_numbers,
+    require_pair,
+    shown,
+)
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
@@ -186,13 +195,34 @@ class Solution:
         lifted = np.array([self.counter_displacement(x - shift * upwards) for shift in law.shifts(ell)])
         return initial + displacement + ell / 2 * levers * psi + (lifted - self.approach) * upwards
 
+    def gap(self, corner: int, x: Array) -> Array:
+        """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
+        are `interpolated`; raises BadArgument of places that the solution does not reach.
+        """
+        whole = "" if self.apart is None or not self.apart.any() else " without its interruptions"
+        words = f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}{whole}"
+        require(np.all(self.reaches(x)), "x", x, words)
+        x2, n1, n2, displacement, psi = (
+            self.interpolated(values, x)
+            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
+        )
+        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
+        return self.corner_gaps(points, normals, displacement, psi)[corner]
+
     def remarks(self) -> list[str]:
         """Returns sentences on what this method does not resolve."""
         return []
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length)."""
-        return np.zeros(len(x))
+        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length): between
+        those under the corners, `opposite`, array (corners, n), of a solution that has them.
+        """
+        opposite = getattr(self, "opposite", None)
+        if opposite is None:
+            return np.zeros(len(x))
+        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
+        order = np.argsort(places)
+        return np.interp(x, places[order], opposite.ravel()[order], period=self.period)
 
     def moment_at(self, x: Array) -> Array:
         """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
@@ -597,11 +627,6 @@ class State(PlainData):
         """
         return self._like(x, self.solution.counter_displacement(self._places(x)))
 
-    def _window(self, window: Interval | None) -> Interval | None:
-        if window is not None and not self.flat:
-            raise BadArgument("window", window, "is an interval of x1, which a state of the plane has")
-        return None if window is None else require_pair(window=window)
-
     def _require_flat(self, what: str) -> None:
         if not self.flat:
             raise BadArgument("method", self.method, f"has no {what} in three dimensions")
@@ -714,7 +739,7 @@ class State(PlainData):
         the contact.
         """
         self._require_flat("surface along x1")
-        return self.solution.surface(self._window(window))
+        return self.solution.surface(None if window is None else require_pair(window=window))
 
     @cached_property
     def caption(self) -> str:
@@ -756,7 +781,7 @@ class State(PlainData):
         words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
         return line("Contact state", words, self.warnings)
 
-    def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
+    def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
         three dimensions of pressure, micromoment and number of closed corners from above.
 
@@ -766,8 +791,6 @@ class State(PlainData):
             File of the figure (PNG, PDF or SVG, by its ending).
         ax : matplotlib.axes.Axes, optional
             Where to draw pressures and micromoment alone.
-        window : (left, right), optional
-            Interval of x1 in the plane; without it the contact and its surroundings.
 
         Returns
         -------
@@ -782,36 +805,31 @@ class State(PlainData):
         """
         from ..view import state_figure, surface_figure  # here: not without a picture
 
-        window = self._window(window)
         if not self.flat:
             drawing = surface_figure.draw(self, ax)
         elif ax is None:
-            drawing = state_figure.draw(self, window)
+            drawing = state_figure.draw(self)
         else:
-            drawing = state_figure.draw_curves(ax, self, window)
+            drawing = state_figure.draw_curves(ax, self)
         return saved(drawing, file, ax, self.warnings, self.caption)
 
-    def plot_blocks(
-        self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
-    ) -> Figure:
-        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
-        three dimensions coloured by how many corners touch.
+    def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
 
         Parameters
         ----------
-        file, ax, window : optional
-            As of `plot`; in three dimensions the axis has to be one, too.
+        file, ax : optional
+            As of `plot`.
 
         Raises
         ------
         BadArgument
-            In three dimensions, if the law has no blocks, or the state is one of nodes.
+            In three dimensions, where `plot` shows the closed corners from above.
         """
-        from ..view import blocks, surface_figure
+        self._require_flat("picture of blocks")
+        from ..view import blocks
 
-        window = self._window(window)
-        drawing = blocks.draw(ax, self, window) if self.flat else surface_figure.draw_blocks(ax, self)
-        return saved(drawing, file, ax, self.warnings, self.caption)
+        return saved(blocks.draw(ax, self), file, ax, self.warnings, self.caption)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
