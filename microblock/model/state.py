@@ -814,22 +814,23 @@ class State(PlainData):
         return saved(drawing, file, ax, self.warnings, self.caption)
 
     def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
-        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
+        three dimensions coloured by how many corners touch.
 
         Parameters
         ----------
         file, ax : optional
-            As of `plot`.
+            As of `plot`; in three dimensions the axis has to be one, too.
 
         Raises
         ------
         BadArgument
-            In three dimensions, where `plot` shows the closed corners from above.
+            In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
-        self._require_flat("picture of blocks")
-        from ..view import blocks
+        from ..view import blocks, surface_figure
 
-        return saved(blocks.draw(ax, self), file, ax, self.warnings, self.caption)
+        drawing = blocks.draw(ax, self) if self.flat else surface_figure.draw_blocks(ax, self)
+        return saved(drawing, file, ax, self.warnings, self.caption)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.

@@ -466,7 +466,7 @@ def refusals_of_spaces():
         "half-space pressure at no points": lambda: state.pressure_at([1.0, 2.0]),
         "half-space pressure of no corner": lambda: state.pressure_at([(0.0, 0.0)], "A"),
         "half-space along nothing": lambda: state.along("x2"),
-        "half-space blocks": lambda: state.plot_blocks(),
+        "half-space blocks of no law": lambda: state.plot_blocks(),
         "half-space ellipsoid": lambda: mb.Ellipsoid(1.0, -1.0),
         "half-space cone": lambda: mb.Cone(0.0),
         "half-space oval punch": lambda: mb.FlatPunch(1.0, face="oval"),
