@@ -30,7 +30,7 @@ def cases():
 
 def main(words=None):
     """Run the case that the words name; the exit status."""
-    from microblock.command import run
+    from microblock.command import did_you_mean, run
 
     words = sys.argv[1:] if words is None else words
     known = cases()
@@ -38,7 +38,7 @@ def main(words=None):
         print("\n".join(f"{name:12} {headline}" for name, (_, headline) in known.items()))
         return 0
     if words[0] not in known:
-        print(f"{PROGRAM}: {words[0]}: no such case, see {PROGRAM}", file=sys.stderr)
+        print(f"{PROGRAM}: {words[0]}: no such case{did_you_mean(words[0], known)}", file=sys.stderr)
         return 2
     start = time.perf_counter()
     module = import_module(known[words[0]][0])

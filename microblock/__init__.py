@@ -15,12 +15,21 @@ __version__ = "0.3.0"
 _STUB = Path(__file__).with_suffix(".pyi").read_text()
 _HOME = {name: module for module, name in re.findall(r"^from \.(\S+) import (\w+)", _STUB, re.M)}
 
+_RENAMED = {
+    "Body3D": "is mb.Body now, of order 2 where none is named: mb.Body(mesh, solid, order=1)",
+    "HistoryEvent": "is mb.Event now: its normal is load, its error load_error, a force",
+}
+
 __all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> object:
     if name in _HOME:
         return getattr(import_module(f".{_HOME[name]}", __name__), name)
+    if name in _RENAMED:
+        from .errors import BadArgument
+
+        raise BadArgument("name", name, _RENAMED[name])
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -16,6 +16,7 @@ import time
 import traceback
 import types
 import typing
+from difflib import get_close_matches
 from pathlib import Path
 
 from .data.records import versions, write_text
@@ -30,6 +31,12 @@ class OneLineParser(argparse.ArgumentParser):
         if message.endswith("expected one argument"):
             message += "; a value that begins with - is written --NAME=VALUE"
         self.exit(2, f"{self.prog}: {message}\n")
+
+
+def did_you_mean(word, known):
+    """Returns a question after an unknown word, or nothing."""
+    near = get_close_matches(word, list(known), n=1)
+    return f": did you mean {near[0]}?" if near else ""
 
 
 def flag(name):
@@ -60,7 +67,6 @@ class Option:
             more = {"action": "store_true"}
         else:
             more = {"nargs": self.many or None, "metavar": self.name.rpartition("_")[2].upper()}
-            more["choices"] = self.choices or None
             if self.default not in (None, ()):
                 default = self.default if self.many else (self.default,)
                 text += f" (default {' '.join(map(str, default))})"
@@ -71,6 +77,9 @@ class Option:
         return tuple(map(self._one, text)) if self.many else self._one(text)
 
     def _one(self, text):
+        if self.choices and text not in self.choices:
+            words = f"must be one of {', '.join(self.choices)}{did_you_mean(text, self.choices)}"
+            raise BadArgument(self.name, text, words)
         if self.kind in (bool, str):
             return text
         try:
@@ -126,7 +135,10 @@ def run(program, module, words, setup=0.0):
     """
     known = {option.name: option for option in options(module.solve)}
     top = parser(program, module, known.values())
-    given = top.parse_args(words)
+    given, unknown = top.parse_known_args(words)
+    if unknown:
+        flags = [*map(flag, known), "--json", "--out", "--help"]
+        top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(unknown[0], flags)}")
     place = given.json
     try:
         arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}

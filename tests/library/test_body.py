@@ -330,7 +330,11 @@ def test_contact_in_space_refuses_what_it_does_not_know(options, name, method):
     assert failure.value.name == name
 
 
-def test_loads_in_space_have_three_components():
+def test_the_name_of_before_says_the_name_of_today():
+    import microblock
+
+    with pytest.raises(BadArgument, match=r"mb\.Body\("):
+        microblock.Body3D
     with pytest.raises(BadArgument, match="3 components"):
         box().solve(Loads(force=(1.0, 0.0)))
 
