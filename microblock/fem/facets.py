@@ -1,7 +1,7 @@
 """The nodes of a contact boundary, and the contact law on them, (25)-(40), in one to three dimensions.
 
 Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet, of triangles of order 1 at
-the vertices. With Gauss's rule (37) is integrated at Gauss points, for comparison: pressures then oscillate.
+the vertices: at Gauss points pressures would oscillate.
 """
 
 from functools import cache, cached_property, lru_cache
@@ -13,9 +13,8 @@ from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
 from ..corners.surface_law import on_surface
-from ..errors import BadArgument, require_choice, require_kind
+from ..errors import BadArgument, require_kind
 from ..model.law import check as check_law
-from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term, supports
 from .between import Facets
@@ -347,7 +346,6 @@ class ContactFacets(ContactNodes):
     body : Body
     law : a law of `microblock.model.law`
     obstacle : see `microblock.model.obstacles.gap`
-    rule : "nodal", or "gauss" for the augmented Lagrangian on a straight boundary in 2D, with one order
 
     Attributes
     ----------
@@ -368,14 +366,13 @@ class ContactFacets(ContactNodes):
     ((2, 4), 0.5)
     """
 
-    def __init__(self, body, law, obstacle, rule="nodal"):
-        require_choice(RULES, rule=rule)
+    def __init__(self, body, law, obstacle):
         check_law(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
             )
-        self._made_of = body, law, obstacle, rule
+        self._made_of = body, law, obstacle
         super().__init__(body)
         if body.element_orders is not None:
             raise BadArgument(
@@ -383,39 +380,15 @@ class ContactFacets(ContactNodes):
                 body,
                 "must have one order for all elements: the contact rule is the same on every facet",
             )
-        self.law, self.nodal = law, rule == "nodal"
+        self.law = law
         self.arms = body.solid.ell * law.arms(self.points, self.normals)
         gaps = initial_gaps(law, self, obstacle)
         self.g0 = np.where(self._reachable(gaps), gaps, np.inf)
         if not np.isfinite(self.g0).any():
             raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
-        if not self.nodal:
-            self._take_gauss_points()
 
     def __reduce__(self):
         return ContactFacets, self._made_of
-
-    def _take_gauss_points(self):
-        """Nodal polynomials at Gauss points, and integrals of |multipliers' functions|."""
-        body = self.body
-        for excluded, why in (
-            (body.mesh.dim != 2, "needs a 2D body"),
-            (body.order != body.order_psi, "needs one order for all fields"),
-            (np.ptp(self.normals, axis=0).max() > FLAT, "needs a straight contact boundary"),
-            (
-                not np.isfinite(self.g0).all(),
-                "needs an obstacle above all of the contact boundary, and psi free there",
-            ),
-        ):
-            if excluded:
-                raise BadArgument("rule", "gauss", why)
-        self.rules = {ng.SEGM: ng.IntegrationRule(ng.SEGM, 2 * self.orders[0] + 1)}
-        _, weights, self._at_rule = self.at_points(self.rules)
-        self.extents = abs(self._at_rule @ self._multiplier[0]).T @ weights
-
-    def at_rule(self, values):
-        """Values at the rule's points from those at the nodes, array (n,)."""
-        return values if self.nodal else self._at_rule @ values
 
     def _reachable(self, gaps):
         """Whether a corner can touch, boolean array (corners, n)."""

@@ -15,7 +15,7 @@ from .friction import history_to
 from .ground import FAR, GroundSolver
 from .mesh_solution import of_block
 from .meshes import Ground, uniform
-from .newton_solver import NewtonSolver
+from .newton import usual_rho
 
 
 class UniformSolver(GroundSolver):
@@ -47,18 +47,11 @@ class UniformSolver(GroundSolver):
             shorter = [replace(self.options, h=self.options.h / 2**number) for number in range(4)]
             return history_to(rtol, [UniformSolver(self.contact, each) for each in shorter], pairs, coupled)
         solver = self._reaching(float(pairs[:, 0].max()))
-        whole = self.contact.with_(
-            body=solver._body(half=False), method=self.options.newton or methods.Condensed()
-        )
+        whole = self.contact.with_(body=solver._body(half=False), method=solver._method)
         found = whole.history(pairs, coupled=coupled)
         outer = max(abs(edge) for state in found.states for zone in state.zones["contact"] for edge in zone)
         solver._require_within(outer, float(pairs[:, 0].max()))
         return found
-
-    @property
-    def symmetric(self):
-        """By Gauss's rule a half has no multipliers on its axis."""
-        return super().symmetric and self.options.rule == "nodal"
 
     @property
     def reach(self):
@@ -88,9 +81,14 @@ class UniformSolver(GroundSolver):
     @cached_property
     def on_mesh(self):
         """The solver of the body, or of its half, on the mesh."""
+        return self.contact.with_(body=self._body(self.symmetric), method=self._method).solver
+
+    @property
+    def _method(self):
         newton = self.options.newton
-        contact = self.contact.with_(body=self._body(self.symmetric), method=newton or methods.Condensed())
-        return NewtonSolver(contact, newton, self.options.rule, self.reach) if newton else contact.solver
+        if newton is None:
+            return methods.Condensed()
+        return replace(newton, rho=newton.rho or usual_rho(self.solid, newton.kind, self.reach))
 
     def _body(self, half):
         """The body, or its half x1 > 0."""

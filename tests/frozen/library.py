@@ -118,7 +118,7 @@ def contact_of(problem):
         body = mb.Block(material(problem), problem.get("domain", np.inf)) if block else body_of(problem)
     if method == "uniform":
         options = {"newton": newton if "newton" in problem else None}
-        chosen = mb.Uniform(**_given(problem, "h", "reach", "order", "shape", "rule"), **options)
+        chosen = mb.Uniform(**_given(problem, "h", "reach", "order", "shape"), **options)
     else:
         make, *names = METHODS[method]
         chosen = make(**_given(problem, *names)) if make else newton if method == "newton" else None
