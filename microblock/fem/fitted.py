@@ -56,37 +56,25 @@ class FittedSolver(MeshFitter):
         fixed = self.options.order is not None
         if fixed and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
-        wanted = self.usual_rtol if rtol is None else rtol
-        if approach is None:
-            return self.at(load, wanted, initial)
-        load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
+        wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
+        if not given:
+            load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
         for number in range(60):
             solver = self._pictured(load)
             mesh, iterations = solver._fitted(load, wanted, initial)
-            state = solver._state(mesh, mesh.solved(approach=approach), iterations)
+            part = mesh.part if given else mesh.solved(approach=approach)
+            carried = load if given else part.load / self.share(1.0)
+            errors = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total}
+            state = of_block(solver, part, carried, mesh.zones, "fitted", iterations=iterations, **errors)
             # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
             # of a low order may go to and fro
-            if abs(state.load - load) <= wanted / 100 * load or (fixed and number == 8):
+            if abs(carried - load) <= wanted / 100 * load or (fixed and number == 8):
                 return state
-            load, initial = state.load, state
+            load, initial = carried, state
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
 
     def path(self, last, rtol, progress=False):
         return FittedPath(self.contact, last, rtol)
-
-    def at(self, load, rtol=usual_rtol, near=None):
-        """The MeshSolution at a load to rtol, from a neighbour's zones on, or of the order that is fixed;
-        NotConverged with `rtol_reached`, the smallest estimate, if one is known.
-        """
-        solver = self._pictured(load)
-        mesh, iterations = solver._fitted(load, rtol, near)
-        return solver._state(mesh, mesh.part, iterations, load)
-
-    def _state(self, mesh, part, iterations, load=None):
-        """The MeshSolution of what was solved on a mesh; a load as it was asked for."""
-        load = part.load / self.share(1.0) if load is None else load
-        more = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total, "iterations": iterations}
-        return of_block(self, part, load, mesh.zones, "fitted", **more)
 
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""
@@ -102,7 +90,9 @@ class FittedSolver(MeshFitter):
         return FittedSolver(self.contact, self.options, found)
 
     def _fitted(self, load, rtol, near):
-        """(FittedMesh that holds, number of meshes that were tried)."""
+        """(FittedMesh that holds, number of meshes that were tried), from a neighbour's zones on; NotConverged
+        with `rtol_reached`, the smallest estimate, if one is known.
+        """
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far

@@ -47,10 +47,7 @@ class MeshFitter(GroundSolver):
     def features(self, ground):
         """Contact points within the reach at a kink or an end, ascending."""
         left, right = ground.reach
-        kinks = [
-            kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.problem.shifts
-        ]
-        places = {abs(x) if self.symmetric else x for x in (*kinks, *self.ends())}
+        places = {abs(x) if self.symmetric else x for x in (*self.problem.kinks, *self.ends())}
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
     def meshed(self, ground, tips, parts, levels, order, even):
@@ -325,8 +322,7 @@ def _cleaned(solver, zones, near):
 
     found, apart = {}, 2 * SLIVER * width
     for corner, own in zones.items():
-        shift = solver.problem.shifts[corner]
-        ends = [end + shift for end in getattr(solver.obstacle, "ends", ())]
+        ends = solver.problem.ends_of(corner)
         own = joined([(placed(left, ends), placed(right, ends)) for left, right in own], apart)
         found[corner] = tuple((left, right) for left, right in own if right - left > apart)
     return found

@@ -122,8 +122,4 @@ class GroundSolver(Solver):
 
     def ends(self):
         """Contact points at which a corner meets an end of the obstacle."""
-        return [
-            end + shift
-            for end in getattr(self.obstacle, "ends", ())
-            for shift in self.law.shifts(self.solid.ell)
-        ]
+        return [end for corner in range(len(self.law.corners)) for end in self.problem.ends_of(corner)]

@@ -263,12 +263,8 @@ class MeshSolution(OnMesh, NodalSolution):
     def beyond(self):
         """Sentences where surface and obstacle go on beyond an end of the contact."""
         for end, way in ((0, -1), (-1, 1)):
-            there = self.points[[end]] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
-            gaps = self.law.initial_gaps(
-                there, self.normals[[end]], self.solver.solid.ell, self.solver.obstacle
-            )
-            goes_on = self.nodes.body.mesh.Contains(*there[0]) and np.isfinite(list(gaps.values())).any()
-            if goes_on and self.closed[:, end].any():
+            there = self.points[end] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
+            if self.nodes.body.mesh.Contains(*there) and self.goes_on(end, there):
                 words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
                 return [words + f"{self.x[end]:.3g}"]
         return []

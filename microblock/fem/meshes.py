@@ -19,6 +19,7 @@ from ..errors import (
     require_positive,
     require_whole,
 )
+from ..model.zones import joined
 
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5
@@ -205,7 +206,7 @@ def graded(ground, edges, *, parts, levels, sizes=()):
     # of a graded mesh, 3 to 6 elements for one at the surface
     _require_room("spacing", least, lambda length: (count * least / length, 4 * count * least / length))
     # netgen has tolerances of 1e-7 and less, whatever the unit of length
-    unit, tips = reach / 1000, apart(edges, SLIVER * surface)
+    unit, tips = reach / 1000, [float(x) for x, _ in joined([(x, x) for x in edges], SLIVER * surface)]
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
     places, lengths, parts = (
         [tuple(_rounded(x, unit) for x in part) for part in some] for some in ([tips], sizes, parts)
@@ -361,12 +362,3 @@ def falling_orders(mesh, ground, tips, top):
         along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first)) / np.log(first)
         orders = np.minimum(orders, lowest + (top - lowest) * along)
     return np.rint(np.minimum(orders, top)).astype(int)
-
-
-def apart(places, least):
-    """Places, ascending, farther than `least` from the one before."""
-    found = []
-    for place in sorted(places):
-        if not found or place - found[-1] > least:
-            found.append(float(place))
-    return found
