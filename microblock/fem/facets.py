@@ -12,6 +12,7 @@ from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
+from ..corners.compliance import nearest_alone
 from ..corners.surface_law import on_surface
 from ..errors import BadArgument, require_kind
 from ..model.law import check as check_law
@@ -366,6 +367,8 @@ class ContactFacets(ContactNodes):
     ((2, 4), 0.5)
     """
 
+    twins = False  # in space
+
     def __init__(self, body, law, obstacle):
         check_law(law)
         if getattr(law, "friction", 0.0):
@@ -382,19 +385,15 @@ class ContactFacets(ContactNodes):
             )
         self.law = law
         self.arms = body.solid.ell * law.arms(self.points, self.normals)
-        gaps = initial_gaps(law, self, obstacle)
-        self.g0 = np.where(self._reachable(gaps), gaps, np.inf)
-        if not np.isfinite(self.g0).any():
-            raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
+        self.g0 = initial_gaps(law, self, obstacle)
+        if self.dim < 3:
+            self._take_nearest()
 
     def __reduce__(self):
         return ContactFacets, self._made_of
 
-    def _reachable(self, gaps):
-        """Whether a corner can touch, boolean array (corners, n)."""
-        if self.dim == 3:
-            self.twins = np.zeros(gaps.shape[1], bool)
-            return np.isfinite(gaps) & self.free["u3"]
+    def _take_nearest(self):
+        """Where psi is held, leave the nearest corner alone; corners with one gap are twins."""
         fixed, size = ~self.free["psi"], self.body.solid.ell
         if self.law.clamps_rotation and not fixed.all():
             raise BadArgument(
@@ -404,11 +403,9 @@ class ContactFacets(ContactNodes):
             )
         held = ng.GridFunction(self.body.space)
         supports.prescribe(self.body, held.components)
-        turned = gaps - self.displacements(held.vec.FV().NumPy())
-        nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
-        alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
-        self.twins = fixed & (len(gaps) > 1) & alike
-        return np.isfinite(gaps) & (~fixed | nearest)
+        turned = self.g0 - self.displacements(held.vec.FV().NumPy())
+        self.twins = fixed & (len(turned) > 1) & (turned.max(axis=0) <= turned.min(axis=0) + FLAT * size)
+        self.g0 = np.where(np.isfinite(nearest_alone(turned, fixed)), self.g0, np.inf)
 
     @cached_property
     def _moved(self):
@@ -425,11 +422,18 @@ class ContactFacets(ContactNodes):
 
 
 def initial_gaps(law, nodes, obstacle):
-    """Initial gaps of all corners, array (corners, n); inf where no obstacle is above."""
+    """Initial gaps of all corners, array (corners, n), inf where no obstacle is above, and in space where u3
+    is held; BadArgument if all are.
+    """
     points, ell = nodes.points, nodes.body.solid.ell
     if nodes.dim == 3:
-        return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
-    return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
+        gaps = on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
+        gaps[:, ~nodes.free["u3"]] = np.inf
+    else:
+        gaps = np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
+    if not np.isfinite(gaps).any():
+        raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
+    return gaps
 
 
 def at_rules(mesh, facets, rules):

@@ -90,8 +90,8 @@ class FittedSolver(MeshFitter):
         return FittedSolver(self.contact, self.options, found)
 
     def _fitted(self, load, rtol, near):
-        """(FittedMesh that holds, number of meshes that were tried), from a neighbour's zones on; NotConverged
-        with `rtol_reached`, the smallest estimate, if one is known.
+        """(FittedMesh that holds, number of meshes that were tried), from the zones of a neighbour on;
+        NotConverged with `rtol_reached`, the smallest estimate, if one is known.
         """
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and self.options.order is None:  # whose state is the same from wherever
