@@ -423,14 +423,16 @@ class Fields:
         if self.body.mesh.dim == 3:
             raise BadArgument("body", self.body, "lies in space: take fields.u, fields.stress, ... there")
         x1, x2, shape = at_points(x1, x2)
-        sign, fields = np.where(self.mirrored & (x1 < 0), -1.0, 1.0), (*self, self.stress, self.couple_stress)
+        sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
-            values = ng.CF(fields)(self.body.mesh(sign * x1, x2)).T
+            points = self.body.mesh(sign * x1, x2)
+            values = ng.CF((*self, self.stress, self.couple_stress))(points).T
         except Exception as failure:  # NGSolve's own; it does not say which point
             raise BadArgument("x1, x2", (x1, x2), f"must lie in the body ({failure})") from failure
-        values[[0, 2, 4, 5, 8]] *= sign  # u1, psi, sigma_12, sigma_21 and m2 are odd
-        found = PointFields(x1, x2, values[2], values[:2], values[3:7].reshape(2, 2, -1), values[7:])
-        return found.shaped(shape)
+        odd = np.array([1, 0, 1, 0, 1, 1, 0, 0, 1], bool)[:, None]
+        u1, u2, psi, *stress, m1, m2 = np.where(odd, sign, 1.0) * values
+        stress = np.reshape(stress, (2, 2, -1))
+        return PointFields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2))).shaped(shape)
 
     @property
     def stress(self):

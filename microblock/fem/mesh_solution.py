@@ -86,24 +86,20 @@ class OnMesh(OfNodes):
     def coarse(self, half_width):
         """Sentences where elements below the contact lock, or do not resolve the layer."""
         nodes, body = self.nodes, self.nodes.body
-        numbers, depths = meshes.thicknesses(body.mesh, nodes.region)
         closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
         pressed = np.array([closed[members].any() for members in nodes.facets])
         if not pressed.any() or half_width == 0:
             return []
-        orders = body.element_orders
-        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
-        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
-        first = np.argmin(np.where(pressed & (depths > longest), longest, np.inf))
+        depths, orders = meshes.thicknesses(body.mesh, nodes.region)[pressed], np.array(nodes.orders)[pressed]
+        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders])
+        first = np.argmin(np.where(depths > longest, longest, np.inf))
         words = (
-            f"elements of order {orders[numbers[first]]} that reach deeper than "
+            f"elements of order {orders[first]} that reach deeper than "
             f"{at_most(longest[first])} below the contact do not resolve the "
             "layer: cut them, take a higher order, or ask for an rtol"
         )
-        found = (
-            meshes.locking(body.solid, body.order, depths[pressed].max(), half_width) if half_width else []
-        )
-        return found + [words] * bool(pressed[first] and depths[first] > longest[first])
+        found = meshes.locking(body.solid, body.order, depths.max(), half_width)
+        return found + [words] * bool(depths[first] > longest[first])
 
 
 @dataclass(frozen=True)

@@ -56,21 +56,15 @@ def elements_at(mesh, region):
 
 
 def thicknesses(mesh, region):
-    """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
-    (facets,).
-    """
-    points, numbers, found = (
-        np.array([vertex.point for vertex in mesh.vertices]),
-        elements_at(mesh, region),
-        [],
-    )
-    for facet, number in zip(region.Elements(), numbers):
+    """How far the elements at the facets of a boundary reach below them, array (facets,)."""
+    points, found = np.array([vertex.point for vertex in mesh.vertices]), []
+    for facet, number in zip(region.Elements(), elements_at(mesh, region)):
         element = mesh[ng.ElementId(ng.VOL, int(number))]
         own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
         along = own[1] - own[0]
         normal = (-along[1], along[0]) / np.linalg.norm(along) if mesh.dim == 2 else (0, 0, 1)
         found.append(np.abs((below - own.mean(axis=0)) @ normal).max())
-    return numbers, np.array(found)
+    return np.array(found)
 
 
 def require_sound(mesh):

@@ -25,18 +25,14 @@ class UniformSolver(GroundSolver):
         if rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
-            return self.at(load)
+            solver = self._reaching(load)
+            return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
         load, tried = self.solid.E_star * (approach - self.require_approach(approach)) / 2, []
         while (solver := self._reaching(load)) not in tried:  # squares that the load asks for
             found = solver.on_mesh.solve(None, approach, None)
             load = found.load / self.share(1.0)
             tried.append(solver)
         return tried[-1]._unfolded(load, found)
-
-    def at(self, load):
-        """The MeshSolution at a load (force per thickness); NotConverged also beyond the equal squares."""
-        solver = self._reaching(load)
-        return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.domain == math.inf:
