@@ -90,11 +90,10 @@ def missed(facets, closed, law, obstacle, sites):
     return found
 
 
-def overlaps(facets, closed, state, sites):
-    """[Violation] of all corners of a MeshSolution between open nodes, with worths in force per
+def overlaps(facets, state, closed, sites):
+    """Yields the Violations of all corners of a MeshSolution between open nodes, with worths in force per
     length^(3/2).
     """
-    found = []
     for corner, (own, x) in enumerate(zip(closed, sites)):
         here = facets.below(x)
         x = x[(here >= 0) & ~facets.pressed(own)[here]]
@@ -105,12 +104,11 @@ def overlaps(facets, closed, state, sites):
             left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
             if right > left:
                 worth = facets.nodes.body.solid.E_star * depth / np.sqrt(right - left)
-                found.append(Violation(corner, *map(float, (left, right, depth, worth))))
-    return found
+                yield Violation(corner, *map(float, (left, right, depth, worth)))
 
 
 def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
-    """[Violation] of no depth about slope discontinuities at which a corner is closed in tension.
+    """Yields Violations of no depth about slope discontinuities at which a corner is closed in tension.
 
     ``p = K log(r0/r)``, K < 0 (`log_sizes`), is negative up to r0, worth sqrt(2 r0) |K| in L2 on either side.
     Opened, the zone ends at about 2 r0.
@@ -122,7 +120,7 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     edges : places where pressures are singular
     reach : length, below which r0 stays
     """
-    found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
+    sizes = log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
         for corner, K in sizes.get(place, {}).items():
             if K >= 0 or not x[0] <= place <= x[-1]:
@@ -132,8 +130,7 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
             i = np.argmin(np.where(r > 0.02 * far, r, np.inf))  # nearer nodes do not follow the logarithm
             r0 = float(min(far, r[i] * np.exp(pressures[corner, i] / K)))
             worth = float(np.sqrt(2 * r0 * sides) * abs(K))
-            found.append(Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
-    return found
+            yield Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth)
 
 
 def of_body(state):
@@ -154,7 +151,7 @@ def of_body(state):
     # what is off beside edges `recovery` has already
     touched = np.array([state.closed[:, own].any() for own in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
-    for each in overlaps(facets, state.closed, state, sites):
+    for each in overlaps(facets, state, state.closed, sites):
         here = int(facets.below(np.array([(each.left + each.right) / 2]))[0])
         if not touched[here]:
             found[facets.numbers[here]] += each.worth**2

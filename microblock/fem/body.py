@@ -69,9 +69,11 @@ class Loads:
         """The forces in all unknowns of a body, array: what works on their variations in (8)."""
         more, form = {"bonus_intorder": body.order + 4}, ng.LinearForm(body.space)
         works = [("force", self.force, ng.dx(**more)), ("couple", self.couple, ng.dx(**more))]
-        for name in ("traction", "micromoment"):
-            for boundary, value in getattr(self, name).items():
-                works.append((name, value, ng.ds(definedon=body.boundary(boundary), **more)))
+        works += [
+            (name, value, ng.ds(definedon=body.boundary(boundary), **more))
+            for name in ("traction", "micromoment")
+            for boundary, value in getattr(self, name).items()
+        ]
         varied = body.vectors(body.space.TestFunction())
         for name, value, measure in works:
             turns = name in ("couple", "micromoment")

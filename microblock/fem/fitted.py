@@ -58,7 +58,7 @@ class FittedSolver(MeshFitter):
             raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
         wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
         if not given:
-            load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
+            load = self.first_load(approach)
         for number in range(60):
             solver = self._pictured(load)
             mesh, iterations = solver._fitted(load, wanted, initial)
@@ -78,11 +78,9 @@ class FittedSolver(MeshFitter):
 
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""
-        cut_off = self.domain < math.inf
-        obstacle = Within(self.obstacle, self.domain) if cut_off else self.obstacle
-        found = picture.picture(Problem(self.solid, self.law, obstacle, self.symmetric), load)
-        if cut_off:
-            found = obstacle.forgotten(found)
+        obstacle = Within(self.obstacle, self.domain)
+        problem = Problem(self.solid, self.law, obstacle, self.symmetric)
+        found = obstacle.forgotten(picture.picture(problem, load))
         if found.steps:
             raise NotConverged(
                 f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound"

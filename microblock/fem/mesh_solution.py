@@ -220,10 +220,8 @@ class MeshSolution(OnMesh, NodalSolution):
     def counter_displacement(self, x):
         counter = getattr(self.solver, "counter", None)
         if counter is None:
-            return np.zeros_like(x)
-        found, there = np.full_like(x, np.inf), counter.reaches(x)
-        found[there] = counter.displacement(self.forces.ravel(), x[there])
-        return found
+            return super().counter_displacement(x)
+        return np.where(counter.reaches(x), counter.displacement(self.forces.ravel(), x), np.inf)
 
     def tamed(self, x):
         """1; near ends of the obstacle their distance over half of its width."""
@@ -281,14 +279,6 @@ class MeshSolution(OnMesh, NodalSolution):
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
         words = f"the obstacle has features shorter than the elements, worth {share:.1g} of the pressure: "
         return [words + "cut the elements below them, or ask for an rtol"] * bool(share >= 0.03)
-
-
-def of_newton(solver, state):
-    """The MeshSolution of a NodalState of Newton's method."""
-    raised, psi = state.surface
-    surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
-    how = {"method": "newton", "found": state.fields, "gaps": solver.nodes.g0, "closed": state.closed}
-    return MeshSolution(solver, state.load, state.approach, *surface, *counts, **how)
 
 
 def unfolded(zones):

@@ -116,18 +116,15 @@ def line(depth, elements):
     return ng.Mesh(mesh.ngmesh)
 
 
-def column(depth, elements, width=None, quads=True):
-    """One column of 2D elements over [-depth, 0], periodic sideways.
+def column(depth, elements):
+    """One column of 2D squares over [-depth, 0], periodic sideways.
 
-    Boundaries: "contact" on top, "middle" below, "left" and "right" identified. `width` (length) is by
-    default the height of an element. With ``quads=False`` each is cut into two triangles.
+    Boundaries: "contact" on top, "middle" below, "left" and "right" identified.
     """
     require_positive(depth=depth)
     require_whole(1, elements=elements)
-    width = depth / elements if width is None else width
-    require_positive(width=width)
     mesh = MakeStructured2DMesh(
-        quads=quads, nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (width * x, depth * (y - 1))
+        nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (depth / elements * x, depth * (y - 1))
     )
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))

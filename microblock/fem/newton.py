@@ -7,6 +7,8 @@ better than the gaps do.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import reduce
+from operator import mul
 
 import ngsolve as ng
 import numpy as np
@@ -102,11 +104,8 @@ class MonolithicNewton:
         """The functional: elastic energy (8) and contact term (37), or that of (31)."""
         body, facets, in_space = self.body, self.facets, self.body.mesh.dim == 3
         self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
-        space = body.space
-        if self.method == "al" and not in_space:
-            for _ in facets.g0:
-                space = space * facets.multipliers
-        space = space * ng.NumberSpace(body.mesh, definedon=facets.region)
+        others = [facets.multipliers] * len(facets.g0) if self.method == "al" and not in_space else []
+        space = reduce(mul, (body.space, *others, ng.NumberSpace(body.mesh, definedon=facets.region)))
         if in_space:
             self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:
@@ -115,8 +114,7 @@ class MonolithicNewton:
         *unknown, approach = self.space.TrialFunction()
         multipliers = unknown[fields:] or self._given
         contact = facets.contact(self._g0, unknown[:fields], multipliers, approach, self.rho)
-        if self.control == "load":
-            contact -= facets.integral(self._load / facets.weights.sum() * approach)
+        contact -= facets.integral(self._load / facets.weights.sum() * approach)  # 0 at an approach
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
         self.free = ng.BitArray(self.space.FreeDofs())
@@ -155,8 +153,7 @@ class MonolithicNewton:
         for iteration in range(61):
             counted()
             now = self._look(unknowns, iteration)
-            if best is None or now.kkt < best.kkt:
-                best = now
+            best = now if best is None or now.kkt < best.kkt else best
             active = now.closed.tobytes()
             stalls = active == solved and not now.residual < before / 2
             if now.kkt <= self._systems.rtol or stalls:
@@ -197,8 +194,8 @@ class MonolithicNewton:
         if self.method == "al":
             for part, own in zip(self._multipliers(unknowns), stresses):
                 part[:] = self.facets.field(own).vec.FV().NumPy()
-        self._load.Set(level)
         given = self.control == "approach"
+        self._load.Set(0.0 if given else level)
         values[-1] = level - self._first if given else max(approach, self._touching(unknowns))
         return unknowns
 

@@ -7,7 +7,7 @@ from ..model.solver import Solver
 from .condensation import clamped_on_contact, require_pressed
 from .facets import ContactFacets
 from .friction import FollowsFriction
-from .mesh_solution import MeshSolution, of_newton
+from .mesh_solution import MeshSolution
 from .newton import MonolithicNewton
 from .solver3d import Solver3D
 from .supports import pressed
@@ -40,7 +40,12 @@ class NewtonSolver(FollowsFriction, Solver):
         newton = self.newton("load" if approach is None else "approach")
         return self.of(newton.solve(load if approach is None else approach, initial if known else None))
 
-    of = of_newton
+    def of(self, state):
+        """The MeshSolution of a NodalState."""
+        raised, psi = state.surface
+        surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
+        how = {"method": "newton", "found": state.fields, "gaps": self.nodes.g0, "closed": state.closed}
+        return MeshSolution(self, state.load, state.approach, *surface, *counts, **how)
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":

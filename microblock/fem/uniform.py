@@ -27,7 +27,7 @@ class UniformSolver(GroundSolver):
         if approach is None:
             solver = self._reaching(load)
             return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
-        load, tried = self.solid.E_star * (approach - self.require_approach(approach)) / 2, []
+        load, tried = self.first_load(approach), []
         while (solver := self._reaching(load)) not in tried:  # squares that the load asks for
             found = solver.on_mesh.solve(None, approach, None)
             load = found.load / self.share(1.0)

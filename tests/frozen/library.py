@@ -23,7 +23,6 @@ from cases.closed_forms import Strip, ThinLayer
 from cases.commands.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
 from microblock.fem.body import Loads
-from microblock.fem.mesh_solution import of_newton
 from microblock.halfplane import kernels
 from tests import closed_forms
 
@@ -149,7 +148,7 @@ def solve(problem):
 
 def by_newton(solver, level, load=None, start=None):
     """The solution of Newton's method at a load, or without at an approach."""
-    return of_newton(solver, solver.newton("approach" if load is None else "load").solve(level, start))
+    return solver.of(solver.newton("approach" if load is None else "load").solve(level, start))
 
 
 def estimated(problem):
