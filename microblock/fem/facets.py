@@ -227,7 +227,7 @@ class ContactNodes:
 
     def motion(self, directions, arms):
         """Displacement u + psi x arm along directions, (n, dim): sparse (n, unknowns)."""
-        along, arms = _in_space(directions), _in_space(arms)
+        along, arms = (np.pad(part, ((0, 0), (0, 3 - part.shape[1]))) for part in (directions, arms))
         factors = np.hstack((along, np.cross(arms, along))).T
         found = csr_matrix((len(along), self.body.space.ndof))
         for name in self.body.names:
@@ -319,7 +319,8 @@ class ContactNodes:
             function = ng.GridFunction(self.multipliers)
             function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
             return function
-        return ng.CF(tuple(self.field(part) if part.any() else ng.CF(0) for part in _in_space(values).T))
+        parts = [self.field(part) if part.any() else ng.CF(0) for part in values.T]
+        return ng.CF((*parts, 0)[:3])
 
     def multiplier(self, unknowns):
         return self._multiplier[0] @ unknowns
@@ -457,11 +458,6 @@ def outward(mesh):
     middles.Set(places)
     away = places - ng.BoundaryFromVolumeCF(middles)
     return ng.IfPos(ng.InnerProduct(normal, away), 1, -1) * normal
-
-
-def _in_space(vectors):
-    missing = 3 - vectors.shape[-1]
-    return np.concatenate((vectors, np.zeros((*vectors.shape[:-1], missing))), axis=-1)
 
 
 def _rows(rows, width):

@@ -280,16 +280,24 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     """Rectangles between lines x1 = across[i] and x2 = up[j], ascending, or triangles; `names` of the
     boundaries go counterclockwise from below.
     """
-    nx, ny = len(across), len(up)
-    mesh, points = netgen.Mesh(dim=2), np.zeros((ny, nx, 3))
-    points[:, :, 0], points[:, :, 1] = across, np.asarray(up)[:, None]
-    mesh.AddPoints(points.reshape(-1, 3))
-    number = np.arange(nx * ny, dtype=np.int32).reshape(ny, nx)
+    points = np.stack(np.meshgrid(across, up), axis=-1)
+    number = np.arange(points[..., 0].size).reshape(points.shape[:2])
     corners = np.stack((number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]), axis=-1)
     elements = corners.reshape(-1, 4) if quads else corners[:, :, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-    mesh.AddElements(2, mesh.AddRegion("dom", dim=2), np.ascontiguousarray(elements))
-    for name, side in zip(names, (number[0], number[:, -1], number[-1, ::-1], number[::-1, 0])):
-        mesh.AddElements(1, mesh.AddRegion(name, dim=1), np.stack((side[:-1], side[1:]), axis=-1))
+    sides = number[0], number[:, -1], number[-1, ::-1], number[::-1, 0]
+    edges = ((1, name, np.stack((side[:-1], side[1:]), axis=-1)) for name, side in zip(names, sides))
+    return of_elements(points.reshape(-1, 2), [(2, "dom", elements), *edges])
+
+
+def of_elements(points, parts):
+    """The mesh of points, (n, dim), and of parts, [(dimension, name, elements)], those of the volume first;
+    elements are arrays of the numbers of their points.
+    """
+    dim = points.shape[1]
+    mesh = netgen.Mesh(dim=dim)
+    mesh.AddPoints(np.column_stack((points, np.zeros((len(points), 3 - dim)))))
+    for own, name, elements in parts:
+        mesh.AddElements(own, mesh.AddRegion(name, dim=own), np.ascontiguousarray(elements, np.int32))
     mesh.Compress()
     return ng.Mesh(mesh)
 

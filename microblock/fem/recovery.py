@@ -13,7 +13,6 @@ Quadrilaterals become triangles before they are cut: NGSolve cuts them one way.
 import math
 from dataclasses import dataclass, replace
 
-import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 from tqdm.auto import tqdm
@@ -22,7 +21,7 @@ from ..errors import NotConverged, out_of_reach
 from . import contact_term
 from .between import of_body
 from .facets import outward
-from .meshes import elements_at
+from .meshes import elements_at, of_elements
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
@@ -228,7 +227,7 @@ def of_triangles(mesh):
     """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
     sides.
     """
-    old, curved, new = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2), netgen.Mesh(dim=2)
+    old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
     quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
     if not quads.any():
@@ -239,11 +238,14 @@ def of_triangles(mesh):
     parts = np.take_along_axis(corners, halves, axis=1).reshape(-1, 3)
     triangles = np.concatenate((cells["nodes"][~quads, :3] - 1, parts))
     numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
-    new.AddPoints(np.column_stack((points, np.zeros(len(points)))))
-    for dim, own, index in (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"]):
-        for number, name in enumerate(old.GetRegionNames(dim=dim), 1):
-            region = new.AddRegion(name, dim=dim)
-            new.AddElements(dim, region, np.ascontiguousarray(own[index == number], np.int32))
-    found = ng.Mesh(new)
+    both = (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"])
+    found = of_elements(
+        points,
+        [
+            (dim, name, elements[index == number])
+            for dim, elements, index in both
+            for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
+        ],
+    )
     lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
     return found if math.isclose(*lengths, rel_tol=1e-12) else None
