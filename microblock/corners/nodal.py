@@ -175,7 +175,8 @@ class NodalSolution(OfNodes):
 
     def goes_on(self, end, there):
         """Whether a corner of an end (0 or -1) is closed and the obstacle lies over a place beyond it."""
-        gaps = self.law.initial_gaps(there[None], self.normals[[end]], self.nodes.ell, self.problem.obstacle)
+        ell, obstacle = self.solver.solid.ell, self.problem.obstacle
+        gaps = self.law.initial_gaps(there[None], self.normals[[end]], ell, obstacle)
         return self.closed[:, end].any() and np.isfinite(list(gaps.values())).any()
 
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from ..corners.compliance import nearest_alone
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
 from ..corners.friction_events import events
 from ..corners.nodal import zones_of
@@ -65,11 +66,7 @@ class FrictionFacets:
         rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(along, arms[0])]
         self.onto = sparse.vstack(rows, format="csr")
         self.levers = -np.vstack((np.sum(arms * along, axis=2), np.sum(arms[:1] * normals, axis=2)))
-        gaps = initial_gaps(law, nodes, obstacle)
-        nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
-        self.gaps = np.where(nodes.twins & ~nearest, np.inf, gaps)
-        if not np.isfinite(self.gaps).any():
-            raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
+        self.gaps = nearest_alone(initial_gaps(law, nodes, obstacle), nodes.twins)
 
     def contact(self, coupled=True):
         """The FrictionalContact; `coupled` if shear tractions act on the gaps."""

@@ -31,10 +31,7 @@ class Solver3D(Solver):
     @cached_property
     def initial_gaps(self):
         """Array (corners, n); inf where a corner cannot touch."""
-        gaps = np.where(self.nodes.free["u3"], initial_gaps(self.law, self.nodes, self.obstacle), np.inf)
-        if not np.any(np.isfinite(gaps)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
-        return gaps
+        return initial_gaps(self.law, self.nodes, self.obstacle)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:

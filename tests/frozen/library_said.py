@@ -392,7 +392,8 @@ def parts():
         for quads in (True, False):
             mesh = meshes.uniform(ground, 0.15, quads)
             found = {"points": [vertex.point for vertex in mesh.vertices], "sizes": f"{mesh.ne} {mesh.nv}"}
-            found["depths"] = meshes.thicknesses(mesh, mesh.Boundaries("contact"))
+            above = mesh.Boundaries("contact")
+            found["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
             yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
     stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
     numbers = {
