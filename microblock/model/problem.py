@@ -65,7 +65,9 @@ class Problem:
         own += getattr(self.picture, "tips", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *self._angle.singular])
         # ell a multiple of the spacing of samples, corners meet them up to rounding
-        far = np.diff(places) > 1e-13 * (np.abs(places).max(initial=0.0) + self.ell)
+        size = np.abs(places[np.isfinite(places)]).max(initial=0.0) + self.ell  # an obstacle may have one end
+        with np.errstate(invalid="ignore"):  # of corners that meet no end
+            far = np.diff(places) > 1e-13 * size
         return np.concatenate((places[:1], places[1:][far]))
 
     @property

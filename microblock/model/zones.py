@@ -133,9 +133,10 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
     """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: near the edges of the
-    obstacle, shifted by `shifts`, the distance over half of its width, else 1.
+    obstacle, shifted by `shifts`, the distance over half of its width as far as x goes, else 1.
     """
-    distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
+    width, own = np.ptp(np.clip(ends, x.min(), x.max())) if len(ends) else 0.0, filter(np.isfinite, ends)
+    distances = (2 * np.abs(x - end - shift) / width for end in own for shift in shifts)
     return np.min([np.ones_like(x), *distances], axis=0)
 
 

@@ -2,6 +2,8 @@
 zones that are born far from the others, on states and on paths.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
@@ -213,6 +215,40 @@ def test_obstacles_that_cannot_be_seen_are_refused_by_name(obstacle, law, words)
     """And soon: before anything is solved."""
     with pytest.raises(mb.BadArgument, match=words):
         contact(obstacle, law).solve(load=1.0)
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A cylinder with named ends."""
+
+    ends: tuple
+
+    def height(self, x):
+        return np.asarray(x) ** 2 / 20
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("kind", ["panels", "cells", "block", "squares"])
+def test_an_obstacle_may_have_one_end(kind):
+    """A state is that with the other end far away, and the mirror image of that of the mirror image."""
+    body = mb.Block(SOLID, size=2.0) if kind in ("block", "squares") else mb.HalfPlane(SOLID)
+    method = {"cells": mb.Cells(nodes=512), "squares": mb.Uniform(h=0.02)}.get(kind)
+
+    def pressed(ends, psi0):
+        return mb.Contact(body, Ending(ends), mb.Microblock(psi0=psi0), method).solve(load=1.0)
+
+    one, mirrored, far = (
+        pressed((-np.inf, 0.2), 0.01),
+        pressed((-0.2, np.inf), -0.01),
+        pressed((-90.0, 0.2), 0.01),
+    )
+    away = np.abs(one.x - 0.2 - SOLID.ell / 2 * np.array([[-1], [1]])).min(axis=0)
+    weights = one.solution.weights * away  # where a corner meets the end p has no norm
+    assert any(0.2 < edge for zone in one.zones["contact"] for edge in zone)
+    # states keep to an rtol of 1e-3, and meshes are no mirror images of each other
+    bar = 1e-3 if kind == "block" else 1e-4
+    for pressure in (far.pressure_at(one.x), mirrored.pressure_at(-one.x)):
+        assert weights @ (pressure - one.pressure) ** 2 < bar**2 * (weights @ one.pressure**2)
 
 
 # --- slope discontinuities
