@@ -59,13 +59,14 @@ class Facets:
             found[..., here] = np.sum(values[..., own] * shares, axis=-1)
         return found
 
+    def surface(self, x):
+        """Points at places on the facets and their unit normals, arrays (n, 2)."""
+        both = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x).T
+        return np.column_stack((x, both[:, 0])), both[:, 1:] / np.linalg.norm(both[:, 1:], axis=1)[:, None]
+
     def initial_gaps(self, law, obstacle, corner, x):
         """Initial gaps of a corner at places on the facets, array (n,)."""
-        both = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x).T
-        normals = both[:, 1:] / np.linalg.norm(both[:, 1:], axis=1)[:, None]
-        found = law.initial_gaps(
-            np.column_stack((x, both[:, 0])), normals, self.nodes.body.solid.ell, obstacle
-        )
+        found = law.initial_gaps(*self.surface(x), self.nodes.body.solid.ell, obstacle)
         return list(found.values())[corner]
 
     def pressed(self, closed):
@@ -90,29 +91,23 @@ def missed(facets, closed, law, obstacle, sites):
     return found
 
 
-def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
-    """[Violation] of all corners between open nodes, with worths in force per length^(3/2); `counter` is the
-    displacement of a second body.
+def overlaps(facets, state, closed, sites):
+    """[Violation] of all corners of a MeshSolution between open nodes, with worths in force per length^(3/2);
+    `closed`, (corners, nodes), and the contact points `sites` of each.
     """
-    nodes, found = facets.nodes, []
-    ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
+    found = []
     for corner, (own, x) in enumerate(zip(closed, sites)):
         here = facets.below(x)
         x = x[(here >= 0) & ~facets.pressed(own)[here]]
         if not len(x):
             continue
-        lever = list(law.levers(x).values())[corner]
-        upwards, up, turned = facets.interpolate(np.array((nodes.normals[:, 1], raised, psi)), x)
-        gaps = (
-            facets.initial_gaps(law, obstacle, corner, x) - approach * upwards - up + ell / 2 * lever * turned
-        )
-        if counter is not None:
-            gaps = gaps + counter(x - law.shifts(ell)[corner] * upwards) * upwards
+        moved = facets.interpolate(np.array((state.displacement, state.psi)), x)
+        gaps = state.corner_gaps(*facets.surface(x), *moved)[corner]
         borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
         for first, last in runs(gaps < 0):
             left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
             if right > left:
-                worth = stiffness * depth / np.sqrt(right - left)
+                worth = facets.nodes.body.solid.E_star * depth / np.sqrt(right - left)
                 found.append(Violation(corner, *map(float, (left, right, depth, worth))))
     return found
 
@@ -159,13 +154,10 @@ def of_body(state):
     problem = replace(problem, picture=known)
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
     found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
-    known = {"approach": state.approach, "raised": -state.displacement, "psi": state.psi}
-    if state.problem.counter is not None:
-        known["counter"] = state.counter_displacement
     # what is off beside edges `recovery` has already
     touched = np.array([state.closed[:, own].any() for own in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
-    for each in overlaps(facets, state.closed, law, obstacle, sites, **known):
+    for each in overlaps(facets, state, state.closed, sites):
         here = int(facets.below(np.array([(each.left + each.right) / 2]))[0])
         if not touched[here]:
             found[facets.numbers[here]] += each.worth**2

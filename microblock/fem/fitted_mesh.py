@@ -288,10 +288,9 @@ class FittedMesh:
     @cached_property
     def violations(self):
         """[Violation] away from edges, without depth where tension has to open."""
-        solver, part = self.solver, self.part
+        solver = self.solver
         sites = [x[~self.beside_tips(x)] for x in self._sites]
-        known = {"approach": part.approach, "raised": -part.displacement, "psi": part.psi}
-        found = between.overlaps(self.nodes.along, self.closed, solver.law, solver.obstacle, sites, **known)
+        found = between.overlaps(self.nodes.along, self.part, self.closed, sites)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * solver.solid.layer_length
         zones = unfolded(self.zones) if solver.symmetric else self.zones
         return found + between.pulled_at_valleys(solver.problem, zones, self.x, self.pressures, tips, reach)
