@@ -13,7 +13,7 @@ from ..model.events import Event, LoadPath
 from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.state import Solution
-from ..model.zones import contact_zones, interrupted, runs, zone_changes
+from ..model.zones import borders, contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
 
@@ -227,8 +227,8 @@ class NodalSolver(Solver):
 
     def _closed_near(self, other):
         """Corners closed at the nearest node of another solution."""
-        x, borders = self.compliance.points[:, 0], (other.x[1:] + other.x[:-1]) / 2
-        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
+        x, between = self.compliance.points[:, 0], borders(other.x)[1:-1]
+        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(between, x)]
 
     def follow(self, load, rtol, initial):
         """The solution at a load, begun with a neighbour's closed corners."""
@@ -319,9 +319,8 @@ def zones_of(x, closed, law, apart=None, end=None):
     own = [[] for _ in closed]
     for piece in pieces:
         here = x[piece]
-        last = here[-1:] if end is None else (end,)
-        borders = np.concatenate((here[:1], (here[1:] + here[:-1]) / 2, last))
+        edges = borders(here, last=end)
         for found, flags in zip(own, closed[:, piece]):
             flags[1:-1] |= flags[:-2] & flags[2:]  # one node may close after its neighbours
-            found += [(float(borders[first]), float(borders[after + 1])) for first, after in runs(flags)]
+            found += [(float(edges[first]), float(edges[after + 1])) for first, after in runs(flags)]
     return contact_zones(dict(enumerate(own)), law.corners)

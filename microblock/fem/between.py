@@ -13,7 +13,7 @@ from ..halfplane.survey import Violation
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
-from ..model.zones import joined, runs
+from ..model.zones import borders, joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
@@ -103,9 +103,9 @@ def overlaps(facets, state, closed, sites):
             continue
         moved = facets.interpolate(np.array((state.displacement, state.psi)), x)
         gaps = state.corner_gaps(*facets.surface(x), *moved)[corner]
-        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
+        edges = borders(x)
         for first, last in runs(gaps < 0):
-            left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
+            left, right, depth = edges[first], edges[last + 1], -gaps[first : last + 1].min()
             if right > left:
                 worth = facets.nodes.body.solid.E_star * depth / np.sqrt(right - left)
                 found.append(Violation(corner, *map(float, (left, right, depth, worth))))

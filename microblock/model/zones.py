@@ -125,6 +125,14 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     return float(values[i]), float(x[i]) if len(low) == 1 else None
 
 
+def borders(x: Array, first: float | None = None, last: float | None = None) -> Array:
+    """Returns the borders of nodes at x (ascending), half the way to their neighbours and, unless `first` and
+    `last` are given, at the outermost nodes: array (n + 1,).
+    """
+    ends = x[:1] if first is None else [first], x[-1:] if last is None else [last]
+    return np.concatenate((ends[0], (x[1:] + x[:-1]) / 2, ends[1]))
+
+
 def runs(flags: Flags) -> list[tuple[int, int]]:
     """Returns first and last index of each run of True in an array (n,)."""
     steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
