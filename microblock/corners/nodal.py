@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadArgument
-from ..model.deformable import body_of, shape_of
+from ..model import law as laws
+from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -101,9 +102,8 @@ class NodalSolution(OfNodes):
 
     @cached_property
     def problem(self):
-        counter = body_of(self.solver.obstacle)
-        solid = None if counter is None else counter.solid
-        return Problem(self.solver.solid, self.law, shape_of(self.solver.obstacle), counter=solid)
+        obstacle = self.solver.obstacle
+        return Problem(self.solver.solid, self.law, shape_of(obstacle), counter=second_solid(obstacle))
 
     @property
     def x(self):
@@ -161,8 +161,7 @@ class NodalSolution(OfNodes):
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
             return np.linalg.lstsq(across, turned @ self.forces.sum(axis=0), rcond=None)[0] / self.weights
-        levers = np.array(list(self.law.levers(self.x).values()))
-        return self.solver.solid.ell / 2 * np.sum(levers * self.pressures, axis=0)
+        return self.solver.solid.ell / 2 * np.sum(laws.levers(self.law, self.x) * self.pressures, axis=0)
 
     @cached_property
     def zones_by_name(self):
@@ -181,8 +180,9 @@ class NodalSolution(OfNodes):
 
     def goes_on(self, end, there):
         """Whether a corner of an end (0 or -1) is closed and the obstacle lies over a place beyond it."""
-        gaps = self.law.initial_gaps(there[None], self.normals[[end]], self.nodes.ell, self.problem.obstacle)
-        return self.closed[:, end].any() and np.isfinite(list(gaps.values())).any()
+        place = there[None], self.normals[[end]], self.nodes.ell
+        gaps = laws.initial_gaps(self.law, *place, self.problem.obstacle)
+        return self.closed[:, end].any() and np.isfinite(gaps).any()
 
 
 class NodalSolver(Solver):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..halfplane.carried import log_sizes
 from ..halfplane.survey import Violation
+from ..model import law as laws
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
@@ -66,8 +67,7 @@ class Facets:
 
     def initial_gaps(self, law, obstacle, corner, x):
         """Initial gaps of a corner at places on the facets, array (n,)."""
-        found = law.initial_gaps(*self.surface(x), self.nodes.body.solid.ell, obstacle)
-        return list(found.values())[corner]
+        return laws.initial_gaps(law, *self.surface(x), self.nodes.body.solid.ell, obstacle)[corner]
 
     def pressed(self, closed):
         """Whether two nodes or more of each facet are closed."""
@@ -79,7 +79,7 @@ def missed(facets, closed, law, obstacle, sites):
     `closed` corners, (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
-    at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
+    at_nodes = laws.initial_gaps(law, nodes.points, nodes.normals, nodes.body.solid.ell, obstacle)
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
         here = facets.below(x)
         x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))

@@ -14,7 +14,7 @@ from scipy.special import roots_jacobi
 
 from ..corners.surface_law import on_surface
 from ..errors import BadArgument, require_choice, require_kind
-from ..model.law import check as check_law
+from ..model import law as laws
 from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term, supports
@@ -370,7 +370,7 @@ class ContactFacets(ContactNodes):
 
     def __init__(self, body, law, obstacle, rule="nodal"):
         require_choice(RULES, rule=rule)
-        check_law(law)
+        laws.check(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
@@ -456,7 +456,7 @@ def initial_gaps(law, nodes, obstacle):
     points, ell = nodes.points, nodes.body.solid.ell
     if nodes.dim == 3:
         return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
-    return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
+    return laws.initial_gaps(law, points, nodes.normals, ell, obstacle)
 
 
 def at_rules(mesh, facets, rules):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..corners.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most
+from ..model import law as laws
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
 from ..model.zones import contact_zones, distance, distance_to_ends, joined
@@ -188,7 +189,7 @@ class MeshSolution(OnMesh, NodalSolution):
     @property
     def _moments(self):
         """Nodal moments, with reactions of corners that carry, not of the shares."""
-        levers = np.array(list(self.law.levers(self.nodes.points[:, 0]).values()))
+        levers = laws.levers(self.law, self.nodes.points[:, 0])
         forces = self.forces if self._psi_held else self.carried
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 
@@ -264,10 +265,9 @@ class MeshSolution(OnMesh, NodalSolution):
         """Sentences where surface and obstacle go on beyond an end of the contact."""
         for end, way in ((0, -1), (-1, 1)):
             there = self.points[[end]] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
-            gaps = self.law.initial_gaps(
-                there, self.normals[[end]], self.solver.solid.ell, self.solver.obstacle
-            )
-            goes_on = self.nodes.body.mesh.Contains(*there[0]) and np.isfinite(list(gaps.values())).any()
+            place = there, self.normals[[end]], self.solver.solid.ell
+            gaps = laws.initial_gaps(self.law, *place, self.solver.obstacle)
+            goes_on = self.nodes.body.mesh.Contains(*there[0]) and np.isfinite(gaps).any()
             if goes_on and self.closed[:, end].any():
                 words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
                 return [words + f"{self.x[end]:.3g}"]

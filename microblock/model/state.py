@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair, shown
+from . import law as laws
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
@@ -181,10 +182,11 @@ class Solution:
         """Returns the gaps (22) of all corners at points, array (corners, n)."""
         problem, x, upwards = self.problem, points[:, 0], normals[:, 1]
         law, ell = problem.law, problem.ell
-        initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
-        levers = np.array(list(law.levers(x).values()))
+        initial = laws.initial_gaps(law, points, normals, ell, problem.obstacle)
         lifted = np.array([self.counter_displacement(x - shift * upwards) for shift in law.shifts(ell)])
-        return initial + displacement + ell / 2 * levers * psi + (lifted - self.approach) * upwards
+        return (
+            initial + displacement + ell / 2 * laws.levers(law, x) * psi + (lifted - self.approach) * upwards
+        )
 
     def remarks(self) -> list[str]:
         """Returns sentences on what this method does not resolve."""
