@@ -482,7 +482,8 @@ class State(PlainData):
     @cached_property
     def warnings(self) -> list[str]:
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*_beyond_small_strain(self), *of_samples(self)) if self.flat else ()), *known]
+        own = (*_beyond_small_strain(self), *of_samples(self)) if self.flat else _far_off(self)
+        return [*own, *known]
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -854,10 +855,16 @@ def _to_read(value: Any) -> Any:
     return value
 
 
+def _far_off(state: State) -> list[str]:
+    error = state.error_estimate or 0.0
+    words = f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"
+    return [words] * (error > 0.1)
+
+
 def _beyond_small_strain(state: State) -> list[str]:
     """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
     ell = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell
-    angle, error = math.degrees(np.abs(state.rotation).max(initial=0.0)), state.error_estimate or 0.0
+    angle, far_off = math.degrees(np.abs(state.rotation).max(initial=0.0)), _far_off(state)
     edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
     width = float(np.ptp(edges)) if len(edges) else math.inf
     sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
@@ -868,7 +875,7 @@ def _beyond_small_strain(state: State) -> list[str]:
         # where the small-angle form misses 1.5 %
         (angle > 10, f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)"),
         (slope > 0.2, f"slope {slope:.2g} at the edge of the contact: beyond small strain"),
-        (error > 0.1, f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"),
+        *((True, words) for words in far_off),
         (width < 2 * ell, "blocks are larger than the half-width of the contact"),
     )
     return [words for holds, words in found if holds]

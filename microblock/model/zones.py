@@ -141,9 +141,11 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
     """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: near the edges of the
-    obstacle, shifted by `shifts`, the distance over half of its width as far as x goes, else 1.
+    obstacle, shifted by `shifts`, the distance over half of its width, else 1; without an end on one side as
+    far as x goes.
     """
-    width, own = np.ptp(np.clip(ends, x.min(), x.max())) if len(ends) else 0.0, filter(np.isfinite, ends)
+    own = [end for end in ends if np.isfinite(end)]
+    width = np.ptp([*own, x.min(), x.max()] if len(own) < len(ends) else own) if own else 0.0
     distances = (2 * np.abs(x - end - shift) / width for end in own for shift in shifts)
     return np.min([np.ones_like(x), *distances], axis=0)
 
