@@ -140,6 +140,7 @@ REFUSED = {
     "contact --height x**2 --nu 0.5": (2, "--nu"),
     "contact --height x**2 --ell nan": (2, "--ell"),
     "contact --heigth x**2": (2, "did you mean --height?"),
+    "contact --height x**2 --json no/such/a.json": (2, "contact: --json no/such/a.json: must lie"),
     "contact --samples nowhere.csv": (2, "is no file"),
     "contact --samples .": (2, "is no file"),
     "contact --samples /dev/zero": (2, "is no file"),
