@@ -396,7 +396,9 @@ class State(PlainData):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name):
-            entry = self.__dataclass_fields__.get(name)
+            entry, own = self.__dataclass_fields__.get(name), getattr_static(type(self), name, None)
+            if isinstance(own, (property, cached_property)):  # which failed: once more for its own words
+                return own.__get__(self)
             if entry is None or "solution" not in vars(self):
                 raise AttributeError(f"a State has no {name}")
             of_problem, own = name in ("obstacle", "law", "solid"), self.solution

@@ -140,7 +140,6 @@ REFUSED = {
     "contact --height x**2 --nu 0.5": (2, "--nu"),
     "contact --height x**2 --ell nan": (2, "--ell"),
     "contact --heigth x**2": (2, "did you mean --height?"),
-    "contact --height x**2 --json no/such/a.json": (2, "contact: --json no/such/a.json: must lie"),
     "contact --samples nowhere.csv": (2, "is no file"),
     "contact --samples .": (2, "is no file"),
     "contact --samples /dev/zero": (2, "is no file"),
@@ -155,6 +154,12 @@ def test_what_fails_says_so_in_one_line_and_leaves_nothing_behind(words, run, tm
     status, out, err = run(f"{words} --json {tmp_path / 'a.json'}")
     assert (status, out) == (REFUSED[words][0], "") and err.count("\n") == 1 and REFUSED[words][1] in err
     assert "Contact(" not in err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("flag", ["--json", "--out"])
+def test_of_one_option_beside_a_bad_place_the_place_is_blamed(flag, run):
+    status, out, err = run(f"contact --height x**2 {flag} pyproject.toml/a")
+    assert (status, out) == (2, "") and f": {flag} pyproject.toml/a: " in err
 
 
 def test_json_has_parameters_versions_and_seconds(answer):
