@@ -457,11 +457,15 @@ def returned(obstacle: Any, *x: Array) -> Array:
     require(callable(height), "obstacle", obstacle, words)
 
     def above(*x: Array) -> Array:
-        found, shape = real(height(*x)), np.shape(x[0])
+        shape = np.shape(x[0])
         if not line:
-            return np.array(np.broadcast_to(found, shape))
+            return np.array(np.broadcast_to(real(height(*x)), shape))
         left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
-        return np.where((x[0] < left) | (x[0] > right), np.inf, found) if found.shape == shape else found
+        (places,), rounding = x, 8 * np.finfo(float).eps * np.abs(x[0]).max()
+        for end in (left, right):  # which no unit of length may decide on
+            places = np.where(np.abs(places - end) <= rounding, end, places)
+        found = real(height(places))
+        return np.where((places < left) | (places > right), np.inf, found) if found.shape == shape else found
 
     return evaluated(
         above,
