@@ -457,15 +457,11 @@ def returned(obstacle: Any, *x: Array) -> Array:
     require(callable(height), "obstacle", obstacle, words)
 
     def above(*x: Array) -> Array:
-        shape = np.shape(x[0])
+        found, shape = real(height(*x)), np.shape(x[0])
         if not line:
-            return np.array(np.broadcast_to(real(height(*x)), shape))
+            return np.array(np.broadcast_to(found, shape))
         left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
-        (places,), rounding = x, 8 * np.finfo(float).eps * np.abs(x[0]).max()
-        for end in (left, right):  # which no unit of length may decide on
-            places = np.where(np.abs(places - end) <= rounding, end, places)
-        found = real(height(places))
-        return np.where((places < left) | (places > right), np.inf, found) if found.shape == shape else found
+        return np.where((x[0] < left) | (x[0] > right), np.inf, found) if found.shape == shape else found
 
     return evaluated(
         above,
@@ -506,6 +502,10 @@ def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     ``(height(x1) - x2) n2``, for n = e2 that of section 4.2; ``inf`` where there is no obstacle above, or the
     surface is steeper than 60 degrees.
     """
-    above = heights(obstacle, points[:, 0])
+    places = points[:, 0]
+    rounding = 8 * np.finfo(float).eps * np.abs(places).max(initial=0.0)
+    for end in getattr(obstacle, "ends", None) or ():  # below which a place is whatever the unit of length
+        places = np.where(np.abs(places - end) <= rounding, end, places)
+    above = heights(obstacle, places)
     seen = normals[:, 1] > STEEPEST
     return np.where(seen, (above - points[:, 1]) * np.where(seen, normals[:, 1], 1.0), np.inf)
