@@ -13,6 +13,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
+from microblock.corners.nodal import zones_of
 from microblock.fem import meshes, meshes3d, recovery
 from microblock.fem.condensation import Condensed
 from microblock.fem.meshes import Ground
@@ -434,6 +435,11 @@ def test_copies_of_a_body_that_shear_follows_know_shear():
         again = copied(nodes)
         off = again.response(again.traces["u1"]) - known
         assert np.abs(off).max() < 1e-12 * np.abs(known).max()
+
+
+def test_zones_end_at_the_last_nodes_and_half_the_way_to_open_ones():
+    x, closed = np.array([0.0, 1.0, 3.0, 4.0]), np.array([[True, False, False, True]])
+    assert zones_of(x, closed, LINE)["contact"] == [(0.0, 0.5), (3.5, 4.0)]
 
 
 def require_same(one, other, name):

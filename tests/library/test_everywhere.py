@@ -252,8 +252,8 @@ def test_an_obstacle_may_have_one_end(kind):
 
 
 def test_an_event_that_coarse_states_alone_see_has_the_error_that_states_to_rtol_show():
-    """A corner that opens beside an end: coarse states kept it closed up to three times the load, and an error
-    of a hundredth was said.
+    """A corner that opens beside an end: coarse states kept it closed up to three times the load, and the
+    error was said to be a hundredth.
     """
     path = contact(Ending((-np.inf, 0.2)), ROTATED).path(load=2.0)
     low, high = (path.problem.solve(load=load).solution for load in (0.4, 1.45))
