@@ -238,13 +238,13 @@ def _complaint(failure, known, given):
     names = f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
     near = [name for name in names if name in given] or given  # of one alone: the defaults are right
     near = near if len(near) == 1 else [name for name in names if name in known]
-    name = failure.name if failure.name in known else near[0] if near else None
-    if name is None and failure.name not in ("json", "out"):
+    name = failure.name if failure.name in (*known, "json", "out") else near[0] if near else None
+    if name is None:
         return str(failure)
     value = failure.value if isinstance(failure.value, tuple) else (failure.value,)
     value = " ".join(shortened(one) if isinstance(one, str) else shown(one) for one in value).strip() or "''"
-    value = value if name in (None, failure.name, f"{failure.name}s") else f"({failure.name} = {value})"
-    return f"{flag(name or failure.name)} {value}: {failure.allowed}"
+    value = value if name in (failure.name, f"{failure.name}s") else f"({failure.name} = {value})"
+    return f"{flag(name)} {value}: {failure.allowed}"
 
 
 def _fail(status, program, message):

@@ -290,7 +290,7 @@ def require_place(
     for wrong, words in (
         (where.is_dir(), "must name a file, and is a folder"),
         (
-            not os.access(where.parent, os.W_OK),
+            not (where.parent.is_dir() and os.access(where.parent, os.W_OK)),
             f"must lie in a folder that can be written to, and {where.parent} is none",
         ),
         (

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import BadArgument
+from ..model.law import initial_gaps
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Compliance:
         Forces f >= 0 along -n leave ``g0 - share*approach + flexibility @ f``, corner after corner. Where
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
-        gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
+        gaps = initial_gaps(law, self.points, self.normals, self.ell, obstacle)
         gaps = nearest_alone(gaps, self.twins)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)

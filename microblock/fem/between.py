@@ -10,10 +10,11 @@ import numpy as np
 
 from ..halfplane.carried import log_sizes
 from ..halfplane.survey import Violation
+from ..model import law as laws
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
-from ..model.zones import joined, runs
+from ..model.zones import borders, joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
@@ -60,13 +61,13 @@ class Facets:
         return found
 
     def surface(self, x):
-        """Points and normals at places on the facets, arrays (n, 2)."""
+        """Points at places on the facets and their unit normals, arrays (n, 2)."""
         x2, *normals = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x)
         return np.column_stack((x, x2)), np.column_stack(normals / np.hypot(*normals))
 
     def initial_gaps(self, law, obstacle, x):
-        """Initial gaps of all corners at places on the facets, [array (n,)]."""
-        return list(law.initial_gaps(*self.surface(x), self.nodes.body.solid.ell, obstacle).values())
+        """Initial gaps of all corners at places on the facets, array (corners, n)."""
+        return laws.initial_gaps(law, *self.surface(x), self.nodes.body.solid.ell, obstacle)
 
     def pressed(self, closed):
         """Whether two nodes or more of each facet are closed."""
@@ -78,7 +79,7 @@ def missed(facets, closed, law, obstacle, sites):
     `closed` corners, (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
-    at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
+    at_nodes = laws.initial_gaps(law, nodes.points, nodes.normals, nodes.body.solid.ell, obstacle)
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
         here = facets.below(x)
         x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))
@@ -92,16 +93,16 @@ def missed(facets, closed, law, obstacle, sites):
 
 def overlaps(facets, state, closed, sites):
     """Yields the Violations of all corners of a MeshSolution between open nodes, with worths in force per
-    length^(3/2).
+    length^(3/2); `closed`, (corners, nodes), and the contact points `sites` of each.
     """
     for corner, (own, x) in enumerate(zip(closed, sites)):
         here = facets.below(x)
         x = x[(here >= 0) & ~facets.pressed(own)[here]]
         fields = facets.interpolate(np.array((state.displacement, state.psi)), x)
         gaps = state.corner_gaps(*facets.surface(x), *fields)[corner]
-        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
+        edges = borders(x)
         for first, last in runs(gaps < 0):
-            left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
+            left, right, depth = edges[first], edges[last + 1], -gaps[first : last + 1].min()
             if right > left:
                 worth = facets.nodes.body.solid.E_star * depth / np.sqrt(right - left)
                 yield Violation(corner, *map(float, (left, right, depth, worth)))

@@ -15,7 +15,7 @@ from scipy.special import roots_jacobi
 from ..corners.compliance import nearest_alone
 from ..corners.surface_law import on_surface
 from ..errors import BadArgument, require_kind
-from ..model.law import check as check_law
+from ..model import law as laws
 from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term, supports
 from .between import Facets
@@ -368,7 +368,7 @@ class ContactFacets(ContactNodes):
     twins = False  # in space
 
     def __init__(self, body, law, obstacle):
-        check_law(law)
+        laws.check(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
@@ -428,7 +428,7 @@ def initial_gaps(law, nodes, obstacle):
         gaps = on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
         gaps[:, ~nodes.free["u3"]] = np.inf
     else:
-        gaps = np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
+        gaps = laws.initial_gaps(law, points, nodes.normals, ell, obstacle)
     if not np.isfinite(gaps).any():
         raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
     return gaps

@@ -26,7 +26,7 @@ from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.progress import counted
-from ..model.zones import zone_edges
+from ..model.zones import common, zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .ground import Within
@@ -96,6 +96,8 @@ class FittedSolver(MeshFitter):
             with suppress(NotConverged):  # too far
                 return self._refined(load, rtol, near.zones, self.options.even)
         zones, failures = self.first_zones(load, rtol), []
+        if not any(common(own, [(-self.furthest, self.furthest)]) for own in zones.values()):
+            raise self._unsettled(load, zones, 0)
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
@@ -180,8 +182,11 @@ class FittedSolver(MeshFitter):
             if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
                 return BadArgument("obstacle", self.contact.obstacle, f"does not rise at all: {BOUNDED}")
             where = f"from {edges[0]:.3g} to {edges[-1]:.3g}"
-            allowed = f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface"
-            return BadArgument("size", self.domain, allowed)
+            words = (
+                f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface, on "
+                f"which it is looked for up to |x1| = {self.furthest:g}; or move the obstacle towards x1 = 0"
+            )
+            return BadArgument("size", self.domain, words)
         return NotConverged(
             f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
             "topology, or beta close to 2? Take another load, or the half-plane",

@@ -118,7 +118,7 @@ class FittedMesh:
         zones = {corner: common(own, inside) for corner, own in zones.items()}
         edges = zone_edges(zones)
         if not edges:
-            raise NotConverged("no contact")
+            raise NotConverged(f"no zone is left within |x1| < {solver.furthest:g} at load {load:g}")
         self.near = 0.35 * (edges[-1] - edges[0]) * RATIO ** max(levels - 1, 0)
         self.zones = _cleaned(solver, zones, self.near)
         edges = zone_edges(self.zones)

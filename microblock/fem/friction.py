@@ -16,6 +16,7 @@ from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
 from ..model.refinement import levels
 from ..model.state import State
+from ..model.zones import borders
 from .body import Body
 from .condensation import condensed
 from .facets import FLAT, initial_gaps
@@ -160,9 +161,8 @@ class FollowsFriction:
         contact, method = self.frictional.contact(coupled), type(self.options).__name__.lower()
         path = Follower(contact)
         states = [State(self.frictional.solution(self, path.to(*map(float, pair)), method)) for pair in pairs]
-        x = states[-1].x  # nodes stand for half the way to their neighbours
-        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
-        edges = np.column_stack((borders[:-1], borders[1:]))
+        ends = borders(states[-1].x)
+        edges = np.column_stack((ends[:-1], ends[1:]))
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))
 
 

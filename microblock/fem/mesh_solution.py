@@ -7,6 +7,7 @@ import numpy as np
 
 from ..corners.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most
+from ..model import law as laws
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
 from ..model.zones import contact_zones, distance, distance_to_ends, joined
@@ -156,7 +157,7 @@ class MeshSolution(OnMesh, NodalSolution):
     @property
     def _moments(self):
         """Nodal moments, with reactions of corners that carry, not of the shares."""
-        levers = np.array(list(self.law.levers(self.nodes.points[:, 0]).values()))
+        levers = laws.levers(self.law, self.nodes.points[:, 0])
         forces = self.forces if self._psi_held else self.carried
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 

@@ -18,6 +18,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from ..errors import NotConverged, out_of_reach
+from ..model import law as laws
 from . import contact_term
 from .between import of_body
 from .facets import outward
@@ -195,7 +196,7 @@ def _finer(state, parts, left):
 
 def _beyond(state, pressures, x):
     """Squares of p and M/ell, (2, n), at x beyond the end of the obstacle."""
-    levers, wrong = list(state.law.levers(x).values()), np.zeros((2, len(x)))
+    levers, wrong = laws.levers(state.law, x), np.zeros((2, len(x)))
     for corner, (left, right) in state.problem.ends.items():
         p = np.where((x < left) | (x > right), pressures[corner], 0.0)
         wrong += np.array((p, levers[corner] / 2 * p)) ** 2

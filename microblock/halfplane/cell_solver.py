@@ -11,8 +11,8 @@ from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged, require
 from ..model import picture
-from ..model.deformable import body_of, shape_of
-from ..model.law import require_pure_force
+from ..model.deformable import second_solid, shape_of
+from ..model.law import levers, require_pure_force
 from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
 from ..model.state import LineSolution
@@ -86,9 +86,9 @@ class LineSolver(CellSolver):
 
     @cached_property
     def problem(self):
-        obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
+        obstacle = shape_of(self.obstacle)
         obstacle = obstacle if self.period is None else repeated(obstacle, self.period)
-        return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
+        return Problem(self.solid, self.law, obstacle, counter=second_solid(self.obstacle))
 
     def gaps(self, x):
         return self.problem.initial_gaps(x)
@@ -199,7 +199,7 @@ def tilt(law, offsets, x):
     """t at x, array (1, n), or of one corner (0, n)."""
     if len(offsets) == 1:
         return np.empty((0, len(x)))
-    tilts = np.array(list(law.levers(x).values())) + offsets
+    tilts = levers(law, x) + offsets
     if np.ptp(tilts, axis=0).max() > PATHS:
         words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
         raise BadArgument("law", law, words)

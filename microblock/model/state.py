@@ -22,6 +22,7 @@ from ..errors import (
     require_pair,
     shown,
 )
+from . import law as laws
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
@@ -190,10 +191,11 @@ class Solution:
         """Returns the gaps (22) of all corners at points, array (corners, n)."""
         problem, x, upwards = self.problem, points[:, 0], normals[:, 1]
         law, ell = problem.law, problem.ell
-        initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
-        levers = np.array(list(law.levers(x).values()))
+        initial = laws.initial_gaps(law, points, normals, ell, problem.obstacle)
         lifted = np.array([self.counter_displacement(x - shift * upwards) for shift in law.shifts(ell)])
-        return initial + displacement + ell / 2 * levers * psi + (lifted - self.approach) * upwards
+        return (
+            initial + displacement + ell / 2 * laws.levers(law, x) * psi + (lifted - self.approach) * upwards
+        )
 
     def gap(self, corner: int, x: Array) -> Array:
         """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
@@ -424,7 +426,9 @@ class State(PlainData):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name):
-            entry = self.__dataclass_fields__.get(name)
+            entry, own = self.__dataclass_fields__.get(name), getattr_static(type(self), name, None)
+            if isinstance(own, (property, cached_property)):  # which failed: once more for its own words
+                return own.__get__(self)
             if entry is None or "solution" not in vars(self):
                 raise AttributeError(f"a State has no {name}")
             of_problem, own = name in ("obstacle", "law", "solid"), self.solution
@@ -514,7 +518,8 @@ class State(PlainData):
     @cached_property
     def warnings(self) -> list[str]:
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*_beyond_small_strain(self), *of_samples(self)) if self.flat else ()), *known]
+        own = (*_beyond_small_strain(self), *of_samples(self)) if self.flat else _far_off(self)
+        return [*own, *known]
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -875,10 +880,16 @@ def _to_read(value: Any) -> Any:
     return value
 
 
+def _far_off(state: State) -> list[str]:
+    error = state.error_estimate or 0.0
+    words = f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"
+    return [words] * (error > 0.1)
+
+
 def _beyond_small_strain(state: State) -> list[str]:
     """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
     ell = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell
-    angle, error = math.degrees(np.abs(state.rotation).max(initial=0.0)), state.error_estimate or 0.0
+    angle, far_off = math.degrees(np.abs(state.rotation).max(initial=0.0)), _far_off(state)
     edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
     width = float(np.ptp(edges)) if len(edges) else math.inf
     sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
@@ -889,7 +900,7 @@ def _beyond_small_strain(state: State) -> list[str]:
         # where the small-angle form misses 1.5 %
         (angle > 10, f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)"),
         (slope > 0.2, f"slope {slope:.2g} at the edge of the contact: beyond small strain"),
-        (error > 0.1, f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"),
+        *((True, words) for words in far_off),
         (width < 2 * ell, "blocks are larger than the half-width of the contact"),
     )
     return [words for holds, words in found if holds]

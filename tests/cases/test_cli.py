@@ -156,6 +156,12 @@ def test_what_fails_says_so_in_one_line_and_leaves_nothing_behind(words, run, tm
     assert "Contact(" not in err and not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("flag", ["--json", "--out"])
+def test_of_one_option_beside_a_bad_place_the_place_is_blamed(flag, run):
+    status, out, err = run(f"contact --height x**2 {flag} pyproject.toml/a")
+    assert (status, out) == (2, "") and f": {flag} pyproject.toml/a: " in err
+
+
 def test_json_has_parameters_versions_and_seconds(answer):
     start = time.perf_counter()
     entries = answer("strip --ell-over-H 0.2 --delta-over-H 0.03")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
-from microblock.data.provenance import digest
+from microblock.data.provenance import digest, made_of
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -167,3 +167,16 @@ def test_processes_find_what_threads_have_computed(tmp_path, capsys):
         study(executor=THREAD, records=record)
     word, equal = "steel", "".join(("st", "eel"))  # two objects
     assert digest(called, {"a": word, "b": word}) == digest(called, {"a": word, "b": equal})
+
+
+def test_code_is_told_by_its_files_and_packages_by_their_versions(tmp_path, monkeypatch):
+    """Equal code in another folder is the same, another line is not."""
+    assert made_of("pytest") == [pytest.__version__]
+    told = []
+    for folder, line in (("one", "x = 1"), ("other", "x = 1"), ("changed", "x = 2")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "studied_here.py").write_text(line + "\n")
+        with monkeypatch.context() as here:
+            here.syspath_prepend(tmp_path / folder)
+            told.append(made_of("studied_here"))
+    assert told[0] == told[1] != told[2] and told[0] is not None
