@@ -8,7 +8,7 @@ from functools import cache, cached_property, lru_cache
 
 import ngsolve as ng
 import numpy as np
-from scipy.sparse import csr_matrix, diags, identity, vstack
+from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
@@ -167,9 +167,11 @@ class ContactNodes:
         self.facets = [np.argsort(order)[own] for own in members]
         self.points, self.weights, normals = points[order], weights[order], normals[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        unknowns = identity(body.space.ndof, format="csr")
         traces = {"u": self._trace(body.spaces[0]), "p": self._trace(body.spaces[-1])}
-        self.traces = {name: traces[name[0]] @ unknowns[body.unknowns_of(name)] for name in body.names}
+        self.traces, shape = {}, (len(self.points), body.space.ndof)
+        for name in body.names:
+            own, first = traces[name[0]], body.unknowns_of(name).start
+            self.traces[name] = csr_matrix((own.data, own.indices + first, own.indptr), shape=shape)
         self.apart = np.ones(len(self.points) - 1, bool)
         for own in self.facets:
             self.apart[own.min() : own.max()] = False
