@@ -9,6 +9,7 @@ which a `solve` that writes files takes as `out`. Lists named "warnings" go to s
 
 import argparse
 import inspect
+import json
 import re
 import sys
 import time
@@ -18,8 +19,8 @@ import typing
 from difflib import get_close_matches
 from pathlib import Path
 
-from .data.records import json_text, versions, write_text
-from .errors import BadArgument, MicroblockError, require_place, require_size, shortened, shown, writing
+from .data.records import versions, write_text
+from .errors import BadArgument, MicroblockError, made_folder, require_place, require_size, shortened, shown
 from .model.results import plain_data
 
 
@@ -143,7 +144,7 @@ def run(program, module, words, setup=0.0):
         arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}
         if place not in (None, "-"):
             require_place(place, "json")
-        folder = None if given.out is None else _folder(given.out)
+        folder = None if given.out is None else made_folder(given.out, "out")
         more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
         start = time.perf_counter()
         result = module.solve(**arguments, **more)
@@ -159,10 +160,11 @@ def run(program, module, words, setup=0.0):
         files = _draw(module, result, folder, program.split()[-1]) if drawn else []
         for sentence in dict.fromkeys(_warnings(entries)):
             print(f"warning: {sentence}", file=sys.stderr)
+        text = json.dumps(entries, indent=1, allow_nan=False)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
-            print(json_text(entries))
+            print(text)
         elif place:
-            write_text(place, json_text(entries) + "\n", "json")
+            write_text(place, text + "\n", "json")
             files.append(place)
         if files and place != "-":
             print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
@@ -232,26 +234,17 @@ def _draw(module, result, folder, name):
     return files
 
 
-def _folder(out):
-    if not out:
-        raise BadArgument("out", repr(out), "must name a folder")
-    with writing(out, "out"):
-        Path(out).mkdir(parents=True, exist_ok=True)
-    require_place(Path(out) / "figure", "out")
-    return Path(out)
-
-
 def _complaint(failure, known, given):
     names = f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
     near = [name for name in names if name in given] or given  # of one alone: the defaults are right
     near = near if len(near) == 1 else [name for name in names if name in known]
-    name = failure.name if failure.name in known else near[0] if near else None
-    if name is None and failure.name not in ("json", "out"):
+    name = failure.name if failure.name in (*known, "json", "out") else near[0] if near else None
+    if name is None:
         return str(failure)
     value = failure.value if isinstance(failure.value, tuple) else (failure.value,)
     value = " ".join(shortened(one) if isinstance(one, str) else shown(one) for one in value).strip() or "''"
-    value = value if name in (None, failure.name, f"{failure.name}s") else f"({failure.name} = {value})"
-    return f"{flag(name or failure.name)} {value}: {failure.allowed}"
+    value = value if name in (failure.name, f"{failure.name}s") else f"({failure.name} = {value})"
+    return f"{flag(name)} {value}: {failure.allowed}"
 
 
 def _fail(status, program, message):

@@ -89,7 +89,7 @@ class Contact:
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
             raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
         free = not solid.beta and not in_space and isinstance(self.body, Unbounded)
-        if free and (law.clamps_rotation or any(lever.any() for lever in law.levers(np.zeros(1)).values())):
+        if free and (law.clamps_rotation or laws.levers(law, np.zeros(1)).any()):
             words = "must be positive on a half-plane, but under Unilateral(): nothing holds its rotation"
             raise BadArgument("beta", solid.beta, words)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):

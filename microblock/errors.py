@@ -290,7 +290,7 @@ def require_place(
     for wrong, words in (
         (where.is_dir(), "must name a file, and is a folder"),
         (
-            not os.access(where.parent, os.W_OK),
+            not (where.parent.is_dir() and os.access(where.parent, os.W_OK)),
             f"must lie in a folder that can be written to, and {where.parent} is none",
         ),
         (
@@ -300,6 +300,16 @@ def require_place(
     ):
         if wrong:
             raise BadArgument(name, str(path), words)
+
+
+def made_folder(path: str | os.PathLike[str], name: str) -> Path:
+    """Returns a folder, made if it is not there; raises BadArgument unless files can be written to it."""
+    named = isinstance(path, (str, os.PathLike)) and str(path) and "\0" not in str(path)
+    require(named and not Path(path).is_file(), name, path, "must name a folder")
+    with writing(path, name):
+        Path(path).mkdir(exist_ok=True, parents=True)
+    require_place(Path(path) / "file", name)
+    return Path(path)
 
 
 @contextmanager

@@ -32,6 +32,7 @@ NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of 
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
 SAME = 1e-9  # of a load, a width or the pressure that is left at an edge: less is nothing
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
+DOUBTS = (0.01, 0.04, 0.16, 0.64)  # of a load, up to which coarse states may miss an event
 SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
@@ -103,8 +104,27 @@ class ZonePath(LoadPath):
                 return [*self._between(low, between), *self._between(between, high)]
         except NotConverged:  # the two are all that is known
             pass
-        # no topology leads to it, as at an end of a punch: coarse states miss it by 2e-3 of the load
-        return _events(low, high, low.load + half, half + high.load / 100)
+        # no topology leads to it, as at an end of a punch
+        return _events(low, high, low.load + half, half + self._missed(low, high))
+
+    def _missed(self, low: PanelSolution, high: PanelSolution) -> float:
+        """Returns how far (force per thickness) from two coarse states those to rtol agree with them in the
+        zones that change; the whole load where they do not.
+        """
+        names = {name for name, *_ in _changes(low, high, _zones)}
+
+        def agrees(coarse: PanelSolution, load: float) -> bool:
+            try:
+                state = cast(PanelSolution, self._solver.at(load, self.rtol))
+            except NotConverged:
+                return False
+            known, found = _zones(coarse), _zones(state)
+            return all(len(known[name]) == len(found[name]) for name in names)
+
+        for share in DOUBTS:
+            if agrees(low, (1 - share) * low.load) and agrees(high, min((1 + share) * high.load, self.last)):
+                return share * high.load
+        return high.load
 
     def _sides(
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]

@@ -17,7 +17,11 @@ left out. A test that hangs has failed. This module is the plugin of pytest that
 Not drawn: texts and what is in a `raise` (messages), annotations and decorators, which decide nothing; in
 `view` numbers and products, constants, and arguments of methods of matplotlib: places, sizes and colours of
 pictures. A place whose syntax tree stays equal is none. `<` becomes `<=` where whole numbers are compared,
-since real ones are not equal.
+since real ones are not equal, nor 0.
+
+The score is the number of mutations found of 60. A mutation that no test can see, because results stay the
+same, is no hole: it is named in EQUIVALENT by hand, with the reason. Such a place is left out of the draw,
+and the next place of its room takes its share, so that a score is always one of 60.
 """
 
 from __future__ import annotations
@@ -40,30 +44,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-SEED = 241128  # of the places; another seed draws others
+SEED = 271130  # of the places; another seed draws others
 PLACES = 60
 SECONDS = 150.0  # of the tests of a mutation, as they were recorded
 WORKERS = 2  # that run at a time
 LONGEST = 180  # seconds that what pytest imports may take
 ROOT = Path(__file__).parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock"
-ORDER = re.compile(r"order|degree|GAUSS", re.I)
+ORDER = re.compile(r"(?<![a-z])orders?(?![a-z])|degree|GAUSS", re.I)  # and no border
 OTHER = {ast.Lt: "<= >=", ast.LtE: "< >", ast.Gt: ">= <=", ast.GtE: "> <", ast.Eq: "!=", ast.NotEq: "=="}
-WHOLE = re.compile(r"\blen\(|\.size\b|\.ndim\b|\.shape\b|^\d+ |[<>=] \d+$|count|number")  # of whole numbers
+WHOLE = re.compile(r"\blen\(|\.(size|ndim|shape)\b|^[1-9]\d* |[<>=] [1-9]\d*$|count|number")  # of whole ones
 SMALL = 1e-4  # literals below are thresholds, which 10^4 changes and 2 does not
 # what a place's line says, and why no test can see the mutation: decided by hand
 EQUIVALENT = {
     "newton.py:272: factor: 8 -> 16": "of multipliers: another number of steps to the same state",
-    "+ risen < 0 -> ": "a gap, a real number, is not 0 beside an overlap",
-    "compare: K0 >= 0 -> (K0 > 0)": "a coefficient, a real number, is not 0; where it is, the step is 0",
-    "K0 < 0 -> (K0 <= 0)": "the same coefficient",
-    "cells.py:154: factor: 1 -> 2": "a preconditioner twice as large: the steps stay the same",
     "on_cells.py:181: index: 0 -> 1": "a preconditioner of rotated blocks: other steps to the same state",
-    "projected_gradients.py:248: factor: (slope": "of a line search: other steps to the same state",
-    "meshes.py:101: factor: turned": "the least sine of an angle, twice or half as large: no mesh is between",
-    "path.py:186: factor: (high.load": "bounds a step of differences, which moves loads within their errors",
-    "sign <= 0 -> (self.sets.tableau.sign < 0)": "a product of signs of pivots, none of which is 0",
+    "factor: (slope + ahead) / 2 -> ": "of a line search: other steps to the same state",
+    "factor: turned * np.sign(np.nanmedian(turned)) -> ": "the least sine of an angle: no mesh is between",
+    "path.py:188: factor: (high.load": "bounds a step of differences, which moves loads within their errors",
 }
+
+
+def is_equivalent(place):
+    return any(text in words_of(place) for text in EQUIVALENT)
 
 
 # bytes `start` to `end` of a file, in a statement of some lines, are replaced
@@ -166,7 +169,7 @@ def drawn(seed=SEED, count=PLACES):
             choice = [place for place in rooms[room] if place.kind == kind]
             place = choice[rng.integers(len(choice))]
             same = ast.dump(ast.parse(broken(place))) == ast.dump(ast.parse((ROOT / place.file).read_bytes()))
-            if place.start not in chosen and not same:
+            if place.start not in chosen and not (same or is_equivalent(place)):
                 chosen[place.start] = place
         yield from chosen.values()
 
@@ -296,8 +299,7 @@ def judged(place, most):
             if passes(good, {name: tests[name] for name in (*run, last)})[0]:
                 return f"found by {last if run else 'the import of ' + last.split('::')[0]}, of {count} tests"
             tests = {name: seconds for name, seconds in tests.items() if name not in run and name != last}
-    why = next((why for text, why in EQUIVALENT.items() if text in words_of(place)), "SURVIVED")
-    return f"{why}, of {count} tests"
+    return f"SURVIVED, of {count} tests"
 
 
 def main():

@@ -312,6 +312,29 @@ def test_units_and_mirror_images_change_nothing(method):
         assert np.ptp(other_gap - gap) <= max(close, 1e-6) * np.ptp(gap), change
 
 
+def below_an_end(unit):
+    """Approaches, over the unit of length, on fixed meshes with nodes or corners at the ends of punches."""
+    solid, x = mb.Cosserat(E=100, nu=0.3, ell=0.1 * unit, beta=1), np.linspace(-1, 1, 11) * unit
+    body = mb.Body(meshes3d.block(x, x, np.linspace(-1, 0, 4) * unit), solid, order=1, fixed="bottom")
+    flat = mb.Block(solid, 4.0 * unit)
+    problems = [
+        *(
+            mb.Contact(flat, mb.Punch(a * unit), mb.Microblock(), mb.Uniform(0.05 * unit))
+            for a in (0.3, 0.35)
+        ),
+        mb.Contact(body, mb.FlatPunch(0.4 * unit), mb.Unilateral()),
+        mb.Contact(body, mb.FlatPunch(0.55 * unit, "square"), mb.Microblock()),
+    ]
+    return [one.solve(load=unit ** (2 if one.body is body else 1)).approach / unit for one in problems]
+
+
+def test_no_unit_decides_whether_a_node_lies_below_an_end():
+    """To the residual; approaches were off by 2 to 18 %, where rounding put a node beside an end."""
+    known = below_an_end(1.0)
+    for unit in (1e3, 7.0):
+        assert below_an_end(unit) == pytest.approx(known, rel=1e-6)
+
+
 def test_a_symmetric_problem_is_the_same_without_the_symmetry():
     """Panels of an even problem and of a mere function, to rtol; a quarter of a body and the whole of it, to
     the residual and corners that are not unique."""

@@ -32,10 +32,10 @@ class ContactState:
 
     Attributes
     ----------
-    forces, gaps : arrays (m,); inf where a corner cannot touch
+    forces, gaps : arrays (m,), of cells (corners, n, ...); gaps inf where a corner cannot touch
     closed : boolean array (m,); a closed corner may carry no force
     approach, load : d and c.f
-    iterations : sets that were tried
+    iterations : sets that were tried, or products with the flexibility
     kkt : largest relative residual of load, complementarity and feasibility
     followed : whether the load path was followed to here
     """

@@ -33,7 +33,7 @@ class CellSolution(Solution):
     pressures : array (corners, n, ...)
     micromoment, psi : arrays (n,) or (2, n, n), M or the reaction to psi = 0, and psi
     displacement : array (n, ...), into the body
-    residual : `GridForces.kkt` of `microblock.corners.projected_gradients`
+    residual : `kkt` of `microblock.corners.projected_gradients.solve`
     iterations : products with the flexibility
     error_estimate : float, or None without a coarser grid
     notes : sentences
@@ -207,7 +207,7 @@ class CellSolver(Solver):
             self.turned(phi) / half,
             surface[0],
             found.kkt,
-            found.products,
+            found.iterations,
         )
         return self.completed(state, H, found)
 

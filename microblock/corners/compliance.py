@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import BadArgument
+from ..model.law import initial_gaps
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,8 @@ class Compliance:
         Forces f >= 0 along -n leave ``g0 - share*approach + flexibility @ f``, corner after corner. Where
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
-        gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
-        twins = self.twins
-        nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
-        gaps = np.where(twins & ~nearest, np.inf, gaps)
+        gaps = initial_gaps(law, self.points, self.normals, self.ell, obstacle)
+        gaps = nearest_alone(gaps, self.twins)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
         onto = self._onto_corners(law)
@@ -85,3 +84,9 @@ class Compliance:
         levers, ones = law.levers(self.points[:, 0]), np.ones(len(self.weights))
         arms = [(-ones, self.ell / 2 * levers[name]) for name in law.corners]
         return sparse.bmat([[sparse.diags(own) for own in arm] for arm in arms]).tocsr()
+
+
+def nearest_alone(gaps, twins):
+    """Gaps, array (corners, n), inf of all but the nearest corner at `twins`, whose corners move together."""
+    nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
+    return np.where(twins & ~nearest, np.inf, gaps)

@@ -1,4 +1,4 @@
-"""Contact with friction, and without it, followed from event to event through a history of loads or motions.
+"""Contact with friction, and without it, followed from event to event through a history of loads.
 
 Corner forces n >= 0 and tangential forces t at nodes leave the gaps g and drag the surface by s along it. The
 obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P, Q):
@@ -9,8 +9,8 @@ with the rows (n2, -n1) of B_n and (n1, n2) of B_t at the normal (n1, n2). A nod
 not change; it slips in the direction of t while |t| = f times the sum of n. Uncoupled, C^T t is left out.
 
 M = [[A, -B], [B^T, 0]] pairs corner forces with gaps, tangential forces with the slip, motions with loads.
-Closed corners, nodes that stick, and motions whose load is given are exchanged (principal pivots); t = tau +
-f sigma n where a node slips. Pairs beyond their limit are exchanged at once, and if that brings no fewer the
+Closed corners, nodes that stick, and motions are exchanged (principal pivots); t = tau + f sigma n where a
+node slips. Pairs beyond their limit are exchanged at once, and if that brings no fewer the
 first one alone (Murty, Opsearch 11 (1974) 123).
 """
 
@@ -98,7 +98,7 @@ class FrictionalContact:
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """The contact at one pair of loads or motions.
+    """The contact at one pair of loads.
 
     Attributes
     ----------
@@ -108,7 +108,6 @@ class Moment:
     raised : array (corners n,), changes of the gaps by forces (lengths)
     closed : boolean array (corners n,)
     stick : boolean array (n,)
-    slips : array (n,), sign of t where a node slips, else 0
     at_limit : boolean array (n,), nodes with the largest shear force
     iterations : changes so far
     approach, offset : d and D (length)
@@ -124,7 +123,6 @@ class Moment:
     raised: Array
     closed: Flags
     stick: Flags
-    slips: Array
     at_limit: Flags
     iterations: int
     approach: float
@@ -211,7 +209,7 @@ class Sets:
 
     Parameters
     ----------
-    pairs : numbers of closed corners, nodes that stick and motions whose load is given, in this order
+    pairs : numbers of closed corners, nodes that stick and motions, in this order
 
     Attributes
     ----------
@@ -240,8 +238,8 @@ class Sets:
 
     @property
     def last(self) -> bool:
-        """Whether one node alone sticks under a given shear force."""
-        return self.flat and bool(self.tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
+        """Whether one node alone sticks."""
+        return self.flat and np.count_nonzero(self.stick) == 1
 
     def _meant(self, number: int, passing: Array) -> tuple[list[int], int, float]:
         """Pairs to exchange, the node, and its slip then."""
@@ -303,14 +301,11 @@ class Sets:
 
 
 class Follower:
-    """The contact along loads (P, Q), or `by_motions` (d, D), from first touch on.
+    """The contact along loads (P, Q), from first touch on."""
 
-    Raises NotConverged if motions begin with an overlap.
-    """
-
-    def __init__(self, contact: FrictionalContact, by_motions: bool = False) -> None:
+    def __init__(self, contact: FrictionalContact) -> None:
         n, m = contact.nodes, len(contact.gaps)
-        self.contact, self.by_motions, self.legs = contact, by_motions, 0
+        self.contact, self.legs = contact, 0
         self.changes: list[Change] = []
         self._m, self._motions, self._nodes, self._u = (
             m,
@@ -324,28 +319,23 @@ class Follower:
         self._terms = 100 * np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(n))
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
         self._random = np.random.default_rng(0)
-        self._seen, pairs = np.repeat((3.0, 0.0), (m, n)), []
-        if not by_motions:
-            down = self._motions[:m, 0]
-            reached = np.isfinite(contact.gaps) & (down > 0)
-            heights = np.where(reached, self.y[:m], np.inf) / np.where(reached, down, 1.0)
-            corner = int(np.argmin(heights))
-            self.x[m + n], pairs = heights[corner], [corner, m + corner % n, m + n, m + n + 1]
-            self.y[: m + n] -= heights[corner] * self._motions[:, 0]
-        elif (self.y[:m] < -PATHS * self._span).any():
-            raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
-        self.sets = Sets(contact, pairs)
+        self._seen, down = np.repeat((3.0, 0.0), (m, n)), self._motions[:m, 0]
+        reached = np.isfinite(contact.gaps) & (down > 0)
+        heights = np.where(reached, self.y[:m], np.inf) / np.where(reached, down, 1.0)
+        corner = int(np.argmin(heights))
+        self.x[m + n] = heights[corner]
+        self.y[: m + n] -= heights[corner] * self._motions[:, 0]
+        self.sets = Sets(contact, [corner, m + corner % n, m + n, m + n + 1])
 
     def to(self, *target: float) -> Moment:
-        """Follows loads (P, Q), or motions (d, D), on a straight way; returns the Moment at its end. Raises
-        NotConverged if rates are not unique or there are none; `reached` says where.
+        """Follows loads (P, Q) on a straight way; returns the Moment at its end. Raises NotConverged if rates
+        are not unique or there are none; `reached` says where.
         """
-        scale = self._size if self.by_motions else 1.0
-        end = np.array(target) / scale
+        end = np.array(target)
         try:
-            self._follow(end, end - self._given[self._u])
+            self._follow(end, end - self.y[self._u])
         except NotConverged as failure:
-            now = tuple(float(scale * each) for each in self._given[self._u])
+            now = tuple(self.y[self._u].tolist())
             words = [", ".join(f"{each:.6g}" for each in pair) for pair in (now, target)]
             raise NotConverged(
                 f"the history stopped at ({words[0]}) on the way to ({words[1]}): {failure}", reached=now
@@ -353,14 +343,10 @@ class Follower:
         self.legs += 1
         return self.moment()
 
-    @property
-    def _given(self) -> Array:
-        return self.x if self.by_motions else self.y
-
     def _follow(self, end: Array, way: Array) -> None:
         done = 0.0
-        start, f = self._given[self._u], self.contact.friction
-        if self.sets.flat and not self.by_motions:
+        start, f = self.y[self._u], self.contact.friction
+        if self.sets.flat:
             left = [f * P - np.sign(end[1]) * Q for P, Q in (start, end)]  # of what friction allows
             if left[1] < -AT_LIMIT * f * end[0]:
                 share = left[0] / (left[0] - left[1])
@@ -372,7 +358,7 @@ class Follower:
             self._note(done)
             self._advance(dx, dy, step)
             if step == 1 - done:
-                self._given[self._u] = end
+                self.y[self._u] = end
                 self._correct()
                 return
             done += step
@@ -383,8 +369,8 @@ class Follower:
 
     def _rates(self, way: Array) -> tuple[Array, Array]:
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
-        rest[self._u] = np.where(active[self._u] | self.by_motions, way, 0.0)
-        rates = self.sets.tableau.times(self._u, rest[self._u])
+        rest[self._u] = way
+        rates = self.sets.tableau.times(self._u, way)
         dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
         dx[nodes] += self.contact.friction * self.sets.slips * dx[self.sets.of].sum(axis=0)
         return dx, dy
@@ -509,7 +495,6 @@ class Follower:
             raised=raised,
             closed=self.sets.closed.copy(),
             stick=self.sets.stick.copy(),
-            slips=self.sets.slips.copy(),
             at_limit=(self.sets.stick | (self.sets.slips != 0))
             & (bound - np.abs(t) <= AT_LIMIT * bound.max()),
             iterations=len(self.changes),

@@ -48,12 +48,17 @@ def events(changes, friction, edges, pairs):
             slip = slips.any(axis=0) & ~stick
             if slip.any() and all(event.kind != "first slip" for event in found):
                 note(share, "first slip", "slip", np.argmax(slip))
-            parts = list(_parts(stick, stick | slip, edges, zones))
-            vanished = [zone for zone in zones if not (zone & stick).any()]
-            born = [part for part in parts if not any((part & zone).any() for zone in zones)]
-            for kind, several in (("vanished", vanished), ("born", born)):
-                for where in several:
-                    note(share, kind, "stick", where)
+            # new zones are wide ones
+            parts = [
+                (i, j)
+                for i, j in runs(stick)
+                if _meets((i, j), zones)
+                or (j - i > 4 and np.ptp(edges[i : j + 1]) >= 0.05 * np.ptp(edges[stick | slip]))
+            ]
+            for kind, several, others in (("vanished", zones, parts), ("born", parts, zones)):
+                for i, j in several:
+                    if not _meets((i, j), others):
+                        note(share, kind, "stick", slice(i, j + 1))
             zones = parts
         if slides:
             note(1.0, "full slip", "slip", stick if stick.any() else slip)
@@ -61,11 +66,6 @@ def events(changes, friction, edges, pairs):
     return found
 
 
-def _parts(stick, touching, edges, zones):
-    """Yields flags of the stretches that stick, if they are wide or belong to one of the zones."""
-    for first, last in runs(stick):
-        part = np.zeros(len(stick), bool)
-        part[first : last + 1] = True
-        wide = last - first > 4 and np.ptp(edges[part]) >= 0.05 * np.ptp(edges[touching])
-        if wide or any((part & zone).any() for zone in zones):
-            yield part
+def _meets(part, others):
+    """Whether a stretch (first, last) of cells has one in common with some others."""
+    return any(part[0] <= last and first <= part[1] for first, last in others)

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadArgument
-from ..model.deformable import body_of, shape_of
+from ..model import law as laws
+from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath
 from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.state import Solution
-from ..model.zones import contact_zones, interrupted, runs, zone_changes
+from ..model.zones import borders, contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
 
@@ -47,24 +48,33 @@ class OfNodes(Solution):
     unknowns: int
     method: str = "nodes"
 
-    mirrored = False
+    mirrored: bool = False
 
     @property
     def nodes(self):
         return self.solver.nodes
 
-    @property
+    @cached_property
     def points(self):
-        return self.nodes.points
+        return self._whole(self.nodes.points.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def normals(self):
-        return self.nodes.normals
+        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
 
-    @property
+    @cached_property
     def weights(self):
         """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        return self.nodes.weights
+        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
+        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
+
+    def _whole(self, values, sign=1, corners=False):
+        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
+        `corners` change places.
+        """
+        if not self.mirrored:
+            return values
+        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def carried(self):
@@ -73,7 +83,8 @@ class OfNodes(Solution):
 
     @cached_property
     def pressures(self):
-        return self.carried / self.nodes.weights
+        """Pressure of each corner, (corners, n)."""
+        return self._whole(self.carried / self.nodes.weights, corners=True)
 
     @cached_property
     def energy(self):
@@ -101,9 +112,8 @@ class NodalSolution(OfNodes):
 
     @cached_property
     def problem(self):
-        counter = body_of(self.solver.obstacle)
-        solid = None if counter is None else counter.solid
-        return Problem(self.solver.solid, self.law, shape_of(self.solver.obstacle), counter=solid)
+        obstacle = self.solver.obstacle
+        return Problem(self.solver.solid, self.law, shape_of(obstacle), counter=second_solid(obstacle))
 
     @property
     def x(self):
@@ -125,22 +135,6 @@ class NodalSolution(OfNodes):
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
-    def gap(self, corner, x):
-        """Gap of a corner at x1 = x, array (n,), with the exact height; BadArgument beyond the nodes."""
-        if not np.all(self.reaches(x)):
-            raise BadArgument(
-                "x",
-                x,
-                f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}"
-                + ("" if self.apart is None or not self.apart.any() else " without its interruptions"),
-            )
-        x2, n1, n2, displacement, psi = (
-            self.interpolated(values, x)
-            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
-        )
-        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
-        return self.corner_gaps(points, normals, displacement, psi)[corner]
-
     @classmethod
     def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
@@ -161,8 +155,7 @@ class NodalSolution(OfNodes):
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
             return np.linalg.lstsq(across, turned @ self.forces.sum(axis=0), rcond=None)[0] / self.weights
-        levers = np.array(list(self.law.levers(self.x).values()))
-        return self.solver.solid.ell / 2 * np.sum(levers * self.pressures, axis=0)
+        return self.solver.solid.ell / 2 * np.sum(laws.levers(self.law, self.x) * self.pressures, axis=0)
 
     @cached_property
     def zones_by_name(self):
@@ -181,8 +174,9 @@ class NodalSolution(OfNodes):
 
     def goes_on(self, end, there):
         """Whether a corner of an end (0 or -1) is closed and the obstacle lies over a place beyond it."""
-        gaps = self.law.initial_gaps(there[None], self.normals[[end]], self.nodes.ell, self.problem.obstacle)
-        return self.closed[:, end].any() and np.isfinite(list(gaps.values())).any()
+        ell, obstacle = self.solver.solid.ell, self.problem.obstacle
+        gaps = laws.initial_gaps(self.law, there[None], self.normals[[end]], ell, obstacle)
+        return self.closed[:, end].any() and np.isfinite(gaps).any()
 
 
 class NodalSolver(Solver):
@@ -227,8 +221,8 @@ class NodalSolver(Solver):
 
     def _closed_near(self, other):
         """Corners closed at the nearest node of another solution."""
-        x, borders = self.compliance.points[:, 0], (other.x[1:] + other.x[:-1]) / 2
-        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
+        x, between = self.compliance.points[:, 0], borders(other.x)[1:-1]
+        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(between, x)]
 
     def follow(self, load, rtol, initial):
         """The solution at a load, begun with a neighbour's closed corners."""
@@ -319,9 +313,8 @@ def zones_of(x, closed, law, apart=None, end=None):
     own = [[] for _ in closed]
     for piece in pieces:
         here = x[piece]
-        last = here[-1:] if end is None else (end,)
-        borders = np.concatenate((here[:1], (here[1:] + here[:-1]) / 2, last))
+        edges = borders(here, last=end)
         for found, flags in zip(own, closed[:, piece]):
             flags[1:-1] |= flags[:-2] & flags[2:]  # one node may close after its neighbours
-            found += [(float(borders[first]), float(borders[after + 1])) for first, after in runs(flags)]
+            found += [(float(edges[first]), float(edges[after + 1])) for first, after in runs(flags)]
     return contact_zones(dict(enumerate(own)), law.corners)

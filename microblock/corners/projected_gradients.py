@@ -16,7 +16,6 @@ It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in 
 converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -24,35 +23,15 @@ import numpy as np
 from ..errors import BadArgument, NotConverged, at_least
 from ..model.progress import counted
 from ..threads import bounded
-from .active_set import require_level
+from .active_set import ContactState, require_level
 from .rounding import SUMS, TERMS
 
 STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
-LEAST = 1e-3  # see `GridForces.kkt`
-
-
-@dataclass(frozen=True)
-class GridForces:
-    """Corner forces that solve (a) to the residual `kkt`.
-
-    Attributes
-    ----------
-    forces, gaps : arrays (corners, n), gaps inf where a corner cannot touch
-    kkt : float
-        Largest penetration, or gap under a force, over the range of H f, or over LEAST times that of the load
-        on one corner.
-    products : int, with H
-    """
-
-    forces: np.ndarray
-    gaps: np.ndarray
-    approach: float
-    load: float
-    kkt: float
-    products: int
+# of the load on one corner: the least range of displacements over which a residual is taken
+LEAST = 1e-3
 
 
 @bounded
@@ -67,7 +46,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
-    rtol : float, of `GridForces.kkt`
+    rtol : float, largest penetration, or gap under a force, over the range of H f
+
+    Returns a ContactState, whose iterations are products with H.
 
     Raises BadArgument, also for a flexibility that is not positive definite where the approach is given, and
     NotConverged if rtol is out of reach.
@@ -75,7 +56,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     problem = _Problem(flexibility, g0, load, approach)
     if load == 0 or (load is None and approach <= g0.min()):
         level = float(g0.min() if load == 0 else approach)
-        return GridForces(np.zeros(g0.shape), g0 - level, level, 0.0, 0.0, 0)
+        nothing = np.zeros(g0.shape)
+        return ContactState(nothing, g0 - level, nothing > 0, level, 0.0, 0, 0.0)
     if load is None:
         rtol = min(rtol, problem.below_full() / 100)
     forces = problem.project(problem.first(start))
@@ -126,7 +108,7 @@ class _Problem:
         if len(self.g0) < self.touch.size:
             return None
         forces = self.H.precondition(np.ones(self.touch.shape))[self.touch]
-        displaced = _largest(self.displacement(forces)) > LEAST * self.unit * forces.max()
+        displaced = np.abs(self.displacement(forces)).max() > LEAST * self.unit * forces.max()
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
     def below_full(self):
@@ -207,14 +189,9 @@ class _Problem:
             level = float(self.even @ self.g0)  # to rounding: an approach below has less load
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
-        return GridForces(
-            self.spread(forces),
-            gaps,
-            level if self.load is not None else self.approach,
-            float(forces.sum()),
-            float(kkt),
-            self.products,
-        )
+        approach = self.approach if self.load is None else level
+        whole, load = self.spread(forces), float(forces.sum())
+        return ContactState(whole, gaps, whole > 0, approach, load, self.products, float(kkt))
 
 
 def _gradient_step(problem, forces, slope, alpha):
@@ -256,10 +233,10 @@ def _face_step(problem, forces, slope, rtol, inner):
     precondition = problem.preconditioner(face)
     ones = precondition(face * 1.0) if free else 0.0
     residual = _on_face(slope, face, free)
-    enough = max(inner * _largest(residual), rtol * problem.size(forces, slope) / 4)
+    enough = max(inner * np.abs(residual).max(), rtol * problem.size(forces, slope) / 4)
     forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
     for _ in range(STEPS):
-        if _largest(residual) <= enough:
+        if np.abs(residual).max() <= enough:
             break
         z = precondition(residual)
         if free:
@@ -289,10 +266,6 @@ def _face_step(problem, forces, slope, rtol, inner):
 def _on_face(slope, face, free):
     residual = slope * face
     return residual - residual.sum() / np.count_nonzero(face) * face if free else residual
-
-
-def _largest(values):
-    return max(values.max(), -values.min())
 
 
 def _projected_search(problem, forces, slope, trial, ahead):

@@ -7,9 +7,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, MissingExtra, require_kind, require_numbers, require_place, writing
+from ..errors import BadArgument, MissingExtra, require_kind, require_place, writing
 from ..model.events import Event, LoadPath
 from ..model.history import History
 from ..model.state import State
@@ -102,14 +101,13 @@ def _rows(what):
     return rows
 
 
-def to_vtk(
-    state: State | History, path: str | os.PathLike, x1: ArrayLike | None = None, x2: ArrayLike | None = None
-) -> list[Path]:
+def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it.
 
     The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
-    stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid or on elements, cut by
-    their order. States on cells, and on panels with friction, have no body.
+    stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid 1.5 times as wide and deep
+    as the contact or on elements, cut by their order. States on cells, and on panels with friction, have no
+    body.
 
     Parameters
     ----------
@@ -118,8 +116,6 @@ def to_vtk(
     path : str or path
         Beginning of the files' names before "_surface.vtu" and "_body.vtu", in a history with the number of
         the state, and before ".pvd" of the series.
-    x1, x2 : array_like, optional
-        Grid of a half-plane, ascending, x2 <= 0; by default 1.5 times as wide and deep as the contact.
 
     Returns
     -------
@@ -129,7 +125,7 @@ def to_vtk(
     Raises
     ------
     BadArgument
-        If no file can be there, a state with nodes of its own gets a grid, or points lie above the surface.
+        If no file can be there.
     MissingExtra
         If meshio is not installed.
 
@@ -138,35 +134,27 @@ def to_vtk(
     >>> import meshio
     >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
     >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
-    >>> surface, body = mb.to_vtk(problem.solve(load=1.0), "state", x1=np.linspace(-1, 1, 5),
-    ...     x2=np.linspace(-1, 0, 4))
+    >>> surface, body = mb.to_vtk(problem.solve(load=1.0), "state")
     >>> meshio.read(body).point_data["stress"].shape
-    (20, 4)
+    (3321, 4)
     """
     require_kind((State, History), "a state, or a history of states", state=state)
     require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
     if isinstance(state, History):
-        return _write_series(state.states, path, x1, x2)
+        return _write_series(state.states, path)
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     fields = getattr(state.solution, "fields", None)
-    on_mesh = hasattr(fields, "body")
-    if (x1 is not None or x2 is not None) and (fields is None or on_mesh):
-        raise BadArgument(
-            "x1" if x2 is None else "x2",
-            x1 if x2 is None else x2,
-            "belongs to a state of panels without friction; others have their own nodes, or no fields",
-        )
-    if on_mesh:  # the body first, since it may raise an error: then no file is written
+    if hasattr(fields, "body"):  # the body first, since it may raise an error: then no file is written
         _write_mesh(fields, body)
     elif fields is not None:
-        _write_grid(state, body, x1, x2)
+        _write_grid(state, body)
     _write_surface(state, surface)
     return [surface] if fields is None else [surface, body]
 
 
-def _write_series(states, path, x1, x2):
-    sets = [to_vtk(state, f"{path}_{number}", x1, x2) for number, state in enumerate(states)]
+def _write_series(states, path):
+    sets = [to_vtk(state, f"{path}_{number}") for number, state in enumerate(states)]
     lines = [
         f'<DataSet timestep="{number}" part="{part}" file="{file.name}"/>'
         for number, files in enumerate(sets)
@@ -207,11 +195,11 @@ def _quadrilaterals(rows, columns):
     return first[:, None] + np.array((0, 1, columns + 1, columns))
 
 
-def _write_grid(state, path, x1, x2):
+def _write_grid(state, path):
     left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
     middle, reach = (right + left) / 2, 1.5 * (right - left) / 2
-    x1 = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)
-    x2 = -2 * reach * np.linspace(1, 0, 41) ** 2 if x2 is None else require_numbers(x2=x2)
+    x1 = middle + reach * np.linspace(-1, 1, 81)
+    x2 = -2 * reach * np.linspace(1, 0, 41) ** 2
     across, down = (part.ravel() for part in np.meshgrid(x1, x2))
     found, zero = state.solution.fields(across, down), np.zeros_like(across)
     data = {

@@ -1,8 +1,7 @@
-"""Records of runs: CSV tables and JSON objects with versions."""
+"""Records of runs: CSV tables with versions."""
 
 import csv
 import io
-import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -11,7 +10,7 @@ from functools import cache
 from importlib import metadata
 
 from .. import __version__
-from ..errors import NotConverged, replacing
+from ..errors import replacing
 
 
 @cache
@@ -26,14 +25,6 @@ def write_text(path: str | os.PathLike, text: str, name: str = "path") -> None:
     """Writes a text file, whole or not at all; raises BadArgument, by `name`, if the system refuses it."""
     with replacing(path, name) as part:
         part.write_text(text, newline="")
-
-
-def json_text(result: object) -> str:
-    """Returns a result as JSON in full precision; raises NotConverged if a number is NaN or infinite."""
-    try:
-        return json.dumps(result, indent=1, allow_nan=False)
-    except ValueError as failure:
-        raise NotConverged("a number of the result is NaN or infinite: nothing is written") from failure
 
 
 def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:

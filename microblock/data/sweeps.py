@@ -1,10 +1,9 @@
-"""Parameter studies: a function at many points, on many processes or machines, with a file of records.
+"""Parameter studies: a function at many points, on many processes or machines, with a folder of records.
 
-The file has a line a point (JSON), which is used again while function, point and all modules that its
+The folder has a file a point (JSON), which is used again while function, point and all modules that its
 process had loaded are the same.
 """
 
-import fcntl
 import json
 import os
 import pickle
@@ -16,6 +15,7 @@ from functools import cache, partial
 from importlib import import_module
 from itertools import product
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,14 +25,14 @@ from ..errors import (
     BadArgument,
     MissingExtra,
     NotConverged,
+    made_folder,
     require_flag,
     require_kind,
-    require_place,
     require_values,
     require_whole,
-    writing,
 )
 from .provenance import digest, loaded, made_of
+from .records import write_text
 
 
 def sweep(
@@ -61,9 +61,9 @@ def sweep(
     workers : int, optional
         Number of local processes, by default one a core.
     records : str or path, optional
-        The file of records, of one sweep at a time, with which an interrupted sweep goes on. A point is
-        computed again after a change of a loaded file of the user's or of microblock, of a package's version,
-        or of the script, if that defines the function: in a module of its own the function outlives it.
+        A folder of records, a file a point, with which an interrupted sweep goes on. A point is computed
+        again after a change of a loaded file of the user's or of microblock, of a package's version, or of
+        the script, if that defines the function: in a module of its own the function outlives it.
     retry : bool
         Whether failed points are computed again.
     quiet : bool
@@ -78,8 +78,7 @@ def sweep(
     Raises
     ------
     BadArgument
-        If an argument does not pickle or is defined in a notebook, or the file holds something else or is in
-        use.
+        If an argument does not pickle or is defined in a notebook, or no folder can be there.
     NotConverged
         If the executor breaks down, or local processes do not start; what is done is recorded.
     MissingExtra
@@ -105,16 +104,18 @@ def sweep(
     if workers is not None:
         require_whole(1, workers=workers)
     keys = range(len(points)) if records is None else [digest(function, point) for point in points]
-    opened: Any = nullcontext(({}, lambda record: None)) if records is None else _opened(records, quiet)
-    with opened as (known, append):
-        known = {key: row for key, row in known.items() if not (retry and row["error"])}
-        missing = {key: point for key, point in zip(keys, points) if key not in known}
-        done = len({*keys}) - len(missing)
-        with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
-            for key, outcome in _outcomes(executor, workers, function, missing, records is not None):
-                known[key] = {"key": key, "point": missing[key], **outcome}
-                append(known[key])
-                progress.update()
+    folder = None if records is None else made_folder(records, "records")
+    known = {} if folder is None else _known(folder, keys, quiet)
+    known = {key: record for key, record in known.items() if not (retry and record["error"])}
+    missing = {key: point for key, point in zip(keys, points) if key not in known}
+    done = len({*keys}) - len(missing)
+    with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
+        for key, outcome in _outcomes(executor, workers, function, missing, folder is not None):
+            known[key] = {"point": missing[key], **outcome}
+            if folder is not None:  # of a process that died, the modules of this one
+                record = known[key] | {"modules": outcome["modules"] or loaded()}
+                write_text(folder / f"{key}.json", json.dumps(record, default=str), "records")
+            progress.update()
     return _rows(points, [known[key] for key in keys])
 
 
@@ -213,7 +214,7 @@ def _outcome(future):
         )
         raise NotConverged(words) from failure
     except Exception as failure:  # the process died over the point, or the point does not travel
-        return {"answer": None, "error": _told(failure), "seconds": None}
+        return {"answer": None, "error": _told(failure), "seconds": None, "modules": None}
 
 
 def _told(failure):
@@ -229,44 +230,16 @@ def _rows(points, found):
     ]
 
 
-@contextmanager
-def _opened(path, quiet):
-    """({key: record}, append(record)) of the locked file of records."""
-    require_place(path, "records")
-    with writing(path, "records"):
-        file = open(path, "a+b", buffering=0)
-    with file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as failure:
-            raise BadArgument("records", str(path), "is in use by another sweep") from failure
-
-        def append(record):
-            record["modules"] = record.get("modules") or loaded()  # of a process that died, this one's
-            with writing(path, "records"):
-                file.write(json.dumps(record, default=str).encode() + b"\n")
-                os.fsync(file.fileno())
-
-        yield _read(path, file, quiet), append
-
-
-def _read(path, file, quiet):
-    """{key: record} of those that would be computed alike now; a torn last line is cut off."""
-    file.seek(0)
-    *lines, torn = file.read().split(b"\n")
-    now, known = cache(made_of), {}
-    try:
-        if torn and not lines:
-            raise ValueError("no line is whole")
-        for line in lines:
-            record = json.loads(line)
-            modules = record.get("modules", {"": ""}).items()  # edition 0.2 has none, and is computed anew
-            known[record["key"]] = record if all(now(name) == value for name, value in modules) else None
-    except (ValueError, TypeError, KeyError, AttributeError) as failure:
-        allowed = f"has no record of a sweep in line {len(known) + 1}"
-        raise BadArgument("records", str(path), allowed) from failure
-    file.truncate(file.tell() - len(torn))
-    current = {key: record for key, record in known.items() if record}
-    if len(current) < len(known) and not quiet:
-        tqdm.write(f"{path}: {len(known) - len(current)} points of other code are computed anew")
-    return current
+def _known(folder: Path, keys: Iterable[object], quiet: bool) -> dict[object, dict]:
+    """Returns {key: record} of what is in the folder and would be computed alike now."""
+    files = {key: folder / f"{key}.json" for key in keys}
+    records = {key: json.loads(file.read_text()) for key, file in files.items() if file.exists()}
+    now = cache(made_of)
+    known = {
+        key: record
+        for key, record in records.items()
+        if all(now(name) == value for name, value in record["modules"].items())
+    }
+    if len(known) < len(records) and not quiet:
+        tqdm.write(f"{folder}: {len(records) - len(known)} points of other code are computed anew")
+    return known

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..halfplane.carried import log_sizes
 from ..halfplane.survey import Violation
+from ..model import law as laws
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
-from ..model.zones import joined, runs
+from ..model.zones import borders, joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
@@ -59,14 +60,14 @@ class Facets:
             found[..., here] = np.sum(values[..., own] * shares, axis=-1)
         return found
 
-    def initial_gaps(self, law, obstacle, corner, x):
-        """Initial gaps of a corner at places on the facets, array (n,)."""
-        both = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x).T
-        normals = both[:, 1:] / np.linalg.norm(both[:, 1:], axis=1)[:, None]
-        found = law.initial_gaps(
-            np.column_stack((x, both[:, 0])), normals, self.nodes.body.solid.ell, obstacle
-        )
-        return list(found.values())[corner]
+    def surface(self, x):
+        """Points at places on the facets and their unit normals, arrays (n, 2)."""
+        x2, *normals = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x)
+        return np.column_stack((x, x2)), np.column_stack(normals / np.hypot(*normals))
+
+    def initial_gaps(self, law, obstacle, x):
+        """Initial gaps of all corners at places on the facets, array (corners, n)."""
+        return laws.initial_gaps(law, *self.surface(x), self.nodes.body.solid.ell, obstacle)
 
     def pressed(self, closed):
         """Whether two nodes or more of each facet are closed."""
@@ -78,47 +79,37 @@ def missed(facets, closed, law, obstacle, sites):
     `closed` corners, (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros(len(facets.members))
-    at_nodes = law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values()
+    at_nodes = laws.initial_gaps(law, nodes.points, nodes.normals, nodes.body.solid.ell, obstacle)
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
         here = facets.below(x)
         x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))
         with np.errstate(invalid="ignore"):  # gaps of inf, beyond an end of the obstacle
-            off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - facets.interpolate(gaps, x))
+            off = np.abs(facets.initial_gaps(law, obstacle, x)[corner] - facets.interpolate(gaps, x))
         deepest = np.zeros(len(found))
         np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
         found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
     return found
 
 
-def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
-    """[Violation] of all corners between open nodes, with worths in force per length^(3/2); `counter` is the
-    displacement of a second body.
+def overlaps(facets, state, closed, sites):
+    """Yields the Violations of all corners of a MeshSolution between open nodes, with worths in force per
+    length^(3/2); `closed`, (corners, nodes), and the contact points `sites` of each.
     """
-    nodes, found = facets.nodes, []
-    ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
     for corner, (own, x) in enumerate(zip(closed, sites)):
         here = facets.below(x)
         x = x[(here >= 0) & ~facets.pressed(own)[here]]
-        if not len(x):
-            continue
-        lever = list(law.levers(x).values())[corner]
-        upwards, up, turned = facets.interpolate(np.array((nodes.normals[:, 1], raised, psi)), x)
-        gaps = (
-            facets.initial_gaps(law, obstacle, corner, x) - approach * upwards - up + ell / 2 * lever * turned
-        )
-        if counter is not None:
-            gaps = gaps + counter(x - law.shifts(ell)[corner] * upwards) * upwards
-        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
+        fields = facets.interpolate(np.array((state.displacement, state.psi)), x)
+        gaps = state.corner_gaps(*facets.surface(x), *fields)[corner]
+        edges = borders(x)
         for first, last in runs(gaps < 0):
-            left, right, depth = borders[first], borders[last + 1], -gaps[first : last + 1].min()
+            left, right, depth = edges[first], edges[last + 1], -gaps[first : last + 1].min()
             if right > left:
-                worth = stiffness * depth / np.sqrt(right - left)
-                found.append(Violation(corner, *map(float, (left, right, depth, worth))))
-    return found
+                worth = facets.nodes.body.solid.E_star * depth / np.sqrt(right - left)
+                yield Violation(corner, *map(float, (left, right, depth, worth)))
 
 
 def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
-    """[Violation] of no depth about slope discontinuities at which a corner is closed in tension.
+    """Yields Violations of no depth about slope discontinuities at which a corner is closed in tension.
 
     ``p = K log(r0/r)``, K < 0 (`log_sizes`), is negative up to r0, worth sqrt(2 r0) |K| in L2 on either side.
     Opened, the zone ends at about 2 r0.
@@ -130,7 +121,7 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     edges : places where pressures are singular
     reach : length, below which r0 stays
     """
-    found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
+    sizes = log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
         for corner, K in sizes.get(place, {}).items():
             if K >= 0 or not x[0] <= place <= x[-1]:
@@ -140,8 +131,7 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
             i = np.argmin(np.where(r > 0.02 * far, r, np.inf))  # nearer nodes do not follow the logarithm
             r0 = float(min(far, r[i] * np.exp(pressures[corner, i] / K)))
             worth = float(np.sqrt(2 * r0 * sides) * abs(K))
-            found.append(Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth))
-    return found
+            yield Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth)
 
 
 def of_body(state):
@@ -159,13 +149,10 @@ def of_body(state):
     problem = replace(problem, picture=known)
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
     found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
-    known = {"approach": state.approach, "raised": -state.displacement, "psi": state.psi}
-    if state.problem.counter is not None:
-        known["counter"] = state.counter_displacement
     # what is off beside edges `recovery` has already
     touched = np.array([state.closed[:, own].any() for own in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
-    for each in overlaps(facets, state.closed, law, obstacle, sites, **known):
+    for each in overlaps(facets, state, state.closed, sites):
         here = int(facets.below(np.array([(each.left + each.right) / 2]))[0])
         if not touched[here]:
             found[facets.numbers[here]] += each.worth**2
@@ -177,7 +164,7 @@ def _low(facets, state):
     law, obstacle, found = state.law, state.solver.obstacle, []
     x = np.unique([np.linspace(left, right, 40) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
-        low = facets.initial_gaps(law, obstacle, corner, x) < LOW * max(state.approach, 0.0)
+        low = facets.initial_gaps(law, obstacle, x)[corner] < LOW * max(state.approach, 0.0)
         places = np.concatenate((x[:1], x, x[-1:])) - state.problem.shifts[corner]
         found += [(float(places[i]), float(places[j + 2])) for i, j in runs(low)]
     return tuple(joined(found))

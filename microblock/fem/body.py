@@ -69,9 +69,11 @@ class Loads:
         """The forces in all unknowns of a body, array: what works on their variations in (8)."""
         more, form = {"bonus_intorder": body.order + 4}, ng.LinearForm(body.space)
         works = [("force", self.force, ng.dx(**more)), ("couple", self.couple, ng.dx(**more))]
-        for name in ("traction", "micromoment"):
-            for boundary, value in getattr(self, name).items():
-                works.append((name, value, ng.ds(definedon=body.boundary(boundary), **more)))
+        works += [
+            (name, value, ng.ds(definedon=body.boundary(boundary), **more))
+            for name in ("traction", "micromoment")
+            for boundary, value in getattr(self, name).items()
+        ]
         varied = body.vectors(body.space.TestFunction())
         for name, value, measure in works:
             turns = name in ("couple", "micromoment")
@@ -166,9 +168,16 @@ class Body:
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
         self.fixed = supports.patterns(self, fixed)
-        self._made_of = {"mesh": mesh, "solid": solid, "order": order, "order_psi": order_psi}
-        self._made_of |= {"fixed": self.fixed, "prescribed": self.prescribed}
-        self._made_of |= {"periodic": periodic, "contact": contact}
+        self._made_of = {
+            "mesh": mesh,
+            "solid": solid,
+            "order": order,
+            "order_psi": order_psi,
+            "fixed": self.fixed,
+            "prescribed": self.prescribed,
+            "periodic": periodic,
+            "contact": contact,
+        }
         self.spaces = [
             self.scalar(self.order if name[0] == "u" else self.order_psi, dirichlet=self.fixed.get(name, ""))
             for name in self.names
@@ -231,16 +240,15 @@ class Body:
         order = 2 * max(self.order, self.order_psi) + self.bonus
         return ng.Integrate(density, self.mesh, order=order, **options)
 
-    def on(self, mesh, fixed=None, solid=None):
-        """The same body on another mesh, with other supports or of another solid; BadArgument for another
-        mesh where orders are those of single elements.
+    def on(self, mesh, **changes):
+        """The same body on another mesh, or with other arguments; BadArgument for another mesh where orders
+        are those of single elements.
         """
         if self.element_orders is not None and mesh is not self.mesh:
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        fixed, solid = (self.fixed if fixed is None else fixed), (self.solid if solid is None else solid)
-        return Body(**self._made_of | {"mesh": mesh, "fixed": fixed, "solid": solid})
+        return Body(**self._made_of | {"mesh": mesh} | changes)
 
     @property
     def methods(self):
@@ -275,18 +283,13 @@ class Body:
     def _graded(self, orders, order_psi):
         """Orders of the elements, checked; those of the edges follow."""
         orders = np.asarray(orders)
-        if orders.shape != (self.mesh.ne,) or orders.dtype.kind != "i" or orders.min() < 1:
+        whole = orders.shape == (self.mesh.ne,) and orders.dtype.kind == "i" and orders.min() >= 1
+        if not whole or order_psi is not None or self.periodic or self.mesh.dim != 2:
             raise BadArgument(
                 "order",
                 orders,
-                f"must be an integer of at least 1, or {self.mesh.ne} of them, one an element",
-            )
-        if order_psi is not None or self.periodic or self.mesh.dim != 2:
-            raise BadArgument(
-                "order",
-                orders,
-                "orders of single elements are for 2D bodies that are not periodic, "
-                "and for all fields at once",
+                f"must be an integer of at least 1, or {self.mesh.ne} of them, one an element: orders of "
+                "single elements are for 2D bodies that are not periodic, and for all fields at once",
             )
         self._edge_orders = np.ones(self.mesh.nedge, int)
         for element, own in zip(self.mesh.Elements(), orders):
@@ -425,21 +428,13 @@ class Fields:
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
             points = self.body.mesh(sign * x1, x2)
-            u1, u2, psi, stress, couple = (
-                np.asarray(part(points)) for part in (*self, self.stress, self.couple_stress)
-            )
+            values = ng.CF((*self, self.stress, self.couple_stress))(points).T
         except Exception as failure:  # NGSolve's own; it does not say which point
             raise BadArgument("x1, x2", (x1, x2), f"must lie in the body ({failure})") from failure
-        odd = np.stack((np.ones_like(sign), sign, sign, np.ones_like(sign)))
-        found = PointFields(
-            x1,
-            x2,
-            sign * psi.ravel(),
-            np.stack((sign * u1.ravel(), u2.ravel())),
-            (odd * stress.reshape(-1, 4).T).reshape(2, 2, -1),
-            np.stack((np.ones_like(sign), sign)) * couple.reshape(-1, 2).T,
-        )
-        return found.shaped(shape)
+        odd = np.array([1, 0, 1, 0, 1, 1, 0, 0, 1], bool)[:, None]
+        u1, u2, psi, *stress, m1, m2 = np.where(odd, sign, 1.0) * values
+        stress = np.reshape(stress, (2, 2, -1))
+        return PointFields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2))).shaped(shape)
 
     @property
     def stress(self):

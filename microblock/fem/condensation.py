@@ -62,6 +62,7 @@ class Condensed(ContactNodes):
         require_kind(Body, "a Body", body=body)
         require_pressed(body, followed)
         super().__init__(body)
+        self._followed = followed
         self.unknowns = body.space.FreeDofs().NumSet()
         self._advice = (
             "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
@@ -74,6 +75,9 @@ class Condensed(ContactNodes):
         seen = np.concatenate([values.indices for values in seen])
         self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
+
+    def __reduce__(self):
+        return Condensed, (self.body, self._followed)
 
     @cached_property
     @bounded

@@ -1,7 +1,7 @@
 """The nodes of a contact boundary, and the contact law on them, (25)-(40), in one to three dimensions.
 
 Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet, of triangles of order 1 at
-the vertices. With Gauss's rule (37) is integrated at Gauss points, for comparison: pressures then oscillate.
+the vertices: at Gauss points pressures would oscillate.
 """
 
 from functools import cache, cached_property, lru_cache
@@ -12,10 +12,10 @@ from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
+from ..corners.compliance import nearest_alone
 from ..corners.surface_law import on_surface
-from ..errors import BadArgument, require_choice, require_kind
-from ..model.law import check as check_law
-from ..model.methods import RULES
+from ..errors import BadArgument, require_kind
+from ..model import law as laws
 from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term, supports
 from .between import Facets
@@ -167,11 +167,10 @@ class ContactNodes:
         self.facets = [np.argsort(order)[own] for own in members]
         self.points, self.weights, normals = points[order], weights[order], normals[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        traces = self._trace(body.spaces[0]), self._trace(body.spaces[-1])
-        self.traces = {}
+        traces = {"u": self._trace(body.spaces[0]), "p": self._trace(body.spaces[-1])}
+        self.traces, shape = {}, (len(self.points), body.space.ndof)
         for name in body.names:
-            own, first = traces[name[0] == "p"], body.unknowns_of(name).start
-            shape = len(self.points), body.space.ndof
+            own, first = traces[name[0]], body.unknowns_of(name).start
             self.traces[name] = csr_matrix((own.data, own.indices + first, own.indptr), shape=shape)
         self.apart = np.ones(len(self.points) - 1, bool)
         for own in self.facets:
@@ -230,7 +229,7 @@ class ContactNodes:
 
     def motion(self, directions, arms):
         """Displacement u + psi x arm along directions, (n, dim): sparse (n, unknowns)."""
-        along, arms = _in_space(directions), _in_space(arms)
+        along, arms = (np.pad(part, ((0, 0), (0, 3 - part.shape[1]))) for part in (directions, arms))
         factors = np.hstack((along, np.cross(arms, along))).T
         found = csr_matrix((len(along), self.body.space.ndof))
         for name in self.body.names:
@@ -322,7 +321,8 @@ class ContactNodes:
             function = ng.GridFunction(self.multipliers)
             function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
             return function
-        return ng.CF(tuple(self.field(part) if part.any() else ng.CF(0) for part in _in_space(values).T))
+        parts = [self.field(part) if part.any() else ng.CF(0) for part in values.T]
+        return ng.CF((*parts, 0)[:3])
 
     def multiplier(self, unknowns):
         return self._multiplier[0] @ unknowns
@@ -347,7 +347,6 @@ class ContactFacets(ContactNodes):
     body : Body
     law : a law of `microblock.model.law`
     obstacle : see `microblock.model.obstacles.gap`
-    rule : "nodal", or "gauss" for the augmented Lagrangian on a straight boundary in 2D, with one order
 
     Attributes
     ----------
@@ -368,14 +367,15 @@ class ContactFacets(ContactNodes):
     ((2, 4), 0.5)
     """
 
-    def __init__(self, body, law, obstacle, rule="nodal"):
-        require_choice(RULES, rule=rule)
-        check_law(law)
+    twins = False  # in space
+
+    def __init__(self, body, law, obstacle):
+        laws.check(law)
         if getattr(law, "friction", 0.0):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
             )
-        self._made_of = body, law, obstacle, rule
+        self._made_of = body, law, obstacle
         super().__init__(body)
         if body.element_orders is not None:
             raise BadArgument(
@@ -383,45 +383,17 @@ class ContactFacets(ContactNodes):
                 body,
                 "must have one order for all elements: the contact rule is the same on every facet",
             )
-        self.law, self.nodal = law, rule == "nodal"
+        self.law = law
         self.arms = body.solid.ell * law.arms(self.points, self.normals)
-        gaps = initial_gaps(law, self, obstacle)
-        self.g0 = np.where(self._reachable(gaps), gaps, np.inf)
-        if not np.isfinite(self.g0).any():
-            raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
-        if not self.nodal:
-            self._take_gauss_points()
+        self.g0 = initial_gaps(law, self, obstacle)
+        if self.dim < 3:
+            self._take_nearest()
 
     def __reduce__(self):
         return ContactFacets, self._made_of
 
-    def _take_gauss_points(self):
-        """Nodal polynomials at Gauss points, and integrals of |multipliers' functions|."""
-        body = self.body
-        for excluded, why in (
-            (body.mesh.dim != 2, "needs a 2D body"),
-            (body.order != body.order_psi, "needs one order for all fields"),
-            (np.ptp(self.normals, axis=0).max() > FLAT, "needs a straight contact boundary"),
-            (
-                not np.isfinite(self.g0).all(),
-                "needs an obstacle above all of the contact boundary, and psi free there",
-            ),
-        ):
-            if excluded:
-                raise BadArgument("rule", "gauss", why)
-        self.rules = {ng.SEGM: ng.IntegrationRule(ng.SEGM, 2 * self.orders[0] + 1)}
-        _, weights, self._at_rule = self.at_points(self.rules)
-        self.extents = abs(self._at_rule @ self._multiplier[0]).T @ weights
-
-    def at_rule(self, values):
-        """Values at the rule's points from those at the nodes, array (n,)."""
-        return values if self.nodal else self._at_rule @ values
-
-    def _reachable(self, gaps):
-        """Whether a corner can touch, boolean array (corners, n)."""
-        if self.dim == 3:
-            self.twins = np.zeros(gaps.shape[1], bool)
-            return np.isfinite(gaps) & self.free["u3"]
+    def _take_nearest(self):
+        """Where psi is held, leave the nearest corner alone; corners with one gap are twins."""
         fixed, size = ~self.free["psi"], self.body.solid.ell
         if self.law.clamps_rotation and not fixed.all():
             raise BadArgument(
@@ -431,11 +403,9 @@ class ContactFacets(ContactNodes):
             )
         held = ng.GridFunction(self.body.space)
         supports.prescribe(self.body, held.components)
-        turned = gaps - self.displacements(held.vec.FV().NumPy())
-        nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
-        alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
-        self.twins = fixed & (len(gaps) > 1) & alike
-        return np.isfinite(gaps) & (~fixed | nearest)
+        turned = self.g0 - self.displacements(held.vec.FV().NumPy())
+        self.twins = fixed & (len(turned) > 1) & (turned.max(axis=0) <= turned.min(axis=0) + FLAT * size)
+        self.g0 = np.where(np.isfinite(nearest_alone(turned, fixed)), self.g0, np.inf)
 
     @cached_property
     def _moved(self):
@@ -452,11 +422,18 @@ class ContactFacets(ContactNodes):
 
 
 def initial_gaps(law, nodes, obstacle):
-    """Initial gaps of all corners, array (corners, n); inf where no obstacle is above."""
+    """Initial gaps of all corners, array (corners, n), inf where no obstacle is above, and in space where u3
+    is held; BadArgument if all are.
+    """
     points, ell = nodes.points, nodes.body.solid.ell
     if nodes.dim == 3:
-        return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
-    return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
+        gaps = on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
+        gaps[:, ~nodes.free["u3"]] = np.inf
+    else:
+        gaps = laws.initial_gaps(law, points, nodes.normals, ell, obstacle)
+    if not np.isfinite(gaps).any():
+        raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
+    return gaps
 
 
 def at_rules(mesh, facets, rules):
@@ -483,11 +460,6 @@ def outward(mesh):
     middles.Set(places)
     away = places - ng.BoundaryFromVolumeCF(middles)
     return ng.IfPos(ng.InnerProduct(normal, away), 1, -1) * normal
-
-
-def _in_space(vectors):
-    missing = 3 - vectors.shape[-1]
-    return np.concatenate((vectors, np.zeros((*vectors.shape[:-1], missing))), axis=-1)
 
 
 def _rows(rows, width):

@@ -26,7 +26,7 @@ from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.progress import counted
-from ..model.zones import zone_edges
+from ..model.zones import common, zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .forecast import fitted_cost
@@ -57,19 +57,21 @@ class FittedSolver(MeshFitter):
         fixed = self.options.order is not None
         if fixed and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
-        wanted = self.usual_rtol if rtol is None else rtol
-        if approach is None:
-            return self.at(load, wanted, initial)
-        load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
+        wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
+        if not given:
+            load = self.first_load(approach)
         for number in range(60):
             solver = self._pictured(load)
             mesh, iterations = solver._fitted(load, wanted, initial)
-            state = solver._state(mesh, mesh.solved(approach=approach), iterations)
+            part = mesh.part if given else mesh.solved(approach=approach)
+            carried = load if given else part.load / self.share(1.0)
+            errors = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total}
+            state = of_block(solver, part, carried, mesh.zones, "fitted", iterations=iterations, **errors)
             # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
             # of a low order may go to and fro
-            if abs(state.load - load) <= wanted / 100 * load or (fixed and number == 8):
+            if abs(carried - load) <= wanted / 100 * load or (fixed and number == 8):
                 return state
-            load, initial = state.load, state
+            load, initial = carried, state
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
 
     def predicted(self, load, approach, rtol):
@@ -80,27 +82,11 @@ class FittedSolver(MeshFitter):
     def path(self, last, rtol, progress=False):
         return FittedPath(self.contact, last, rtol)
 
-    def at(self, load, rtol=usual_rtol, near=None):
-        """The MeshSolution at a load to rtol, from a neighbour's zones on, or of the order that is fixed;
-        NotConverged with `rtol_reached`, the smallest estimate, if one is known.
-        """
-        solver = self._pictured(load)
-        mesh, iterations = solver._fitted(load, rtol, near)
-        return solver._state(mesh, mesh.part, iterations, load)
-
-    def _state(self, mesh, part, iterations, load=None):
-        """The MeshSolution of what was solved on a mesh; a load as it was asked for."""
-        load = part.load / self.share(1.0) if load is None else load
-        more = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total, "iterations": iterations}
-        return of_block(self, part, load, mesh.zones, "fitted", **more)
-
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""
-        cut_off = self.domain < math.inf
-        obstacle = Within(self.obstacle, self.domain) if cut_off else self.obstacle
-        found = picture.picture(Problem(self.solid, self.law, obstacle, self.symmetric), load)
-        if cut_off:
-            found = obstacle.forgotten(found)
+        obstacle = Within(self.obstacle, self.domain)
+        problem = Problem(self.solid, self.law, obstacle, self.symmetric)
+        found = obstacle.forgotten(picture.picture(problem, load))
         if found.steps:
             raise NotConverged(
                 f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound"
@@ -108,12 +94,16 @@ class FittedSolver(MeshFitter):
         return FittedSolver(self.contact, self.options, found)
 
     def _fitted(self, load, rtol, near):
-        """(FittedMesh that holds, number of meshes that were tried)."""
+        """(FittedMesh that holds, number of meshes that were tried), from the zones of a neighbour on;
+        NotConverged with `rtol_reached`, the smallest estimate, if one is known.
+        """
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
                 return self._refined(load, rtol, near.zones, self.options.even)
         zones, failures = self.first_zones(load, rtol), []
+        if not any(common(own, [(-self.furthest, self.furthest)]) for own in zones.values()):
+            raise self._unsettled(load, zones, 0)
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
@@ -198,8 +188,11 @@ class FittedSolver(MeshFitter):
             if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
                 return BadArgument("obstacle", self.contact.obstacle, f"does not rise at all: {BOUNDED}")
             where = f"from {edges[0]:.3g} to {edges[-1]:.3g}"
-            allowed = f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface"
-            return BadArgument("size", self.domain, allowed)
+            words = (
+                f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface, on "
+                f"which it is looked for up to |x1| = {self.furthest:g}; or move the obstacle towards x1 = 0"
+            )
+            return BadArgument("size", self.domain, words)
         return NotConverged(
             f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
             "topology, or beta close to 2? Take another load, or the half-plane",

@@ -47,10 +47,7 @@ class MeshFitter(GroundSolver):
     def features(self, ground):
         """Contact points within the reach at a kink or an end, ascending."""
         left, right = ground.reach
-        kinks = [
-            kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.problem.shifts
-        ]
-        places = {abs(x) if self.symmetric else x for x in (*kinks, *self.ends())}
+        places = {abs(x) if self.symmetric else x for x in (*self.problem.kinks, *self.ends())}
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
     def meshed(self, ground, tips, parts, levels, order, even):
@@ -121,7 +118,7 @@ class FittedMesh:
         zones = {corner: common(own, inside) for corner, own in zones.items()}
         edges = zone_edges(zones)
         if not edges:
-            raise NotConverged("no contact")
+            raise NotConverged(f"no zone is left within |x1| < {solver.furthest:g} at load {load:g}")
         self.near = 0.35 * (edges[-1] - edges[0]) * RATIO ** max(levels - 1, 0)
         self.zones = _cleaned(solver, zones, self.near)
         edges = zone_edges(self.zones)
@@ -133,7 +130,7 @@ class FittedMesh:
         self.x, margin = self.nodes.points[:, 0], 2 * SLIVER * (edges[-1] - edges[0])  # one in the mesh
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
         self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
-        self.pressures = self.pressures_under(self.load)
+        self.pressures = self._closing()
 
     def solved(self, **control):
         """The MeshSolution of the computed part at a load or an approach."""
@@ -155,8 +152,11 @@ class FittedMesh:
         # 0.7 to 1.9 of that were seen, most for the unilateral law and nu = 0.45
         truncation = 0.0 if bounded else 2 * (max(map(abs, self.tips)) / self.ground.far) ** 2
         discretisation = None if self.coarse is None else difference(self.coarse, self.part)
-        missed = math.sqrt(self.missed + sum(each.worth**2 for each in self.violations))
-        return Estimate(discretisation, self._moves[1], truncation, missed / self._size)
+        square = sum(each.worth**2 for each in self.violations)
+        law, obstacle = self.solver.law, self.solver.obstacle
+        if not getattr(obstacle, "formulas", False):
+            square += between.missed(self.nodes.along, self.closed, law, obstacle, self._sites).sum()
+        return Estimate(discretisation, self._moves[1], truncation, math.sqrt(square) / self._size)
 
     @property
     def _size(self):
@@ -173,7 +173,7 @@ class FittedMesh:
         if wrong.any():
             zones = self.solver.runs(self.x, part.forces > 0, part.forces / self.nodes.weights)
         elif everywhere and not violations:
-            violations = self._beyond()
+            violations = [*self._beyond()]
         for each in violations:
             own, interval = zones[each.corner], (each.left, each.right)
             # a corner that overlaps is closed, one in tension opened
@@ -182,10 +182,10 @@ class FittedMesh:
         return zones if wrong.any() or violations else None
 
     def _beyond(self):
-        """[Violation] beyond the contact boundary; BadArgument if the obstacle could touch beyond its
+        """Yields Violations beyond the contact boundary; BadArgument if the obstacle could touch beyond its
         picture.
         """
-        solver, fields, found = self.solver, self.part.fields, []
+        solver, fields = self.solver, self.part.fields
         problem, (left, right), away = solver.problem, self.ground.reach, np.geomspace(1e-4, 1, 60)
         most = min(self.ground.far, 1e3 * max(-left, right)) * (1 - 1e-9)
         away = np.concatenate((right + (most - right) * away, left - (most + left) * away))
@@ -202,23 +202,19 @@ class FittedMesh:
                 raise BadArgument("obstacle", solver.contact.obstacle, words)
             for first, last in runs(known & (problem.initial_gap(number, x) + risen < 0)):
                 ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
-                found.append(between.Violation(corner, *map(float, ends), math.inf, math.inf))
-        return found
+                yield between.Violation(corner, *map(float, ends), math.inf, math.inf)
 
-    def pressures_under(self, load):
-        """Pressures that close the gaps and carry the load."""
+    def _closing(self):
+        """Pressures that close the gaps and carry the load, array (corners, n)."""
         (flexibility, gaps, share), closed = self.system, self.closed.ravel()
-        n = np.count_nonzero(closed)
-        system = np.zeros((n + 1, n + 1))
-        system[:n, :n] = flexibility[np.ix_(closed, closed)]
-        system[:n, n], system[n, :n] = -share[closed], share[closed]
+        c, forces = share[closed], np.zeros(len(gaps))
         try:
-            with released(n):
-                solution = np.linalg.solve(system, np.append(-gaps[closed], load))
+            with released(len(c)):
+                H = flexibility[np.ix_(closed, closed)]
+                rigid, elastic = np.linalg.solve(H, np.column_stack((c, -gaps[closed]))).T
         except np.linalg.LinAlgError as failure:
-            raise NotConverged(f"singular flexibility of {n} closed corners") from failure
-        forces = np.zeros(len(gaps))
-        forces[closed] = solution[:-1]
+            raise NotConverged(f"singular flexibility of {len(c)} closed corners") from failure
+        forces[closed] = elastic + (self.load - c @ elastic) / (c @ rigid) * rigid
         return forces.reshape(self.closed.shape) / self.nodes.weights
 
     @property
@@ -288,21 +284,12 @@ class FittedMesh:
     @cached_property
     def violations(self):
         """[Violation] away from edges, without depth where tension has to open."""
-        solver, part = self.solver, self.part
-        sites = [x[~self.beside_tips(x)] for x in self._sites]
-        known = {"approach": part.approach, "raised": -part.displacement, "psi": part.psi}
-        found = between.overlaps(self.nodes.along, self.closed, solver.law, solver.obstacle, sites, **known)
+        solver, sites = self.solver, [x[~self.beside_tips(x)] for x in self._sites]
+        overlaps = between.overlaps(self.nodes.along, self.part, self.closed, sites)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * solver.solid.layer_length
         zones = unfolded(self.zones) if solver.symmetric else self.zones
-        return found + between.pulled_at_valleys(solver.problem, zones, self.x, self.pressures, tips, reach)
-
-    @property
-    def missed(self):
-        """What nodes miss of the height: squares of pressures in L2, a number."""
-        law, obstacle = self.solver.law, self.solver.obstacle
-        if getattr(obstacle, "formulas", False):
-            return 0.0
-        return between.missed(self.nodes.along, self.closed, law, obstacle, self._sites).sum()
+        pulled = between.pulled_at_valleys(solver.problem, zones, self.x, self.pressures, tips, reach)
+        return [*overlaps, *pulled]
 
     @cached_property
     def _sites(self):
@@ -325,8 +312,7 @@ def _cleaned(solver, zones, near):
 
     found, apart = {}, 2 * SLIVER * width
     for corner, own in zones.items():
-        shift = solver.problem.shifts[corner]
-        ends = [end + shift for end in getattr(solver.obstacle, "ends", ())]
+        ends = solver.problem.ends_of(corner)
         own = joined([(placed(left, ends), placed(right, ends)) for left, right in own], apart)
         found[corner] = tuple((left, right) for left, right in own if right - left > apart)
     return found

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from ..corners.compliance import nearest_alone
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
 from ..corners.friction_events import events
 from ..corners.nodal import zones_of
@@ -15,6 +16,7 @@ from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
 from ..model.refinement import levels
 from ..model.state import State
+from ..model.zones import borders
 from .body import Body
 from .condensation import condensed
 from .facets import FLAT, initial_gaps
@@ -65,11 +67,7 @@ class FrictionFacets:
         rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(along, arms[0])]
         self.onto = sparse.vstack(rows, format="csr")
         self.levers = -np.vstack((np.sum(arms * along, axis=2), np.sum(arms[:1] * normals, axis=2)))
-        gaps = initial_gaps(law, nodes, obstacle)
-        nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
-        self.gaps = np.where(nodes.twins & ~nearest, np.inf, gaps)
-        if not np.isfinite(self.gaps).any():
-            raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
+        self.gaps = nearest_alone(initial_gaps(law, nodes, obstacle), nodes.twins)
 
     def contact(self, coupled=True):
         """The FrictionalContact; `coupled` if shear tractions act on the gaps."""
@@ -163,9 +161,8 @@ class FollowsFriction:
         contact, method = self.frictional.contact(coupled), type(self.options).__name__.lower()
         path = Follower(contact)
         states = [State(self.frictional.solution(self, path.to(*map(float, pair)), method)) for pair in pairs]
-        x = states[-1].x  # nodes stand for half the way to their neighbours
-        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
-        edges = np.column_stack((borders[:-1], borders[1:]))
+        ends = borders(states[-1].x)
+        edges = np.column_stack((ends[:-1], ends[1:]))
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))
 
 

@@ -71,8 +71,8 @@ class GroundSolver(Solver):
         """The problem along x1, of a symmetric one of a half."""
         return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
 
-    def require_approach(self, approach):
-        """The approach of first touch; BadArgument unless the given one lies above it, on a bounded block."""
+    def first_load(self, approach):
+        """A load of about this approach; BadArgument unless it lies above first touch, on a bounded block."""
         if not self.has_level:
             raise BadArgument(
                 "approach",
@@ -84,7 +84,7 @@ class GroundSolver(Solver):
         lowest = self._first_touch()
         if not approach > lowest:
             raise BadArgument("approach", approach, f"must lie above that of first touch, {lowest}")
-        return lowest
+        return self.solid.E_star * (approach - lowest) / 2
 
     def _first_touch(self):
         places = np.linspace(-1, 1, 4097) * self.domain * WITHIN
@@ -122,8 +122,4 @@ class GroundSolver(Solver):
 
     def ends(self):
         """Contact points at which a corner meets an end of the obstacle."""
-        return [
-            end + shift
-            for end in getattr(self.obstacle, "ends", ())
-            for shift in self.law.shifts(self.solid.ell)
-        ]
+        return [end for corner in range(len(self.law.corners)) for end in self.problem.ends_of(corner)]

@@ -5,7 +5,9 @@ import numpy as np
 
 
 def below(fields, box, cut=4):
-    """x1, x2, triangles, psi, stress in elements within the box, sides cut in `cut`."""
+    """x1, x2, triangles, psi, stress in elements within the box, sides cut in `cut`; in mirrored ones psi and
+    shear stresses have the other sign.
+    """
     rules, cuts, points = {}, {}, [(i, j) for j in range(cut + 1) for i in range(cut + 1)]
     halves = [((i, j), (i + 1, j), (i, j + 1)) for i, j in points]
     halves += [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in points]
@@ -15,26 +17,16 @@ def below(fields, box, cut=4):
         cuts[kind] = np.array([[numbers[point] for point in half] for half in own])
         rules[kind] = ng.IntegrationRule([(i / cut, j / cut) for i, j in numbers], [0.0] * len(numbers))
     places = fields.body.mesh.MapToAllElements(rules, ng.VOL)
-    x1, x2, psi, stress = (
-        np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)
-    )
+    values = ng.CF((ng.x, ng.y, fields.psi, fields.stress))(places).T
     kinds = [element.type for element in fields.body.mesh.Elements()]
     firsts = np.cumsum([0, *(len(rules[kind]) for kind in kinds)])
     triangles = np.concatenate([first + cuts[kind] for first, kind in zip(firsts, kinds)])
-    stress = stress.reshape(-1, 2, 2)
-    return _cut_to(box, x1.ravel(), x2.ravel(), triangles, psi.ravel(), stress, fields.mirrored)
-
-
-def _cut_to(box, x1, x2, triangles, psi, stress, mirrored):
-    """Points and triangles within the box; mirrored ones with psi and shear stresses of the other sign."""
+    if fields.mirrored:
+        triangles = np.concatenate((triangles, triangles + values.shape[1]))
+        values = np.hstack((values, np.array([[-1, 1, -1, 1, -1, -1, 1]]).T * values))
     (left, right), depth = box
-    if mirrored:
-        odd = np.array([[1, -1], [-1, 1]])
-        triangles = np.concatenate((triangles, triangles + len(x1)))
-        x1, x2, psi = np.concatenate((x1, -x1)), np.tile(x2, 2), np.concatenate((psi, -psi))
-        stress = np.concatenate((stress, odd * stress))
-    across, up = x1[triangles], x2[triangles]  # of large ones the box may hold no corner
+    across, up = values[:2, triangles]  # of large ones the box may hold no corner
     reach = (across.max(axis=1) >= left) & (across.min(axis=1) <= right) & (up.max(axis=1) >= -depth)
-    triangles = triangles[reach]
-    used, triangles = np.unique(triangles, return_inverse=True)
-    return x1[used], x2[used], triangles.reshape(-1, 3), psi[used], np.moveaxis(stress[used], 0, -1)
+    used, triangles = np.unique(triangles[reach], return_inverse=True)
+    x1, x2, psi, *stress = values[:, used]
+    return x1, x2, triangles.reshape(-1, 3), psi, np.reshape(stress, (2, 2, -1))

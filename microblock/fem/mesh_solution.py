@@ -7,6 +7,7 @@ import numpy as np
 
 from ..corners.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most
+from ..model import law as laws
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
 from ..model.zones import contact_zones, distance, distance_to_ends, joined
@@ -27,38 +28,10 @@ class OnMesh(OfNodes):
     method: str = "condensed"
     found: Fields | None = None
     block: ContactNodes | None = None
-    mirrored: bool = False
 
     @property
     def nodes(self):
         return self.block or self.solver.nodes
-
-    @cached_property
-    def points(self):
-        return self._whole(self.nodes.points.T, [[-1], [1]]).T
-
-    @cached_property
-    def normals(self):
-        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
-
-    @cached_property
-    def weights(self):
-        """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
-        on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
-        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
-
-    @cached_property
-    def pressures(self):
-        """Pressure of each corner, (corners, n)."""
-        return self._whole(self.carried / self.nodes.weights, corners=True)
-
-    def _whole(self, values, sign=1, corners=False):
-        """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
-        `corners` change places.
-        """
-        if not self.mirrored:
-            return values
-        return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
     def loads(self):
@@ -86,24 +59,20 @@ class OnMesh(OfNodes):
     def coarse(self, half_width):
         """Sentences where elements below the contact lock, or do not resolve the layer."""
         nodes, body = self.nodes, self.nodes.body
-        numbers, depths = meshes.thicknesses(body.mesh, nodes.region)
         closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
         pressed = np.array([closed[members].any() for members in nodes.facets])
         if not pressed.any() or half_width == 0:
             return []
-        orders = body.element_orders
-        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if orders is None else orders
-        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders[numbers]])
-        first = np.argmin(np.where(pressed & (depths > longest), longest, np.inf))
+        depths, orders = meshes.thicknesses(body.mesh, nodes.region)[pressed], np.array(nodes.orders)[pressed]
+        longest = np.array([meshes.longest_element(body.solid, int(order)) for order in orders])
+        first = np.argmin(np.where(depths > longest, longest, np.inf))
         words = (
-            f"elements of order {orders[numbers[first]]} that reach deeper than "
+            f"elements of order {orders[first]} that reach deeper than "
             f"{at_most(longest[first])} below the contact do not resolve the "
             "layer: cut them, take a higher order, or ask for an rtol"
         )
-        found = (
-            meshes.locking(body.solid, body.order, depths[pressed].max(), half_width) if half_width else []
-        )
-        return found + [words] * bool(pressed[first] and depths[first] > longest[first])
+        found = meshes.locking(body.solid, body.order, depths.max(), half_width)
+        return found + [words] * bool(depths[first] > longest[first])
 
 
 @dataclass(frozen=True)
@@ -188,7 +157,7 @@ class MeshSolution(OnMesh, NodalSolution):
     @property
     def _moments(self):
         """Nodal moments, with reactions of corners that carry, not of the shares."""
-        levers = np.array(list(self.law.levers(self.nodes.points[:, 0]).values()))
+        levers = laws.levers(self.law, self.nodes.points[:, 0])
         forces = self.forces if self._psi_held else self.carried
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 
@@ -224,10 +193,8 @@ class MeshSolution(OnMesh, NodalSolution):
     def counter_displacement(self, x):
         counter = getattr(self.solver, "counter", None)
         if counter is None:
-            return np.zeros_like(x)
-        found, there = np.full_like(x, np.inf), counter.reaches(x)
-        found[there] = counter.displacement(self.forces.ravel(), x[there])
-        return found
+            return super().counter_displacement(x)
+        return np.where(counter.reaches(x), counter.displacement(self.forces.ravel(), x), np.inf)
 
     def tamed(self, x):
         """1; near ends of the obstacle their distance over half of its width."""
@@ -263,12 +230,8 @@ class MeshSolution(OnMesh, NodalSolution):
     def beyond(self):
         """Sentences where surface and obstacle go on beyond an end of the contact."""
         for end, way in ((0, -1), (-1, 1)):
-            there = self.points[[end]] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
-            gaps = self.law.initial_gaps(
-                there, self.normals[[end]], self.solver.solid.ell, self.solver.obstacle
-            )
-            goes_on = self.nodes.body.mesh.Contains(*there[0]) and np.isfinite(list(gaps.values())).any()
-            if goes_on and self.closed[:, end].any():
+            there = self.points[end] + 1e-6 * np.ptp(self.x) * np.array((way, -1))
+            if self.nodes.body.mesh.Contains(*there) and self.goes_on(end, there):
                 words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
                 return [words + f"{self.x[end]:.3g}"]
         return []
@@ -289,14 +252,6 @@ class MeshSolution(OnMesh, NodalSolution):
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
         words = f"the obstacle has features shorter than the elements, worth {share:.1g} of the pressure: "
         return [words + "cut the elements below them, or ask for an rtol"] * bool(share >= 0.03)
-
-
-def of_newton(solver, state):
-    """The MeshSolution of a NodalState of Newton's method."""
-    raised, psi = state.surface
-    surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
-    how = {"method": "newton", "found": state.fields, "gaps": solver.nodes.g0, "closed": state.closed}
-    return MeshSolution(solver, state.load, state.approach, *surface, *counts, **how)
 
 
 def unfolded(zones):

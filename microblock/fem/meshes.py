@@ -19,6 +19,7 @@ from ..errors import (
     require_positive,
     require_whole,
 )
+from ..model.zones import joined
 
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5
@@ -55,21 +56,15 @@ def elements_at(mesh, region):
 
 
 def thicknesses(mesh, region):
-    """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
-    (facets,).
-    """
-    points, numbers, found = (
-        np.array([vertex.point for vertex in mesh.vertices]),
-        elements_at(mesh, region),
-        [],
-    )
-    for facet, number in zip(region.Elements(), numbers):
+    """How far the elements at the facets of a boundary reach below them, array (facets,)."""
+    points, found = np.array([vertex.point for vertex in mesh.vertices]), []
+    for facet, number in zip(region.Elements(), elements_at(mesh, region)):
         element = mesh[ng.ElementId(ng.VOL, int(number))]
         own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
         along = own[1] - own[0]
         normal = (-along[1], along[0]) / np.linalg.norm(along) if mesh.dim == 2 else (0, 0, 1)
         found.append(np.abs((below - own.mean(axis=0)) @ normal).max())
-    return numbers, np.array(found)
+    return np.array(found)
 
 
 def require_sound(mesh):
@@ -121,18 +116,15 @@ def line(depth, elements):
     return ng.Mesh(mesh.ngmesh)
 
 
-def column(depth, elements, width=None, quads=True):
-    """One column of 2D elements over [-depth, 0], periodic sideways.
+def column(depth, elements):
+    """One column of 2D squares over [-depth, 0], periodic sideways.
 
-    Boundaries: "contact" on top, "middle" below, "left" and "right" identified. `width` (length) is by
-    default the height of an element. With ``quads=False`` each is cut into two triangles.
+    Boundaries: "contact" on top, "middle" below, "left" and "right" identified.
     """
     require_positive(depth=depth)
     require_whole(1, elements=elements)
-    width = depth / elements if width is None else width
-    require_positive(width=width)
     mesh = MakeStructured2DMesh(
-        quads=quads, nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (width * x, depth * (y - 1))
+        nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (depth / elements * x, depth * (y - 1))
     )
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))
@@ -205,7 +197,7 @@ def graded(ground, edges, *, parts, levels, sizes=()):
     # of a graded mesh, 3 to 6 elements for one at the surface
     _require_room("spacing", least, lambda length: (count * least / length, 4 * count * least / length))
     # netgen has tolerances of 1e-7 and less, whatever the unit of length
-    unit, tips = reach / 1000, apart(edges, SLIVER * surface)
+    unit, tips = reach / 1000, [float(x) for x, _ in joined([(x, x) for x in edges], SLIVER * surface)]
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
     places, lengths, parts = (
         [tuple(_rounded(x, unit) for x in part) for part in some] for some in ([tips], sizes, parts)
@@ -288,16 +280,24 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     """Rectangles between lines x1 = across[i] and x2 = up[j], ascending, or triangles; `names` of the
     boundaries go counterclockwise from below.
     """
-    nx, ny = len(across), len(up)
-    mesh, points = netgen.Mesh(dim=2), np.zeros((ny, nx, 3))
-    points[:, :, 0], points[:, :, 1] = across, np.asarray(up)[:, None]
-    mesh.AddPoints(points.reshape(-1, 3))
-    number = np.arange(nx * ny, dtype=np.int32).reshape(ny, nx)
+    points = np.stack(np.meshgrid(across, up), axis=-1)
+    number = np.arange(points[..., 0].size).reshape(points.shape[:2])
     corners = np.stack((number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]), axis=-1)
     elements = corners.reshape(-1, 4) if quads else corners[:, :, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-    mesh.AddElements(2, mesh.AddRegion("dom", dim=2), np.ascontiguousarray(elements))
-    for name, side in zip(names, (number[0], number[:, -1], number[-1, ::-1], number[::-1, 0])):
-        mesh.AddElements(1, mesh.AddRegion(name, dim=1), np.stack((side[:-1], side[1:]), axis=-1))
+    sides = number[0], number[:, -1], number[-1, ::-1], number[::-1, 0]
+    edges = ((1, name, np.stack((side[:-1], side[1:]), axis=-1)) for name, side in zip(names, sides))
+    return of_elements(points.reshape(-1, 2), [(2, "dom", elements), *edges])
+
+
+def of_elements(points, parts):
+    """The mesh of points, (n, dim), and of parts, [(dimension, name, elements)], those of the volume first;
+    elements are arrays of the numbers of their points.
+    """
+    dim = points.shape[1]
+    mesh = netgen.Mesh(dim=dim)
+    mesh.AddPoints(np.column_stack((points, np.zeros((len(points), 3 - dim)))))
+    for own, name, elements in parts:
+        mesh.AddElements(own, mesh.AddRegion(name, dim=own), np.ascontiguousarray(elements, np.int32))
     mesh.Compress()
     return ng.Mesh(mesh)
 
@@ -361,12 +361,3 @@ def falling_orders(mesh, ground, tips, top):
         along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first)) / np.log(first)
         orders = np.minimum(orders, lowest + (top - lowest) * along)
     return np.rint(np.minimum(orders, top)).astype(int)
-
-
-def apart(places, least):
-    """Places, ascending, farther than `least` from the one before."""
-    found = []
-    for place in sorted(places):
-        if not found or place - found[-1] > least:
-            found.append(float(place))
-    return found

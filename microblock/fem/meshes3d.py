@@ -2,13 +2,11 @@
 
 import math
 
-import netgen.meshing as netgen
-import ngsolve as ng
 import numpy as np
 
 from ..errors import BadArgument, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
-from .meshes import stretched
+from .meshes import of_elements, stretched
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
 
@@ -89,12 +87,11 @@ def block(x1, x2, x3, reach=math.inf):
     middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
     if not all(np.any(np.abs(middle) < reach) for middle in middles):
         raise BadArgument("reach", reach, "must hold the middle of a facet at least")
-    mesh, numbers = netgen.Mesh(dim=3), np.arange(math.prod(map(len, axes)), dtype=np.int32)
-    mesh.AddPoints(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + 0.0)  # no -0.0
-    numbers, ends = numbers.reshape([len(x) for x in axes]), (slice(None, -1), slice(1, None))
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) + 0.0  # no -0.0
+    numbers = np.arange(points[..., 0].size).reshape(points.shape[:3])
+    ends = slice(None, -1), slice(1, None)
     square = (0, 0), (0, 1), (1, 1), (1, 0)  # its corners, one after the other
     around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in square]
-    mesh.AddElements(3, mesh.AddRegion("solid", dim=3), np.stack(around, axis=-1).reshape(-1, 8))
     sides = {}
     for (axis, end), name in SIDES.items():
         side = np.take(numbers, -end, axis=axis)
@@ -103,10 +100,8 @@ def block(x1, x2, x3, reach=math.inf):
         sides[name] = faces if bool(end) != (axis == 1) else faces[:, ::-1]
     pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
     sides |= {"contact": sides["top"][pressed], "top": sides["top"][~pressed]}
-    for name, faces in sides.items():
-        mesh.AddElements(2, mesh.AddRegion(name, dim=2), np.ascontiguousarray(faces))
-    mesh.Compress()
-    return ng.Mesh(mesh)
+    solid = 3, "solid", np.stack(around, axis=-1).reshape(-1, 8)
+    return of_elements(points.reshape(-1, 3), [solid, *((2, name, faces) for name, faces in sides.items())])
 
 
 def supports(fixed="bottom", **planes):

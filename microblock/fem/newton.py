@@ -7,6 +7,8 @@ better than the gaps do.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import reduce
+from operator import mul
 
 import ngsolve as ng
 import numpy as np
@@ -33,13 +35,13 @@ class NodalState:
     fields : Fields
     surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2)
     forces : array (corners, n)
-        Forces (40) along -n; by Gauss's rule they may be tensile.
+        Forces (40) along -n.
     closed : boolean array (corners, n)
     iterations, unknowns : int
     residual, open : floats
         Relative residuals of the system that a step solves, and of gaps whose multipliers are given.
-    active, variation
-        Flags of closed corners where the rule has its points, and the first variation.
+    variation
+        The first variation.
     """
 
     approach: float
@@ -52,7 +54,6 @@ class NodalState:
     unknowns: int
     residual: float
     open: float
-    active: bytes
     variation: ng.BaseVector
 
     @property
@@ -89,8 +90,6 @@ class MonolithicNewton:
         require_choice(("al", "penalty"), method=method)
         require_choice(("approach", "load"), control=control)
         require_kind(ContactFacets, "ContactFacets", facets=facets)
-        if method != "al" and not facets.nodal:
-            raise BadArgument("rule", "gauss", "belongs to the method al")
         self.facets, self.body, self.method, self.control = facets, facets.body, method, control
         self._up = facets.normals[:, -1]
         # the unknown approach counts from first touch: a distance before it would take digits from small
@@ -105,11 +104,8 @@ class MonolithicNewton:
         """The functional: elastic energy (8) and contact term (37), or that of (31)."""
         body, facets, in_space = self.body, self.facets, self.body.mesh.dim == 3
         self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
-        space = body.space
-        if self.method == "al" and not in_space:
-            for _ in facets.g0:
-                space = space * facets.multipliers
-        space = space * ng.NumberSpace(body.mesh, definedon=facets.region)
+        others = [facets.multipliers] * len(facets.g0) if self.method == "al" and not in_space else []
+        space = reduce(mul, (body.space, *others, ng.NumberSpace(body.mesh, definedon=facets.region)))
         if in_space:
             self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:
@@ -118,8 +114,7 @@ class MonolithicNewton:
         *unknown, approach = self.space.TrialFunction()
         multipliers = unknown[fields:] or self._given
         contact = facets.contact(self._g0, unknown[:fields], multipliers, approach, self.rho)
-        if self.control == "load":
-            contact -= facets.integral(self._load / facets.weights.sum() * approach)
+        contact -= facets.integral(self._load / facets.weights.sum() * approach)  # 0 at an approach
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
         self.free = ng.BitArray(self.space.FreeDofs())
@@ -153,15 +148,14 @@ class MonolithicNewton:
             require_kind((NodalState, MeshSolution), "a NodalState", start=start)
         if self.control == "load" and level <= 0:
             raise BadArgument("load", level, "must be positive: contact cannot pull")
-        unknowns, visits, active = self._first_guess(level, start), Counter(), None
+        unknowns, visits, solved = self._first_guess(level, start), Counter(), None
         best, before, stopped = None, np.inf, "the residual stalls"
         for iteration in range(61):
             counted()
             now = self._look(unknowns, iteration)
-            if best is None or now.kkt < best.kkt:
-                best = now
-            # of a system that was solved
-            stalls = now.active == active and not now.residual < before / 2
+            best = now if best is None or now.kkt < best.kkt else best
+            active = now.closed.tobytes()
+            stalls = active == solved and not now.residual < before / 2
             if now.kkt <= self._systems.rtol or stalls:
                 break
             if now.residual <= min(now.open, 1e-3):  # equilibrium is the better one
@@ -169,12 +163,13 @@ class MonolithicNewton:
                     given.vec.data = self.facets.field(-forces / self.facets.weights).vec
                 visits.clear()
                 now = self._look(unknowns, iteration)
-            if now.active != active:
-                visits[now.active] += 1
-                if visits[now.active] > 3:  # rounding excuses some where a corner is just about to close
+                active = now.closed.tobytes()
+            if active != solved:
+                visits[active] += 1
+                if visits[active] > 3:  # rounding excuses some where a corner is just about to close
                     stopped = "the active set cycles"
                     break
-                active = now.active
+                solved = active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free)
             before = now.residual
@@ -199,8 +194,8 @@ class MonolithicNewton:
         if self.method == "al":
             for part, own in zip(self._multipliers(unknowns), stresses):
                 part[:] = self.facets.field(own).vec.FV().NumPy()
-        self._load.Set(level)
         given = self.control == "approach"
+        self._load.Set(0.0 if given else level)
         values[-1] = level - self._first if given else max(approach, self._touching(unknowns))
         return unknowns
 
@@ -213,7 +208,6 @@ class MonolithicNewton:
         """The approach at which the nearest corner closes."""
         stresses, moved = self._corners(unknowns)
         ahead = (stresses / self.rho + self._g0 - moved) / self._up
-        ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])
         ahead = ahead[np.isfinite(ahead)]
         return ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
 
@@ -231,7 +225,7 @@ class MonolithicNewton:
         gaps = self._g0 - moved - values[-1] * self._up  # (22)
         wanted = own + self.rho * gaps
         closed = wanted <= 0  # (40)
-        stresses = np.where(closed, wanted, 0.0) if facets.nodal else own
+        stresses = np.where(closed, wanted, 0.0)
         internal, vector = (self._systems.stiffness * kept.vec).Evaluate(), ng.GridFunction(self.space)
         self._contact.Apply(kept.vec, vector.vec)
         vector.vec.data += internal
@@ -240,11 +234,7 @@ class MonolithicNewton:
         balance, left = _ratio(unbalanced, max(np.linalg.norm(internal[:count]), unbalanced)), 0.0
         if self.method == "al":
             length = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
-            if facets.nodal:
-                left = _ratio(gaps[closed], length), _ratio(own[~closed], np.abs(stresses).max())
-            else:  # (40) holds in the mean over each multiplier's function
-                left = [_ratio(part / facets.extents, length) for part in self._multipliers(vector)]
-            left = max(left)
+            left = max(_ratio(gaps[closed], length), _ratio(own[~closed], np.abs(stresses).max()))
         in_space, forces = self.body.mesh.dim == 3, -stresses * facets.weights
         return NodalState(
             approach=self._first + float(values[-1]),
@@ -257,22 +247,22 @@ class MonolithicNewton:
             unknowns=sum(self.free),
             residual=balance if in_space else max(balance, left),
             open=left if in_space else 0.0,
-            active=b"".join((facets.at_rule(value) <= 0).tobytes() for value in wanted),
             variation=vector.vec,
         )
 
 
-def default_rho(facets, method, length=None):
-    """lambda + 2 mu over the body's height, in space 8 times over the length of a facet; for the penalty 10^4
-    or 10^3 times.
-    """
-    body, factor = facets.body, 1 if method == "al" else 1e4
+def default_rho(facets, method):
+    """The `usual_rho` of the body's height, in space of 1/8 or 10 times the length of a facet."""
+    body = facets.body
     if body.mesh.dim == 3:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
-        factor = 8 if method == "al" else 1e3
-    elif length is None:
-        length = np.ptp([vertex.point[-1] for vertex in body.mesh.vertices])
-    return factor * (body.solid.lam + 2 * body.solid.mu) / length
+        return usual_rho(body.solid, method, length * (1 / 8 if method == "al" else 10))
+    return usual_rho(body.solid, method, np.ptp([vertex.point[-1] for vertex in body.mesh.vertices]))
+
+
+def usual_rho(solid, method, length):
+    """lambda + 2 mu over a length; for the penalty 10^4 times."""
+    return (1 if method == "al" else 1e4) * (solid.lam + 2 * solid.mu) / length
 
 
 def _ratio(values, scale):

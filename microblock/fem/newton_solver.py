@@ -8,21 +8,18 @@ from .condensation import clamped_on_contact, require_pressed
 from .facets import ContactFacets
 from .forecast import body_cost
 from .friction import FollowsFriction
-from .mesh_solution import MeshSolution, of_newton
-from .newton import MonolithicNewton, default_rho
+from .mesh_solution import MeshSolution
+from .newton import MonolithicNewton
 from .solver3d import Solver3D
 from .supports import pressed
 
 
 class NewtonSolver(FollowsFriction, Solver):
-    """States of a body of one or two dimensions; `rule` and `length` are those of `ContactFacets` and
-    `default_rho`.
-    """
+    """States of a body of one or two dimensions."""
 
     verifies = True
 
-    def __init__(self, contact, options, rule="nodal", length=None):
-        self.rule, self.length = rule, length
+    def __init__(self, contact, options):
         super().__init__(contact, options)
         check = require_pressed if self.body.mesh.dim == 3 else pressed
         check(self.body)
@@ -31,7 +28,7 @@ class NewtonSolver(FollowsFriction, Solver):
     def nodes(self):
         """The contact nodes, with psi = 0 where the law prescribes it."""
         body = clamped_on_contact(self.body) if self.law.clamps_rotation else self.body
-        return ContactFacets(body, self.law, self.obstacle, self.rule)
+        return ContactFacets(body, self.law, self.obstacle)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         self._require_given_mesh(rtol)
@@ -48,7 +45,12 @@ class NewtonSolver(FollowsFriction, Solver):
         self._require_given_mesh(rtol)
         return body_cost("newton", self.body, None)
 
-    of = of_newton
+    def of(self, state):
+        """The MeshSolution of a NodalState."""
+        raised, psi = state.surface
+        surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
+        how = {"method": "newton", "found": state.fields, "gaps": self.nodes.g0, "closed": state.closed}
+        return MeshSolution(self, state.load, state.approach, *surface, *counts, **how)
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":
@@ -58,8 +60,7 @@ class NewtonSolver(FollowsFriction, Solver):
     @cached_property
     def newton(self):
         """The MonolithicNewton of a control, made once."""
-        nodes, kind = self.nodes, self.options.kind
-        rho = self.options.rho or default_rho(nodes, kind, self.length)
+        nodes, kind, rho = self.nodes, self.options.kind, self.options.rho
         return cache(lambda control: MonolithicNewton(nodes, method=kind, rho=rho, control=control))
 
 

@@ -13,16 +13,16 @@ Quadrilaterals become triangles before they are cut: NGSolve cuts them one way.
 import math
 from dataclasses import dataclass, replace
 
-import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 from tqdm.auto import tqdm
 
 from ..errors import NotConverged, out_of_reach
+from ..model import law as laws
 from . import contact_term
 from .between import of_body
 from .facets import outward
-from .meshes import elements_at
+from .meshes import elements_at, of_elements
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
@@ -93,9 +93,10 @@ def _surface(state, averaged):
     # at ends and slope discontinuities of the obstacle averages of singular fields are hardly better than the
     # fields: errors of 2.5 to 4.2 times the difference were seen
     found[:, above[_at(mesh, nodes.region, _named(state)).any(axis=0)]] *= 4**2
-    for last, outside, square in _edges(state):
-        facet = next(number for number, members in enumerate(nodes.facets) if {last, outside} <= set(members))
-        found[:, above[facet]] += square * np.array((1, 1 / 4 if len(state.forces) == 2 else 0))
+    facets, squares = _edges(state)
+    np.add.at(found[0], above[facets], squares)
+    if len(state.forces) == 2:  # of M/ell
+        np.add.at(found[1], above[facets], squares / 4)
     np.add.at(found, (slice(None), above), of_body(state))
     return found[np.argmax(found.sum(axis=1))] / max(weights @ own[0] ** 2, 1e-300)  # nothing may touch yet
 
@@ -106,18 +107,22 @@ def _free_edges(state):
 
 
 def _edges(state):
-    """(last closed node, first open one, square of what a shift changes p) of all free edges."""
-    x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(state.nodes.points, axis=0).T))))
-    for closed, p, gaps, is_edge in zip(state.closed, state.pressures, state.gaps, _free_edges(state)):
-        for i in np.flatnonzero(is_edge):
-            last, outside = (i, i + 1) if closed[i] else (i + 1, i)
-            before = 2 * last - outside
-            # an end of the obstacle, or of the boundary
-            if not np.isfinite(gaps[outside]) or not 0 <= before < len(x):
-                continue
-            way = abs(x[outside] - x[last])
-            slope = max((p[before] ** 2 - p[last] ** 2) / abs(x[last] - x[before]), p[last] ** 2 / way)  # K^2
-            yield last, outside, slope * way**2 / 12 * (0.5 + 0.25 * math.log(np.count_nonzero(closed) + 1))
+    """(Numbers of the facets with a free edge, squares of what its shift changes p): arrays."""
+    nodes, (corner, i) = state.nodes, np.nonzero(_free_edges(state))
+    last = np.where(state.closed[corner, i], i, i + 1)
+    outside = 2 * i + 1 - last
+    before = 2 * last - outside
+    # not an end of the obstacle, or of the boundary
+    free = np.isfinite(state.gaps[corner, outside]) & (before >= 0) & (before < len(nodes.points))
+    corner, i, last, outside, before = np.array((corner, i, last, outside, before))[:, free]
+    x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(nodes.points, axis=0).T))))
+    way, inner = np.abs(x[outside] - x[last]), np.abs(x[last] - x[before])
+    p, q = state.pressures[corner, last] ** 2, state.pressures[corner, before] ** 2
+    slopes, counts = np.maximum((q - p) / inner, p / way), np.count_nonzero(state.closed, axis=1)  # K^2
+    facets = np.zeros(len(nodes.apart), int)
+    for number, members in enumerate(nodes.facets):
+        facets[members.min() : members.max()] = number
+    return facets[i], slopes * way**2 / 12 * (0.5 + 0.25 * np.log(counts[corner] + 1))
 
 
 def _traction(state, averaged):
@@ -191,7 +196,7 @@ def _finer(state, parts, left):
 
 def _beyond(state, pressures, x):
     """Squares of p and M/ell, (2, n), at x beyond the end of the obstacle."""
-    levers, wrong = list(state.law.levers(x).values()), np.zeros((2, len(x)))
+    levers, wrong = laws.levers(state.law, x), np.zeros((2, len(x)))
     for corner, (left, right) in state.problem.ends.items():
         p = np.where((x < left) | (x > right), pressures[corner], 0.0)
         wrong += np.array((p, levers[corner] / 2 * p)) ** 2
@@ -223,7 +228,7 @@ def of_triangles(mesh):
     """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
     sides.
     """
-    old, curved, new = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2), netgen.Mesh(dim=2)
+    old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
     quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
     if not quads.any():
@@ -234,11 +239,14 @@ def of_triangles(mesh):
     parts = np.take_along_axis(corners, halves, axis=1).reshape(-1, 3)
     triangles = np.concatenate((cells["nodes"][~quads, :3] - 1, parts))
     numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
-    new.AddPoints(np.column_stack((points, np.zeros(len(points)))))
-    for dim, own, index in (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"]):
-        for number, name in enumerate(old.GetRegionNames(dim=dim), 1):
-            region = new.AddRegion(name, dim=dim)
-            new.AddElements(dim, region, np.ascontiguousarray(own[index == number], np.int32))
-    found = ng.Mesh(new)
+    both = (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"])
+    found = of_elements(
+        points,
+        [
+            (dim, name, elements[index == number])
+            for dim, elements, index in both
+            for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
+        ],
+    )
     lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
     return found if math.isclose(*lengths, rel_tol=1e-12) else None

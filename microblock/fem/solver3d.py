@@ -32,10 +32,7 @@ class Solver3D(Solver):
     @cached_property
     def initial_gaps(self):
         """Array (corners, n); inf where a corner cannot touch."""
-        gaps = np.where(self.nodes.free["u3"], initial_gaps(self.law, self.nodes, self.obstacle), np.inf)
-        if not np.any(np.isfinite(gaps)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
-        return gaps
+        return initial_gaps(self.law, self.nodes, self.obstacle)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         self._require_given_mesh(rtol)
@@ -46,7 +43,7 @@ class Solver3D(Solver):
         surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
         level = found.load, found.approach
-        return self.solution(*level, found.forces, closed, surface, found.kkt, found.products)
+        return self.solution(*level, found.forces, closed, surface, found.kkt, found.iterations)
 
     def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the

@@ -15,7 +15,7 @@ from .friction import history_to
 from .ground import FAR, GroundSolver
 from .mesh_solution import of_block
 from .meshes import Ground, uniform
-from .newton_solver import NewtonSolver
+from .newton import usual_rho
 
 
 class UniformSolver(GroundSolver):
@@ -25,18 +25,14 @@ class UniformSolver(GroundSolver):
         if rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
-            return self.at(load)
-        load, tried = self.solid.E_star * (approach - self.require_approach(approach)) / 2, []
+            solver = self._reaching(load)
+            return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
+        load, tried = self.first_load(approach), []
         while (solver := self._reaching(load)) not in tried:  # squares that the load asks for
             found = solver.on_mesh.solve(None, approach, None)
             load = found.load / self.share(1.0)
             tried.append(solver)
         return tried[-1]._unfolded(load, found)
-
-    def at(self, load):
-        """The MeshSolution at a load (force per thickness); NotConverged also beyond the equal squares."""
-        solver = self._reaching(load)
-        return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.domain == math.inf:
@@ -47,18 +43,11 @@ class UniformSolver(GroundSolver):
             shorter = [replace(self.options, h=self.options.h / 2**number) for number in range(4)]
             return history_to(rtol, [UniformSolver(self.contact, each) for each in shorter], pairs, coupled)
         solver = self._reaching(float(pairs[:, 0].max()))
-        whole = self.contact.with_(
-            body=solver._body(half=False), method=self.options.newton or methods.Condensed()
-        )
+        whole = self.contact.with_(body=solver._body(half=False), method=solver._method)
         found = whole.history(pairs, coupled=coupled)
         outer = max(abs(edge) for state in found.states for zone in state.zones["contact"] for edge in zone)
         solver._require_within(outer, float(pairs[:, 0].max()))
         return found
-
-    @property
-    def symmetric(self):
-        """By Gauss's rule a half has no multipliers on its axis."""
-        return super().symmetric and self.options.rule == "nodal"
 
     @property
     def reach(self):
@@ -88,9 +77,14 @@ class UniformSolver(GroundSolver):
     @cached_property
     def on_mesh(self):
         """The solver of the body, or of its half, on the mesh."""
+        return self.contact.with_(body=self._body(self.symmetric), method=self._method).solver
+
+    @property
+    def _method(self):
         newton = self.options.newton
-        contact = self.contact.with_(body=self._body(self.symmetric), method=newton or methods.Condensed())
-        return NewtonSolver(contact, newton, self.options.rule, self.reach) if newton else contact.solver
+        if newton is None:
+            return methods.Condensed()
+        return replace(newton, rho=newton.rho or usual_rho(self.solid, newton.kind, self.reach))
 
     def _body(self, half):
         """The body, or its half x1 > 0."""

@@ -6,7 +6,7 @@ A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at
 import numpy as np
 
 from ..model.zones import zone_edges
-from .kernels import coalescence_exponent, counter_short_waves, short_waves
+from .kernels import counter_short_waves, short_waves
 
 MOST = 24  # steps
 SAME = 1e-9  # of ell: places this near to each other are one
@@ -95,9 +95,9 @@ def _short_waves_between(problem, inside):
 
 
 def meeting_exponent(problem, zones, x):
-    """s of p ~ x^s where edges of two corners meet at x."""
-    if not decay(problem):
-        return coalescence_exponent(problem.solid)
+    """s of p ~ x^s where edges of two corners meet at x: that of `coalescence_exponent`, of these levers and
+    of what a second body carries.
+    """
     others = [
         (x + way, corner)
         for way in ways(problem, 26)

@@ -12,18 +12,19 @@ from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
 from ..errors import SMALLEST, BadArgument, NotConverged, require
 from ..model import picture
-from ..model.deformable import body_of, shape_of
-from ..model.law import level_surface, require_pure_force
+from ..model.deformable import second_solid, shape_of
+from ..model.law import levers, require_pure_force
 from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
-from ..model.zones import contact_zones, distance_to_ends, runs
+from ..model.state import LineSolution
+from ..model.zones import distance_to_ends, runs
 from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, symbol
 
 
-class LineCells(CellSolution):
+class LineCells(CellSolution, LineSolution):
     """A solution on uniform cells of a half-plane; `opposite` is the second body's under the corners."""
 
     @property
@@ -39,10 +40,10 @@ class LineCells(CellSolution):
         return np.full(self.grid.count, self.grid.width)
 
     @property
-    def zones_by_name(self):
+    def all_zones(self):
         half = self.grid.width / 2
         zones = [[(self.x[i] - half, self.x[j] + half) for i, j in runs(own > 0)] for own in self.pressures]
-        return contact_zones(dict(enumerate(zones)), self.solver.law.corners)
+        return dict(enumerate(zones))
 
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): a polygon through the centres."""
@@ -53,26 +54,13 @@ class LineCells(CellSolution):
         here, there = np.where(inside, own[numbers % n], 0.0)
         return here + np.abs(along - cell) * np.where((here > 0) & (there > 0), there - here, 0.0)
 
-    def moment_at(self, x):
-        if len(self.pressures) == 1:
-            return self.interpolated(self.micromoment, x)
-        own = np.array([self.pressure(corner, x) for corner in range(len(self.pressures))])
-        return self.problem.ell / 2 * (self.problem.levers(x) * own).sum(axis=0)
+    def reaction(self, x):
+        return self.interpolated(self.micromoment, x)
 
-    def gap(self, corner, x):
-        """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
+    def reaches(self, x):
+        """Whether x lies on a cell, boolean array (n,)."""
         left, right = self.x[[0, -1]] + self.grid.width / 2 * np.array((-1, 1))
-        if self.period is None and not np.all((x >= left) & (x <= right)):
-            raise BadArgument("x", x, f"must lie within the cells, from {left} to {right}")
-        raised, psi = (self.interpolated(own, x) for own in (self.displacement, self.psi))
-        return self.corner_gaps(*level_surface(x), raised, psi)[corner]
-
-    def counter_displacement(self, x):
-        if self.opposite is None:
-            return np.zeros_like(x)
-        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
-        order = np.argsort(places)
-        return np.interp(x, places[order], self.opposite.ravel()[order], period=self.period)
+        return (self.period is not None) | (x >= left) & (x <= right)
 
 
 class LineSolver(CellSolver):
@@ -99,9 +87,9 @@ class LineSolver(CellSolver):
 
     @cached_property
     def problem(self):
-        obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
+        obstacle = shape_of(self.obstacle)
         obstacle = obstacle if self.period is None else repeated(obstacle, self.period)
-        return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
+        return Problem(self.solid, self.law, obstacle, counter=second_solid(self.obstacle))
 
     def gaps(self, x):
         return self.problem.initial_gaps(x)
@@ -220,7 +208,7 @@ def tilt(law, offsets, x):
     """t at x, array (1, n), or of one corner (0, n)."""
     if len(offsets) == 1:
         return np.empty((0, len(x)))
-    tilts = np.array(list(law.levers(x).values())) + offsets
+    tilts = levers(law, x) + offsets
     if np.ptp(tilts, axis=0).max() > PATHS:
         words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
         raise BadArgument("law", law, words)

@@ -55,7 +55,8 @@ def _size(x, a, fineness, features, reach):
 
 def fixed(problem):
     """Returns contact points of corners under slope discontinuities or edges."""
-    return sorted({*problem.kinks, *np.ravel(list(problem.ends.values())).tolist()})
+    ends = filter(np.isfinite, np.ravel(list(problem.ends.values())).tolist())
+    return sorted({*problem.kinks, *ends})
 
 
 def touching(problem, fineness):

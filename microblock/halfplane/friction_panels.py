@@ -14,6 +14,7 @@ import numpy as np
 from ..corners.friction_events import legs
 from ..corners.rounding import PATHS
 from ..errors import BadArgument, NotConverged, out_of_reach
+from ..model.deformable import second_solid
 from ..model.events import Event
 from ..model.history import History, with_stick
 from ..model.quadrature import gauss_rule
@@ -27,9 +28,11 @@ def require_superposition(contact: Any, order: int | None) -> None:
     """BadArgument unless the bodies are equal, the law is unilateral, and rtol chooses the order."""
     if order is not None:
         raise BadArgument("method", contact.method, "must be Panels() without an order: rtol chooses it")
-    counter = getattr(contact.obstacle, "body", None)
-    equal = counter is not None and counter.solid == contact.solid
-    if not equal or len(contact.law.corners) != 1 or contact.law.clamps_rotation:
+    if (
+        second_solid(contact.obstacle) != contact.solid
+        or len(contact.law.corners) != 1
+        or contact.law.clamps_rotation
+    ):
         raise BadArgument(
             "method",
             "Panels",

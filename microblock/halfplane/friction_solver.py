@@ -81,11 +81,6 @@ class FrictionCells(OfMoment):
     def approach(self):
         return self.moment.approach
 
-    def counter_displacement(self, x):
-        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
-        order = np.argsort(places)
-        return np.interp(x, places[order], self.opposite.ravel()[order])
-
     @cached_property
     def _fitted(self):
         return zones_on_cells(

@@ -88,7 +88,7 @@ class OnPanels(LineSolution):
     def _anchored(self):
         """q at the anchors of root panels, but for fixed edges."""
         panels, rows = self.whole
-        ends = [end for ends in self.problem.ends.values() for end in ends]
+        ends = [end for ends in self.problem.ends.values() for end in ends if np.isfinite(end)]
         ends += [-end for end in ends if self.problem.mirror]
         infinite = carried(self.problem, dict.fromkeys(ends, 1.0), panels.order)
         values = rows @ lagrange(panels.points[0], np.zeros(1))[0]

@@ -6,7 +6,7 @@ from functools import cached_property
 
 from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, require
 from ..model import picture
-from ..model.deformable import body_of, shape_of
+from ..model.deformable import second_solid, shape_of
 from ..model.law import require_pure_force
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -75,9 +75,8 @@ class PanelSolver(Solver):
 
     @cached_property
     def problem(self):
-        counter = body_of(self.obstacle)
-        solid = None if counter is None else counter.solid
-        return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, counter=solid)
+        shape, counter = shape_of(self.obstacle), second_solid(self.obstacle)
+        return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter)
 
     def _pictured_problem(self, load):
         found = self.picture(load)

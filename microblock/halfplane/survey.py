@@ -12,7 +12,7 @@ from numpy.polynomial.legendre import legvander
 from ..corners.rounding import TERMS
 from ..errors import BadArgument
 from ..model.problem import half_line
-from ..model.zones import contains, runs
+from ..model.zones import borders, contains, runs
 from .panels import panels_outside
 
 
@@ -128,11 +128,11 @@ def _tensile(state, size):
             left = max(left, 0.0) if half_line(state.problem) else left
             inside = (left <= state.x) & (state.x <= right)
             x, p, weights = state.x[inside], state.pressures[corner, inside], state.weights[inside]
-            borders = np.concatenate(([left], (x[1:] + x[:-1]) / 2, [right]))
+            edges = borders(x, left, right)
             for first, last in runs(p < 0):
                 part = slice(first, last + 1)
                 worth = float(np.sqrt(weights[part] @ p[part] ** 2) / size)
-                yield Violation(corner, float(borders[first]), float(borders[last + 1]), 0.0, worth)
+                yield Violation(corner, float(edges[first]), float(edges[last + 1]), 0.0, worth)
 
 
 def _at_valleys(state, size):

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import label, map_coordinates, minimum_filter
 
+from ..corners.active_set import ContactState
 from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
-from ..corners.projected_gradients import GridForces
 from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import at_rest, is_classical
-from ..model.deformable import body_of
+from ..model.deformable import body_of, second_solid
 from ..model.material import Cosserat, joint_modulus
 from ..model.obstacles import heights, repeated
 from ..model.state import State, in_space
@@ -159,13 +159,12 @@ class SurfaceSolver(CellSolver):
 
     def flexibility(self, grid: Grid) -> Flexibility:
         """Returns the Flexibility of a grid."""
-        law, cells, second = self.surface_law, (grid.width, self.period is not None), body_of(self.obstacle)
-        counter = second and Counter(
-            second.solid, self.solid.ell, law.offsets, grid.width, grid.count, cells[1]
-        )
+        law, cells = self.surface_law, (grid.width, self.period is not None)
+        second = second_solid(self.obstacle)
+        counter = second and Counter(second, self.solid.ell, law.offsets, grid.width, grid.count, cells[1])
         return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
 
-    def completed(self, state: SurfaceCells, H: Flexibility, found: GridForces) -> SurfaceCells:
+    def completed(self, state: SurfaceCells, H: Flexibility, found: ContactState) -> SurfaceCells:
         """Returns a state with pressures of least norm, closed corners and a second body."""
         if not found.load > 0:
             raise BadArgument("approach", found.approach, NOT_YET)
@@ -181,9 +180,9 @@ class SurfaceSolver(CellSolver):
     # the window
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
-        second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
+        short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
-        plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
+        plain = (load or 0.0) / (2 * joint_modulus(self.solid, second_solid(self.obstacle)))
         needed = (plain, softer * plain) if approach is None else approach
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 

@@ -72,6 +72,11 @@ def body_of(obstacle: ObstacleLike) -> Any:
     return obstacle.body if isinstance(obstacle, Deformable) else None
 
 
+def second_solid(obstacle: ObstacleLike) -> Any:
+    """Returns the solid of the second body, None of a rigid obstacle."""
+    return getattr(body_of(obstacle), "solid", None)
+
+
 def require_same_kind(body: BodyLike, obstacle: ObstacleLike) -> None:
     """Raises BadArgument unless both bodies meet obstacles over a line, or both over a surface."""
     counter = body_of(obstacle)

@@ -255,6 +255,16 @@ def rotation(psi0: Any, *x: Array) -> Array:
     return angles
 
 
+def levers(law: LawLike, x: Array) -> Array:
+    """Returns the levers of all corners at x, array (corners, ...)."""
+    return np.array(list(law.levers(x).values()))
+
+
+def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstacle: ObstacleLike) -> Array:
+    """Returns the initial gaps of all corners, array (corners, n), of arguments as of `Law.initial_gaps`."""
+    return np.array(list(law.initial_gaps(points, normals, ell, obstacle).values()))
+
+
 def level_surface(x: Array) -> tuple[Array, Array]:
     """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
     return np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
@@ -301,9 +311,9 @@ def _check_corners(law: Law) -> None:
         good = np.shape(found) == (len(names), 1, 2) and np.isrealobj(found) and np.isfinite(found).all()
         words = f"{name} must return finite real numbers, an array (corners, n, 2): {found!r}"
         require(good, "law", law, words)
-    levers = list(law.levers(np.zeros(())).values())
-    words = f"must name its corners from left to right, the largest lever first: {levers}"
-    require(np.all(np.diff(levers) <= 0), "law", law, words)
+    sizes = levers(law, np.zeros(())).tolist()
+    words = f"must name its corners from left to right, the largest lever first: {sizes}"
+    require(np.all(np.diff(sizes) <= 0), "law", law, words)
 
 
 def require_shifts(law: LawLike, ell: float) -> None:
@@ -319,6 +329,6 @@ def require_shifts(law: LawLike, ell: float) -> None:
 def require_pure_force(law: LawLike, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
     right = obstacles.scales(ell)
-    if len(law.corners) == 1 and np.any(list(law.levers(np.concatenate((-right, [0.0], right))).values())):
+    if len(law.corners) == 1 and np.any(levers(law, np.concatenate((-right, [0.0], right)))):
         words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
         raise BadArgument("law", law, words)

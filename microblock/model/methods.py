@@ -22,7 +22,7 @@ from ..errors import (
 )
 from .types import Interval
 
-SHAPES, RULES = ("quadrilaterals", "triangles"), ("nodal", "gauss")
+SHAPES = "quadrilaterals", "triangles"
 _order = checked(require_whole, 1, 20)  # of elements
 
 
@@ -179,13 +179,11 @@ class Uniform(Checked):
         Solves the monolithic system; without it the body is condensed to its contact nodes.
     shape : "quadrilaterals" or "triangles"
         Triangles halve the squares.
-    rule : "nodal" or "gauss"
-        Quadrature of the contact term of the augmented Lagrangian.
 
     Raises
     ------
     BadArgument
-        If a value is out of range, or the rule does not go with the method.
+        If a value is out of range.
 
     Examples
     --------
@@ -200,16 +198,9 @@ class Uniform(Checked):
     reach: float | None = field(default=None, metadata=checked(require_positive))
     newton: Newton | None = field(default=None, metadata=checked(require_kind, Newton, "a Newton(...)"))
     shape: str = field(default="quadrilaterals", metadata=checked(require_choice, SHAPES))
-    rule: str = field(default="nodal", metadata=checked(require_choice, RULES))
 
     solver = "fem.uniform.UniformSolver"
     by_name = True  # nothing but a user chooses h
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        known = self.rule == "nodal" or (self.newton is not None and self.newton.kind == "al")
-        words = 'belongs to Newton("al"): the others have their pressures at nodes'
-        require(known, "rule", self.rule, words)
 
 
 @dataclass(frozen=True)

@@ -502,6 +502,10 @@ def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     ``(height(x1) - x2) n2``, for n = e2 that of section 4.2; ``inf`` where there is no obstacle above, or the
     surface is steeper than 60 degrees.
     """
-    above = heights(obstacle, points[:, 0])
+    places = points[:, 0]
+    rounding = 8 * np.finfo(float).eps * np.abs(places).max(initial=0.0)
+    for end in getattr(obstacle, "ends", None) or ():  # below which a place is whatever the unit of length
+        places = np.where(np.abs(places - end) <= rounding, end, places)
+    above = heights(obstacle, places)
     seen = normals[:, 1] > STEEPEST
     return np.where(seen, (above - points[:, 1]) * np.where(seen, normals[:, 1], 1.0), np.inf)

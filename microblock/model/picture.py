@@ -178,7 +178,7 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     nearest = 1e-3 * ell
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
-    x = np.unique((*-scales, 0.0, *scales, *own))
+    x = np.unique((*-scales, 0.0, *scales, *filter(np.isfinite, own)))
     h = heights(obstacle, x)
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
     lower = lower[np.argsort(h[lower])[:300]]

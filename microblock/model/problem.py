@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import require
+from . import law as laws
 from .law import ACTS_IN, level_surface
 from .material import joint_modulus
 from .obstacles import heights, scales
@@ -65,7 +66,9 @@ class Problem:
         own += getattr(self.picture, "tips", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *self._angle.singular])
         # ell a multiple of the spacing of samples, corners meet them up to rounding
-        far = np.diff(places) > 1e-13 * (np.abs(places).max(initial=0.0) + self.ell)
+        size = np.abs(places[np.isfinite(places)]).max(initial=0.0) + self.ell  # an obstacle may have one end
+        with np.errstate(invalid="ignore"):  # of corners that meet no end
+            far = np.diff(places) > 1e-13 * size
         return np.concatenate((places[:1], places[1:][far]))
 
     @property
@@ -152,8 +155,7 @@ class Problem:
 
     def levers(self, x: Array) -> Array:
         """Returns the levers of (29) at x, array (corners, ...); 0 where psi is prescribed."""
-        values = list(self.law.levers(np.asarray(x)).values())
-        return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
+        return laws.levers(self.law, np.asarray(x)) * (not self.law.clamps_rotation)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns levers of the corners numbered `corner` at x, arrays (n,)."""
@@ -161,8 +163,7 @@ class Problem:
 
     def initial_gaps(self, x: Array) -> Array:
         """Returns the initial gaps at x, array (corners, n)."""
-        gaps = self.law.initial_gaps(*level_surface(x), self.solid.ell, self.obstacle)
-        return np.array(list(gaps.values()))
+        return laws.initial_gaps(self.law, *level_surface(x), self.solid.ell, self.obstacle)
 
     def initial_gap(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,)."""
@@ -184,6 +185,6 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
         words = f"says that it is even, but its height differs at x = {place:.4g} and {-place:.4g}"
         require(alike.all(), "obstacle", obstacle, words)
     if law.even:
-        one, other = (np.array(list(law.levers(places).values())) for places in (x, -x))
+        one, other = (laws.levers(law, places) for places in (x, -x))
         words = "says that it is even, but its levers are not those of a mirror image"
         require(np.allclose(one, -other[::-1], rtol=same, atol=same), "law", law, words)

@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair, shown
+from ..errors import (
+    BadArgument,
+    Named,
+    at_least,
+    require,
+    require_choice,
+    require_numbers,
+    require_pair,
+    shown,
+)
+from . import law as laws
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
@@ -181,18 +191,40 @@ class Solution:
         """Returns the gaps (22) of all corners at points, array (corners, n)."""
         problem, x, upwards = self.problem, points[:, 0], normals[:, 1]
         law, ell = problem.law, problem.ell
-        initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
-        levers = np.array(list(law.levers(x).values()))
+        initial = laws.initial_gaps(law, points, normals, ell, problem.obstacle)
         lifted = np.array([self.counter_displacement(x - shift * upwards) for shift in law.shifts(ell)])
-        return initial + displacement + ell / 2 * levers * psi + (lifted - self.approach) * upwards
+        return (
+            initial + displacement + ell / 2 * laws.levers(law, x) * psi + (lifted - self.approach) * upwards
+        )
+
+    def gap(self, corner: int, x: Array) -> Array:
+        """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
+        are `interpolated`; raises BadArgument of places that the solution does not reach.
+        """
+        whole = "" if self.apart is None or not self.apart.any() else " without its interruptions"
+        words = f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}{whole}"
+        require(np.all(self.reaches(x)), "x", x, words)
+        x2, n1, n2, displacement, psi = (
+            self.interpolated(values, x)
+            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
+        )
+        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
+        return self.corner_gaps(points, normals, displacement, psi)[corner]
 
     def remarks(self) -> list[str]:
         """Returns sentences on what this method does not resolve."""
         return []
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length)."""
-        return np.zeros(len(x))
+        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length): between
+        those under the corners, `opposite`, array (corners, n), of a solution that has them.
+        """
+        opposite = getattr(self, "opposite", None)
+        if opposite is None:
+            return np.zeros(len(x))
+        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
+        order = np.argsort(places)
+        return np.interp(x, places[order], opposite.ravel()[order], period=self.period)
 
     def moment_at(self, x: Array) -> Array:
         """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
@@ -394,7 +426,9 @@ class State(PlainData):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name):
-            entry = self.__dataclass_fields__.get(name)
+            entry, own = self.__dataclass_fields__.get(name), getattr_static(type(self), name, None)
+            if isinstance(own, (property, cached_property)):  # which failed: once more for its own words
+                return own.__get__(self)
             if entry is None or "solution" not in vars(self):
                 raise AttributeError(f"a State has no {name}")
             of_problem, own = name in ("obstacle", "law", "solid"), self.solution
@@ -484,7 +518,8 @@ class State(PlainData):
     @cached_property
     def warnings(self) -> list[str]:
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*_beyond_small_strain(self), *of_samples(self)) if self.flat else ()), *known]
+        own = (*_beyond_small_strain(self), *of_samples(self)) if self.flat else _far_off(self)
+        return [*own, *known]
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -596,11 +631,6 @@ class State(PlainData):
         True
         """
         return self._like(x, self.solution.counter_displacement(self._places(x)))
-
-    def _window(self, window: Interval | None) -> Interval | None:
-        if window is not None and not self.flat:
-            raise BadArgument("window", window, "is an interval of x1, which a state of the plane has")
-        return None if window is None else require_pair(window=window)
 
     def _require_flat(self, what: str) -> None:
         if not self.flat:
@@ -714,7 +744,7 @@ class State(PlainData):
         the contact.
         """
         self._require_flat("surface along x1")
-        return self.solution.surface(self._window(window))
+        return self.solution.surface(None if window is None else require_pair(window=window))
 
     @cached_property
     def caption(self) -> str:
@@ -756,7 +786,7 @@ class State(PlainData):
         words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
         return line("Contact state", words, self.warnings)
 
-    def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
+    def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
         three dimensions of pressure, micromoment and number of closed corners from above.
 
@@ -766,8 +796,6 @@ class State(PlainData):
             File of the figure (PNG, PDF or SVG, by its ending).
         ax : matplotlib.axes.Axes, optional
             Where to draw pressures and micromoment alone.
-        window : (left, right), optional
-            Interval of x1 in the plane; without it the contact and its surroundings.
 
         Returns
         -------
@@ -782,24 +810,21 @@ class State(PlainData):
         """
         from ..view import state_figure, surface_figure  # here: not without a picture
 
-        window = self._window(window)
         if not self.flat:
             drawing = surface_figure.draw(self, ax)
         elif ax is None:
-            drawing = state_figure.draw(self, window)
+            drawing = state_figure.draw(self)
         else:
-            drawing = state_figure.draw_curves(ax, self, window)
+            drawing = state_figure.draw_curves(ax, self)
         return saved(drawing, file, ax, self.warnings, self.caption)
 
-    def plot_blocks(
-        self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
-    ) -> Figure:
+    def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
         three dimensions coloured by how many corners touch.
 
         Parameters
         ----------
-        file, ax, window : optional
+        file, ax : optional
             As of `plot`; in three dimensions the axis has to be one, too.
 
         Raises
@@ -809,8 +834,7 @@ class State(PlainData):
         """
         from ..view import blocks, surface_figure
 
-        window = self._window(window)
-        drawing = blocks.draw(ax, self, window) if self.flat else surface_figure.draw_blocks(ax, self)
+        drawing = blocks.draw(ax, self) if self.flat else surface_figure.draw_blocks(ax, self)
         return saved(drawing, file, ax, self.warnings, self.caption)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
@@ -856,10 +880,16 @@ def _to_read(value: Any) -> Any:
     return value
 
 
+def _far_off(state: State) -> list[str]:
+    error = state.error_estimate or 0.0
+    words = f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"
+    return [words] * (error > 0.1)
+
+
 def _beyond_small_strain(state: State) -> list[str]:
     """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
     ell = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell
-    angle, error = math.degrees(np.abs(state.rotation).max(initial=0.0)), state.error_estimate or 0.0
+    angle, far_off = math.degrees(np.abs(state.rotation).max(initial=0.0)), _far_off(state)
     edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
     width = float(np.ptp(edges)) if len(edges) else math.inf
     sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
@@ -870,7 +900,7 @@ def _beyond_small_strain(state: State) -> list[str]:
         # where the small-angle form misses 1.5 %
         (angle > 10, f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)"),
         (slope > 0.2, f"slope {slope:.2g} at the edge of the contact: beyond small strain"),
-        (error > 0.1, f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"),
+        *((True, words) for words in far_off),
         (width < 2 * ell, "blocks are larger than the half-width of the contact"),
     )
     return [words for holds, words in found if holds]

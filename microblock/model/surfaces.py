@@ -123,7 +123,7 @@ class FlatPunch(Checked):
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths); inf beside the face."""
         away = np.hypot(x1, x2) if self.face == "round" else np.maximum(np.abs(x1), np.abs(x2))
-        return np.where(away <= self.half_width, 0.0, np.inf)
+        return np.where(away <= self.half_width * (1 + 1e-12), 0.0, np.inf)  # whatever the unit of length
 
 
 @dataclass(frozen=True)

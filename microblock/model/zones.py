@@ -125,6 +125,14 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     return float(values[i]), float(x[i]) if len(low) == 1 else None
 
 
+def borders(x: Array, first: float | None = None, last: float | None = None) -> Array:
+    """Returns the borders of nodes at x (ascending), half the way to their neighbours and, unless `first` and
+    `last` are given, at the outermost nodes: array (n + 1,).
+    """
+    ends = x[:1] if first is None else [first], x[-1:] if last is None else [last]
+    return np.concatenate((ends[0], (x[1:] + x[:-1]) / 2, ends[1]))
+
+
 def runs(flags: Flags) -> list[tuple[int, int]]:
     """Returns first and last index of each run of True in an array (n,)."""
     steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
@@ -133,9 +141,12 @@ def runs(flags: Flags) -> list[tuple[int, int]]:
 
 def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
     """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite: near the edges of the
-    obstacle, shifted by `shifts`, the distance over half of its width, else 1.
+    obstacle, shifted by `shifts`, the distance over half of its width, else 1; without an end on one side as
+    far as x goes.
     """
-    distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
+    own = [end for end in ends if np.isfinite(end)]
+    width = np.ptp([*own, x.min(), x.max()] if len(own) < len(ends) else own) if own else 0.0
+    distances = (2 * np.abs(x - end - shift) / width for end in own for shift in shifts)
     return np.min([np.ones_like(x), *distances], axis=0)
 
 

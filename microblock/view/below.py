@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
-from ..errors import NotConverged, require_choice
+from ..errors import require_choice
 from . import plots
 
 QUANTITIES = {
@@ -24,8 +24,6 @@ def draw_below(state, quantity="psi", axis=None):
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]
-    if not contact:
-        raise NotConverged("nothing touches: there is no field below a contact")
     left, right = contact[0][0], contact[-1][1]
     depth = right - left
     ends = left - depth / 2, right + depth / 2

@@ -37,9 +37,9 @@ def interrupted(surface, x, values):
     return np.insert(x, places, np.nan), np.insert(values, places, np.nan, axis=-1)
 
 
-def blocks(surface, contact, frame=None):
-    """The blocks of a `Surface` with contact zones [(left, right), ...], in a frame (left, right), or in that
-    of `window` within the surface.
+def blocks(surface, contact):
+    """The blocks of a `Surface` with contact zones [(left, right), ...], in the `window` of these within the
+    surface.
 
     squares : array (m, 4, 2), corners A, B, and those below B and A
     closed : boolean array (m, 2), of A and B; False without corners
@@ -48,16 +48,14 @@ def blocks(surface, contact, frame=None):
     magnification : float
     """
     ell = surface.ell
-    if frame is None:
-        left, right = window(ell, contact)
-        middle, half = (surface.x[0] + surface.x[-1]) / 2, max(np.ptp(surface.x), LEAST / 2 * ell) / 2
-        frame = max(left, middle - half), min(right, middle + half)
-    left, right = frame
+    left, right = window(ell, contact)
+    middle, half = (surface.x[0] + surface.x[-1]) / 2, max(np.ptp(surface.x), LEAST / 2 * ell) / 2
+    left, right = max(left, middle - half), min(right, middle + half)
     count = int(np.clip((right - left) / ell, 1, 4 * MOST))
     x = (left + right) / 2 + ell * (np.arange(count) - (count - 1) / 2)
     surface = without_rounding(surface)
     x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
-    ends = np.clip(frame, surface.x[0], surface.x[-1])
+    ends = np.clip((left, right), surface.x[0], surface.x[-1])
     line = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
     known = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
     rows = *surface.points.T, *surface.normals.T, surface.rotation, surface.displacement, known
@@ -72,7 +70,7 @@ def blocks(surface, contact, frame=None):
         closed=_closed(surface, x),
         surface=interrupted(surface, line, moved)[1].T,
         obstacle=(points + magnified * over * normals).T,
-        window=frame,
+        window=(left, right),
         magnification=magnified,
     )
 
@@ -97,11 +95,11 @@ def turn(corners):
 
 
 @plots.styled
-def draw(axis, state, frame=None):
+def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.0)
     contact, corners = state.zones["contact"], tuple(state.pressures)
-    shown = blocks(state.surface(frame or window(state.solid.ell, contact)), contact, frame)
+    shown = blocks(state.surface(window(state.solid.ell, contact)), contact)
     (left, right), look = shown.window, {"edgecolor": "0.35", "linewidth": 0.5}
     # heights from the uppermost point of the surface on
     down = np.array((0.0, np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-np.inf))))

@@ -15,7 +15,6 @@ from ..errors import (
     require_choice,
     require_kind,
     require_positive,
-    require_tolerance,
 )
 from ..model.law import Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
@@ -64,18 +63,16 @@ class Explorer:
     0.2
     """
 
-    @bounded
     def __init__(self, problem, load, rtol=None):
         require_kind(Contact, "a Contact", problem=problem)
-        require_positive(load=load)
         if problem.solver.in_space:
             raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
         law, obstacle = problem.law, problem.obstacle
-        if getattr(law, "friction", 0.0):
-            raise BadArgument("law", law, "has friction: Contact.history takes it")
         named, psi0 = type(law).__name__.lower(), getattr(law, "psi0", 0.0)
         if type(law) is not LAWS.get(named):
             raise BadArgument("law", law, f"must be one of {', '.join(LAWS)}")
+        self._law, self._rtol, self._drawings = law, rtol, {}
+        self.state = problem.solve(load=load, rtol=rtol)  # which refines a mesh
         known = {
             "load": float(load),
             "psi0": None if callable(psi0) else psi0,
@@ -85,8 +82,7 @@ class Explorer:
         }
         if isinstance(problem.solid, Elastic):  # without blocks
             known = {name: known[name] for name in ("load", "R")}
-        self._law, self._rtol, self._drawings = law, require_tolerance(rtol), {}
-        self._solve(problem, {name: value for name, value in known.items() if value is not None}, None)
+        self.choice = {name: value for name, value in known.items() if value is not None}
 
     @bounded
     def update(self, **changes):
@@ -110,14 +106,13 @@ class Explorer:
                 solid=replace(problem.solid, ell=choice["ell"]) if "ell" in choice else None,
                 obstacle=replace(problem.obstacle, R=choice["R"]) if "R" in choice else None,
             )
-        return self._solve(problem, choice, self.state.solution)
-
-    def _solve(self, problem, choice, initial):
-        """Returns the state, begun with a neighbour's solution, and keeps it."""
-        self.state = State(problem.solver.follow(choice["load"], self._rtol, initial))
+        self.state = State(problem.solver.follow(choice["load"], self._rtol, self.state.solution))
         self.choice = choice
-        self.problem = self.state.problem
         return self.state
+
+    @property
+    def problem(self):
+        return self.state.problem
 
     @bounded
     def png(self):

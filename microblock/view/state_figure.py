@@ -15,12 +15,11 @@ LABELS = {
 
 
 @plots.styled
-def draw(state, window=None, drawing=None):
-    """The figure of a state in a window (left, right) of x1, or about the contact; a `drawing` of a state
-    under the same kind of law takes its curves, and keeps panels, ticks and labels.
+def draw(state, drawing=None):
+    """The figure of a state about its contact; a `drawing` of a state under the same kind of law takes its
+    curves, and keeps panels, ticks and labels.
     """
-    ell, contact, corners = state.solid.ell, state.zones["contact"], tuple(state.pressures)
-    surface = blocks.without_rounding(state.surface(window or _around(contact, ell)))
+    surface, corners = blocks.without_rounding(state.surface()), tuple(state.pressures)
     if drawing is None:  # its canvas is kept with it, and knows the formulas once they are set
         drawing = FigureCanvasAgg(
             plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
@@ -40,22 +39,22 @@ def draw(state, window=None, drawing=None):
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
         if len(lines) > 1 and not axes[name].get_legend():
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
+    most = 4 * state.load / state.contact_area if state.contact_area else np.inf
     for name in ("pressure", "micromoment"):
-        _cut(axes[name], surface, contact, unbounded(state))
+        _cut(axes[name], most, unbounded(state))
     _bars(axes["zones"], state.zones, corners)
-    ends = surface.x[[0, -1]] if window is None else window
     for name in ("pressure", "micromoment", "gap", "turn", "zones"):
-        axes[name].set(xlim=ends, xlabel="$x_1$ (length)" * (name in ("turn", "zones")))
+        axes[name].set(xlim=surface.x[[0, -1]], xlabel="$x_1$ (length)" * (name in ("turn", "zones")))
         axes[name].tick_params(labelbottom=name in ("turn", "zones"))
     blocks.draw(axes["blocks"], state)
     return drawing
 
 
 @plots.styled
-def draw_curves(axis, state, window=None):
+def draw_curves(axis, state):
     """The figure of an axis with pressures and micromoment of a state."""
     drawing, axis = plots.in_place(axis)
-    surface = state.surface(window or _around(state.zones["contact"], state.solid.ell))
+    surface = state.surface()
     shown = curves(surface)
     lines = *shown["pressure"], *((name, row, look | {"ls": ":"}) for name, row, look in shown["micromoment"])
     for label, row, look in lines:
@@ -94,11 +93,8 @@ def _bars(axis, zones, corners):
     axis.tick_params(axis="y", length=0)
 
 
-def _cut(axis, surface, contact, places):
+def _cut(axis, most, places):
     """Ends an axis at 4 times the mean pressure, of which a cylinder has 1.3, and says so."""
-    wide = sum(right - left for left, right in contact)
-    total = surface.pressures.sum(axis=0)
-    most = 4 * np.trapezoid(total, surface.x) / wide if wide else np.inf
     low, high = axis.dataLim.intervaly
     if max(-low, high) <= most:
         return
@@ -106,9 +102,3 @@ def _cut(axis, surface, contact, places):
     where = ", ".join(f"{place:.3g}" for place in places[:4]) + ", ..." * (len(places) > 4)
     why = f"unbounded at {where}" if len(places) else f"largest {max(-low, high):.3g}"
     axis.text(1, 1.2, f"cut: {why}", transform=axis.transAxes, ha="right", fontsize=6)
-
-
-def _around(contact, ell):
-    left, right = (contact[0][0], contact[-1][1]) if contact else (0.0, 0.0)
-    margin = (right - left) / 4 + 1.5 * ell
-    return left - margin, right + margin

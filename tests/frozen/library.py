@@ -23,7 +23,6 @@ from cases.closed_forms import Strip, ThinLayer
 from cases.commands.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
 from microblock.fem.body import Loads
-from microblock.fem.mesh_solution import of_newton
 from microblock.halfplane import kernels
 from tests import closed_forms
 
@@ -118,7 +117,7 @@ def contact_of(problem):
         body = mb.Block(material(problem), problem.get("domain", np.inf)) if block else body_of(problem)
     if method == "uniform":
         options = {"newton": newton if "newton" in problem else None}
-        chosen = mb.Uniform(**_given(problem, "h", "reach", "order", "shape", "rule"), **options)
+        chosen = mb.Uniform(**_given(problem, "h", "reach", "order", "shape"), **options)
     else:
         make, *names = METHODS[method]
         chosen = make(**_given(problem, *names)) if make else newton if method == "newton" else None
@@ -149,7 +148,7 @@ def solve(problem):
 
 def by_newton(solver, level, load=None, start=None):
     """The solution of Newton's method at a load, or without at an approach."""
-    return of_newton(solver, solver.newton("approach" if load is None else "load").solve(level, start))
+    return solver.of(solver.newton("approach" if load is None else "load").solve(level, start))
 
 
 def estimated(problem):

@@ -8,7 +8,6 @@ import microblock as mb
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.data import export
-from microblock.fem.friction import FrictionFacets
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.history import History
 from microblock.model.state import State
@@ -190,25 +189,6 @@ def contact_of(problem):
         return contact
     second = mb.HalfPlane(mb.Cosserat(**{**problem["solid"], **problem["second"]}), problem.get("period"))
     return contact.with_(obstacle=mb.Deformable(second, contact.obstacle))
-
-
-def of_motions():
-    """A body under given motions of the obstacle."""
-    body, found = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1}), {}
-    facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
-    follower, weights = Follower(facets.contact(), by_motions=True), facets.nodes.weights
-    for number, pair in enumerate([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)]):
-        state = follower.to(*pair)
-        names = "shear", "work", "energy", "dissipation"
-        values = {name: getattr(state, name) for name in names} | {
-            "normal": state.load,
-            "pressures": digest(state.normal.reshape(facets.gaps.shape) / weights),
-            "shear traction": digest(np.round(state.tangential / weights, 12)),
-            "slip": digest(state.slip),
-            "slips": " ".join(str(int(each)) for each in state.slips),
-        }
-        found |= {f"motions reduced {number} {name}": value for name, value in values.items()}
-    return found
 
 
 def integrals(state, full):

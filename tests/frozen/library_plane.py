@@ -314,8 +314,8 @@ def of_ways():
     noise = lambda x: x**2 + 1e-3 * np.sin(1e3 * x * x)  # noqa: E731
     for name, problem, rtol in (
         ("cells to an accuracy", mb.Contact(half, cylinder, mb.Unilateral(), mb.Cells()), 0.02),
-        ("panels of samples", mb.Contact(half, SHAPES["samples"], law), 0.1),
-        ("panels of noise", mb.Contact(half, noise, law), 0.1),
+        ("panels of samples", mb.Contact(half, SHAPES["samples"], law, mb.Panels()), 0.1),
+        ("panels of noise", mb.Contact(half, noise, law, mb.Panels()), 0.1),
     ):
         try:
             state = problem.solve(1.0, rtol=rtol)

@@ -49,13 +49,14 @@ def _hills(x1, x2):
 
 IN_THE_PLANE = {  # to an accuracy
     **{
-        f"panels {law}": (PLANE, CYLINDER, law, None, 1e-3) for law in (BLOCKS, LINE, CLAMPED, TURNED, LEVERS)
+        f"panels {law}": (PLANE, CYLINDER, law, mb.Panels(), 1e-3)
+        for law in (BLOCKS, LINE, CLAMPED, TURNED, LEVERS)
     },
-    "panels angle": (PLANE, CYLINDER, ANGLE, None, 1e-3),
-    **{f"panels {name}": (PLANE, shape, TURNED, None, 1e-3) for name, shape in SHAPES.items()},
-    **{f"line {name}": (PLANE, shape, LINE, None, 1e-3) for name, shape in SHAPES.items()},
+    "panels angle": (PLANE, CYLINDER, ANGLE, mb.Panels(), 1e-3),
+    **{f"panels {name}": (PLANE, shape, TURNED, mb.Panels(), 1e-3) for name, shape in SHAPES.items()},
+    **{f"line {name}": (PLANE, shape, LINE, mb.Panels(), 1e-3) for name, shape in SHAPES.items()},
     **{
-        f"two {law}": (PLANE, mb.Deformable(SECOND, CYLINDER), law, None, 1e-3)
+        f"two {law}": (PLANE, mb.Deformable(SECOND, CYLINDER), law, mb.Panels(), 1e-3)
         for law in (TURNED, LINE, CLAMPED)
     },
     **{
@@ -392,7 +393,8 @@ def parts():
         for quads in (True, False):
             mesh = meshes.uniform(ground, 0.15, quads)
             found = {"points": [vertex.point for vertex in mesh.vertices], "sizes": f"{mesh.ne} {mesh.nv}"}
-            found["depths"] = meshes.thicknesses(mesh, mesh.Boundaries("contact"))
+            above = mesh.Boundaries("contact")
+            found["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
             yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
     stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
     numbers = {

@@ -234,7 +234,7 @@ def of_bodies():
             "number": len(nodes.points),
             "weights x1 x2": nodes.weights @ nodes.points[:, :2].prod(axis=1),
             "weights squared": nodes.weights @ nodes.weights,
-            "depths": meshes.thicknesses(nodes.body.mesh, nodes.region)[1].sum(),
+            "depths": meshes.thicknesses(nodes.body.mesh, nodes.region).sum(),
         }
         found |= {f"contact nodes {mesh} order={order} {part}": value for part, value in values.items()}
     x = meshes3d.graded(reach=0.5, step=0.2, far=4.0, growth=1.5)

@@ -394,16 +394,6 @@ UNIFORM = [
         order=2,
         at=AT,
     ),
-    problem(
-        "uniform microblock cylinder Gauss rule",
-        "uniform",
-        domain=2.0,
-        h=0.08,
-        reach=0.8,
-        newton="al",
-        rule="gauss",
-        at=AT[:2],
-    ),
 ]
 
 BODIES = [

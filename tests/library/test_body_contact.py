@@ -13,7 +13,9 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
+from microblock.corners.nodal import zones_of
 from microblock.fem import meshes, meshes3d, recovery
+from microblock.fem.condensation import Condensed
 from microblock.fem.meshes import Ground
 from tests.states import apart
 
@@ -423,6 +425,21 @@ def test_what_was_asked_before_changes_nothing(name):
         require_same(last, fresh[load], name)
     for copied in COPIED.values():
         require_same(copied(last), last, name)
+
+
+def test_copies_of_a_body_that_shear_follows_know_shear():
+    """To rounding; the tangential compliance of a copy was off by 96 %."""
+    nodes = Condensed(mb.Body(flat(), SOLID, 2, fixed="bottom", contact="top"), followed=True)
+    known = nodes.response(nodes.traces["u1"])
+    for copied in COPIED.values():
+        again = copied(nodes)
+        off = again.response(again.traces["u1"]) - known
+        assert np.abs(off).max() < 1e-12 * np.abs(known).max()
+
+
+def test_zones_end_at_the_last_nodes_and_half_the_way_to_open_ones():
+    x, closed = np.array([0.0, 1.0, 3.0, 4.0]), np.array([[True, False, False, True]])
+    assert zones_of(x, closed, LINE)["contact"] == [(0.0, 0.5), (3.5, 4.0)]
 
 
 def require_same(one, other, name):

@@ -3,7 +3,6 @@ not allowed).
 """
 
 import json
-import math
 import os
 from fractions import Fraction
 
@@ -12,7 +11,6 @@ import pytest
 
 import microblock as mb
 from cases.__main__ import main
-from microblock.data.records import json_text
 from microblock.errors import LONGEST, replacing, shown
 from microblock.fem import meshes
 
@@ -35,12 +33,6 @@ def test_the_empty_surroundings_of_a_punch_are_no_error(capsys):
         ]
     else:
         assert printed.err.count("\n") == 1
-
-
-@pytest.mark.parametrize("result", [{"a": [1.0, {"b": math.nan}]}, [math.inf]])
-def test_what_is_no_number_is_told_and_not_written(result):
-    with pytest.raises(mb.NotConverged, match="NaN or infinite"):
-        json_text(result)
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path):

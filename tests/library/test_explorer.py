@@ -66,6 +66,13 @@ def test_states_of_sliders_are_those_of_problems_asked_afresh(block, kind):
     assert session.png().startswith(b"\x89PNG")
 
 
+def test_an_rtol_refines_a_mesh_for_the_first_state(block):
+    """Afterwards states are those of that mesh, without an estimate."""
+    session = Explorer(on_mesh(block), 0.05, 1e-2)
+    assert session.state.error_estimate <= 1e-2
+    assert session.update(load=0.06).unknowns == session.state.unknowns > on_mesh(block).solve(0.05).unknowns
+
+
 def test_refused_parameters_leave_the_session_as_it_was():
     session = Explorer(problem(), LOAD)
     before = session.choice, session.state
@@ -75,7 +82,7 @@ def test_refused_parameters_leave_the_session_as_it_was():
     assert (session.choice, session.state) == before
     with pytest.raises(mb.BadArgument, match="R .*it has ell, law, load, psi0"):
         Explorer(problem(obstacle=mb.Wedge(0.02)), LOAD).update(R=2.0)
-    with pytest.raises(mb.BadArgument, match="^law .*history"):
+    with pytest.raises(mb.BadArgument, match="^friction .*history"):
         Explorer(problem(mb.Unilateral(friction=0.3)), LOAD)
 
 

@@ -22,6 +22,7 @@ VALUES = {
     "minimum((x-1)**2, maximum(x, hypot(x, 1)))": np.minimum((X - 1) ** 2, np.maximum(X, np.hypot(X, 1))),
     "clip(power(x, 3), -1, +1)": np.clip(X**3, -1, 1),
     "2**x": 2.0**X,
+    "9**9**9 + x": np.inf + X,  # at once, in doubles
     "+".join(["x"] * 90): 90 * X,
 }
 
@@ -46,13 +47,8 @@ HOSTILE = {
     "abs(x for y in x)": (None, None),
     "{x}": ("{", 1),
     "(y := x)": (":", 4),
-    "9**9**9": ("9**9", 4),
-    "9**999999999": ("999999999", 4),
-    "x**-101": ("-101", 4),
-    "power(x, 1e30)": ("1e30", 10),
     "9" * 60: ("9" * 60, 1),
     "1e999": ("1e999", 1),
-    "x**(1/0)": ("1/0", 5),
     "(" * 240 + "x" + ")" * 240: (None, None),
     "-" * 150 + "x": (None, None),
     "abs(" * 99 + "x*1*1" + ")" * 99: (None, None),

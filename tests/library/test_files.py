@@ -167,10 +167,12 @@ def test_no_line_crosses_a_gap_between_zones(tmp_path):
 
 
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
-    state, x1, x2 = solved(method=mb.Panels(order=8)), np.array([-0.3, 0.0, 0.2]), np.array([-1.0, -0.1, 0.0])
-    grid = meshio.read(mb.to_vtk(state, tmp_path / "state", x1=x1, x2=x2)[1])
-    assert [len(block.data) for block in grid.cells] == [4]
-    for number, point in enumerate(grid.points):
+    state = solved(method=mb.Panels(order=8))
+    grid = meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
+    points = grid.points
+    assert [len(block.data) for block in grid.cells] == [80 * 40]
+    for number in range(0, len(points), 300):
+        point = points[number]
         own = state.fields(point[:1], point[1])
         wanted = {
             "u": (*own.u[:, 0], 0),
@@ -179,10 +181,9 @@ def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contac
             "couple_stress": own.couple_stress,
         }
         for name, value in wanted.items():
-            # the sums over sources are taken together, so that rounding differs
-            close = 1e-9 * np.abs(own.stress).max()
+            # the sums over sources are taken together, so that rounding of their terms differs
+            close = 1e-9 * np.abs(grid.point_data["stress"]).max()
             assert np.ravel(grid.point_data[name][number]) == pytest.approx(np.ravel(value), abs=close), name
-    points = meshio.read(mb.to_vtk(state, tmp_path / "usual")[1]).points
     edges = np.ravel(state.zones["contact"])
     assert points[:, 0].min() < edges.min() and points[:, 0].max() > edges.max()
     assert points[:, 1].max() == 0 and points[:, 1].min() < -np.ptp(edges)
@@ -395,7 +396,6 @@ def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
         lambda: state.gap_at(next(iter(state.pressures)), 0.0),
         lambda: state.surface(),
         lambda: state.plot_below(),
-        lambda: state.plot(window=(-1, 1)),
         lambda: state.pressure_at([0.0]),
     ):
         with pytest.raises(mb.BadArgument):

@@ -182,6 +182,23 @@ def test_no_contact_is_missed_on_a_square():
     assert -0.3 < left < right < 0.3 < 3.7 < second < last < 4.3
 
 
+@pytest.mark.parametrize("centre", [1.93, -1.99, 3.0])
+def test_a_contact_at_the_end_of_a_block_says_where_it_is_looked_for(centre):
+    """At the end, beyond it, and of one corner alone; what is advised helps."""
+    here = on_block(HARD, lambda x: (x - centre) ** 2 / 2, BLOCKS, size=2.0)
+    with pytest.raises(mb.BadArgument, match=r"size = 2.0: must be larger: .* up to \|x1\| = 1.94"):
+        here.solve(load=1e-3)
+    assert here.with_(body=mb.Block(HARD, 4.0)).solve(load=1e-3).error_estimate < 1e-3
+
+
+def test_first_touch_is_that_of_the_nearer_corner():
+    """A turned block first touches with B, its mirror image with A: ``x^2/20 - psi0 ell/2`` at x = 0."""
+    for psi0 in (0.01, -0.01):
+        here = on_block(HARD, Cylinder(10.0), Microblock(psi0=psi0), size=2.0)
+        with pytest.raises(mb.BadArgument, match="that of first touch, -0.000425"):
+            here.solve(approach=-0.001)
+
+
 def test_a_neighbour_without_the_second_contact_does_not_hide_it():
     """It is on no trial zone then, and has to be seen on the state itself."""
     near = on_block(HARD, lambda x: x**2 / 20, LINE).solve(load=1.0, rtol=1e-2)

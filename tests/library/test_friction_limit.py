@@ -32,34 +32,6 @@ def test_events_without_end_are_named(monkeypatch):
     assert failure.value.reached == pytest.approx((1.0, 0.0))  # the other node touches
 
 
-@pytest.mark.parametrize("f,continues", [(0.9 / C, True), (1.1 / C, False)])
-def test_one_node_on_given_motions_snaps_from_f_c_over_h_on(f, continues):
-    """Klarbring's node: n - C t = d, t - C n = D, so that (1 - C f) n = d where it slips: f = 1/C."""
-    h = 1 / (1 - C * C)  # of the stiffness [[1, -C], [-C, 1]]
-    one = np.ones((1, 1))
-    history = Follower(FrictionalContact(one, -C * one, one, np.zeros(1), f), by_motions=True)
-    D = 0.5
-    slips = D * (1 - f * C) / (f - C)  # t = f n, both from d and D
-    way = [(1.0, 0.0), (1.0, D), (slips + 0.01, D)]
-    *_, last = (history.to(*pair) for pair in way)
-    d = slips + 0.01
-    assert last.normal[0] == pytest.approx((d + C * D) * h, rel=1e-12)
-    if continues:
-        last = history.to(slips / 2, D)
-        assert last.normal[0] == pytest.approx(slips / 2 / (1 - C * f), rel=1e-12)
-    else:
-        assert slips < 0  # held while the obstacle is lifted
-        with pytest.raises(mb.NotConverged, match="unique") as failure:
-            history.to(slips - 0.01, D)
-        assert failure.value.reached == pytest.approx((slips, D), rel=1e-12)
-
-
-def test_motions_begin_with_gaps():
-    one = np.ones((1, 1))
-    with pytest.raises(mb.NotConverged, match="overlaps"):
-        Follower(FrictionalContact(one, 0 * one, one, -np.ones(1), 0.3), by_motions=True)
-
-
 def drawn(seed, least=-0.5):
     """A FrictionalContact by chance, of two to four nodes, with a friction of 10^least or more."""
     random = np.random.default_rng(seed)
@@ -170,23 +142,23 @@ BLOCKS = mb.Microblock(friction=F)
 PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
 
 
-def followed(body, friction, control, pairs):
+def followed(body, friction, pairs):
     facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
-    follower = Follower(facets.contact(), by_motions=control == "approach")
+    follower = Follower(facets.contact())
     return [follower.to(*pair) for pair in pairs], follower.changes, facets
 
 
 def test_a_column_follows_the_closed_form():
     """With psi = 0 at both ends, u1 = q/mu (H - beta L tanh(H/2L)) and the couple q/2 gamma' ell^2/L
     tanh(H/2L) at the top; corner B opens where that and the moment of q exceed (ell/2) P, at `tip`; beyond, A
-    alone carries P. Dragged beyond f P it slips, and the work of the rest is lost.
+    alone carries P.
     """
-    solid, P, f = mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), 0.01, 0.2
+    solid, P = mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), 0.01
     body = mb.Body(meshes.line(depth=1.0, elements=2), solid, order=6, fixed="middle")
     L, mu, ell = solid.layer_length, solid.mu, solid.ell
     softness = (1 - solid.beta * L * math.tanh(1 / (2 * L))) / mu
     tip = P / (1 + solid.curvature * ell / L * math.tanh(1 / (2 * L)))
-    (both, one), changes, facets = followed(body, 0.6, "load", [(P, 0.9 * tip), (P, 0.5 * P)])
+    (both, one), changes, facets = followed(body, 0.6, [(P, 0.9 * tip), (P, 0.5 * P)])
     assert both.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
     assert np.subtract(*both.normal) == pytest.approx(0.9 * P, rel=1e-6) and both.stick.all()
     opens = [change.share for change in changes if change.kind == "open"]
@@ -198,14 +170,6 @@ def test_a_column_follows_the_closed_form():
     _, found = facets.nodes.surface(np.concatenate((one.normal, one.tangential)), facets.onto)
     assert found[0] == pytest.approx(psi, rel=1e-5)
     assert one.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
-    d = P / (solid.lam + 2 * mu)
-    limit = f * P * softness
-    pairs = [(d, 0), (d, 0.5 * limit), (d, 3 * limit), (d, 0)]
-    (_, stuck, dragged, back), _, _ = followed(body, f, "approach", pairs)
-    assert (stuck.shear, stuck.dissipation) == pytest.approx((0.5 * f * P, 0), rel=1e-6, abs=1e-18)
-    for moment, sign, way in ((dragged, 1, 2), (back, -1, 3)):  # back by 3, of which 2 are elastic
-        assert moment.shear == pytest.approx(sign * f * P, rel=1e-9) and moment.slips.tolist() == [sign]
-        assert moment.dissipation == pytest.approx(way * limit * f * P, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from microblock.corners.compliance import Compliance
 from microblock.corners.follower import FrictionalContact
 from microblock.corners.nodal import NodalSolver
 from microblock.model.methods import GivenCompliance
+from microblock.model.state import Solution, State
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 CYLINDER, LINE = mb.Cylinder(R=10), mb.Unilateral()
@@ -66,6 +67,12 @@ def test_a_method_is_a_solver_and_gives_its_name():
     body = type("Mine", (Springs,), {"methods": (type("Empty", (), {}),)})()
     with pytest.raises(mb.BadArgument, match="^method = .*no attribute `solver`"):
         pressed(body)
+
+
+def test_what_a_solution_lacks_is_named():
+    """It was told as a State that has no zones."""
+    with pytest.raises(AttributeError, match="'Solution' object has no attribute 'zones_by_name'"):
+        State(Solution()).zones  # noqa: B018
 
 
 CHANGES = {

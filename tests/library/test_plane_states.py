@@ -13,7 +13,8 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import edges, panel_solution
 from microblock.halfplane import survey as survey_module
-from microblock.halfplane.kernels import coalescence_exponent, symbol
+from microblock.halfplane.carried import meeting_exponent
+from microblock.halfplane.kernels import coalescence_exponent, short_waves, symbol
 from tests import closed_forms
 from tests.states import apart
 
@@ -162,6 +163,21 @@ def test_zones_meet_at_alpha_mid():
     for share, zones in ((0.9999, 2), (1.01, 1)):
         state = here.solve(load=share * first)
         assert state.error_estimate <= 1e-3 and len(state.zones["contact"]) == zones
+
+
+def test_zones_of_turned_blocks_meet_with_the_power_of_their_levers():
+    """As (c_u + a b c_phi)/sqrt((c_u + a^2 c_phi)(c_u + b^2 c_phi)) = cos(pi s) says, with levers 1.5 and
+    -.5; without psi0 it is 5 % more.
+    """
+    here = problem(1.0, mb.Microblock(psi0=0.5))
+    event = next(event for event in here.path(load=8.0).events if event.kind == "merged")
+    a, b, (u, phi) = 1.5, -0.5, short_waves(here.body.solid)
+    power = 2 * np.arccos((u + a * b * phi) / np.sqrt((u + a**2 * phi) * (u + b**2 * phi))) / np.pi
+    states = [here.solve(load=event.load * (1 - share), rtol=1e-8) for share in (1e-3, 2e-3)]
+    near, far = (state.zones["A"][0][0] - state.zones["B"][0][1] for state in states)
+    assert np.log(2) / np.log(far / near) == pytest.approx(power, rel=5e-3)
+    solution = states[0].solution
+    assert 2 * meeting_exponent(solution.problem, solution.all_zones, event.x) == pytest.approx(power)
 
 
 def test_edges_that_drift_together_and_zones_that_hardly_touch_are_fitted():

@@ -164,6 +164,11 @@ def test_a_window_that_cuts_the_contact_says_so():
 # --- estimates, readings
 
 
+def test_an_estimate_above_a_tenth_is_said():
+    state = problem(window=(-1.5, 1.5), nodes=32).solve(load=0.1)
+    assert state.error_estimate > 1 and state.warnings[0].startswith("the error estimate is 1.2e+00")
+
+
 @pytest.mark.parametrize("law", LAWS, ids=str)
 def test_the_estimate_holds_of_a_finer_grid(law):
     """Between cells, on a given window; of four times as many cells the pressure."""

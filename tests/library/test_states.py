@@ -10,6 +10,7 @@ import pytest
 
 import microblock as mb
 from microblock.model.law import Law
+from microblock.model.results import intervals
 from tests.bodies import on_ground, quarter
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -240,3 +241,8 @@ def test_first_touch_is_where_the_gap_is_least(obstacle, law, places):
         assert [place for name, place in born if name == zone] == pytest.approx([x], abs=1e-7)
     contact = sorted(x for zone, x in born if zone == "contact")
     assert contact == pytest.approx(sorted(places.values()), abs=1e-7)
+
+
+def test_up_to_four_zones_are_told_one_by_one():
+    told = [intervals([(2 * i, 2 * i + 0.5) for i in range(count)]) for count in (0, 4, 5)]
+    assert told == ["none", "[0, 0.5], [2, 2.5], [4, 4.5], [6, 6.5]", "5 intervals, 2.5 together"]

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
-from microblock.data.provenance import digest
+from microblock.data.provenance import digest, made_of
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -52,29 +52,27 @@ def test_processes_answer_in_order_with_one_thread_each(tmp_path):
     assert os.getpid() not in {row["pid"] for row in rows} and {row["threads"] for row in rows} == {"1"}
 
 
-@pytest.mark.parametrize("torn", ["", '{"key": "abc", "poi', '{"k', "\0\0\0"])
-def test_a_second_run_computes_what_is_missing_and_no_more(tmp_path, torn):
-    """A line that an interruption has torn is dropped and computed again."""
-    log, file = tmp_path / "log", tmp_path / "study.jsonl"
-    study = partial(mb.sweep, partial(called, str(log)), executor=THREAD, records=file, quiet=True)
+def test_a_second_run_computes_what_is_missing_and_no_more(tmp_path):
+    log, folder = tmp_path / "log", tmp_path / "study"
+    study = partial(mb.sweep, partial(called, str(log)), executor=THREAD, records=folder, quiet=True)
     first = study({"x": (1.0, 2.0)})
-    if torn:
-        file.write_text(file.read_text().splitlines(keepends=True)[0] + torn)
     both = study({"x": (3.0, 2.0, 1.0, 3.0)})
-    assert calls(log) == ([1, 2, 3, 2] if torn else [1, 2, 3]) and both[2] == first[0]
-    assert [row["sum"] for row in both] == [3, 2, 1, 3] and len(file.read_text().splitlines()) == 3
+    assert calls(log) == [1, 2, 3] and both[2] == first[0]
+    assert [row["sum"] for row in both] == [3, 2, 1, 3] and len([*folder.iterdir()]) == 3
 
 
 def test_failures_are_recorded_and_retried_only_if_asked(tmp_path):
-    file, points = tmp_path / "study.jsonl", tuple(range(7))
-    study = partial(mb.sweep, picky, {"x": points}, workers=2, records=file, quiet=True)
+    folder, points = tmp_path / "study", tuple(range(7))
+    study = partial(mb.sweep, picky, {"x": points}, workers=2, records=folder, quiet=True)
     rows = study()
     words = [row["error"] and row["error"].split(":")[0] for row in rows]
     failed = ["NotConverged", "ZeroDivisionError", "ProcessExpired", "BadArgument"]
     assert words == [None, *failed, None, "BadArgument"] and [rows[0]["twice"], rows[5]["twice"]] == [0, 10]
-    assert study() == rows and len(file.read_text().splitlines()) == 7
-    assert [row["error"] for row in study(retry=True)] == [row["error"] for row in rows]
-    assert len(file.read_text().splitlines()) == 12
+    assert study() == rows and len([*folder.iterdir()]) == 7
+    again = study(retry=True)
+    assert [row["error"] for row in again] == [row["error"] for row in rows]
+    anew = [now["seconds"] != before["seconds"] for now, before in zip(again, rows)]
+    assert anew == [bool(row["error"] and row["seconds"]) for row in rows]
     write_records(tmp_path / "study.csv", rows)  # failed points too
     assert [row["x"] for row in read_records(tmp_path / "study.csv")] == [*points]
 
@@ -88,7 +86,7 @@ from test_sweeps import called, partial
 if __name__ == "__main__":
     more = {"executor": ThreadPoolExecutor(1)} if sys.argv[1] == "threads" else {"workers": 2}
     points = {"x": [float(x) for x in range(12)]}
-    mb.sweep(partial(called, "log", wait=0.3), points, records="r.jsonl", **more)
+    mb.sweep(partial(called, "log", wait=0.3), points, records="r", **more)
 """
 
 
@@ -96,18 +94,19 @@ if __name__ == "__main__":
 def test_an_interruption_loses_nothing_and_leaves_a_valid_file(tmp_path, how, executor):
     (tmp_path / "study.py").write_text(SCRIPT)
     more = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": f"{ROOT}:{Path(__file__).parent}"}}
-    command, log, file = [sys.executable, "study.py", executor], tmp_path / "log", tmp_path / "r.jsonl"
+    command, log, folder = [sys.executable, "study.py", executor], tmp_path / "log", tmp_path / "r"
     study = subprocess.Popen(command, stderr=subprocess.DEVNULL, **more)
     while len(calls(log)) < 4:  # two processes: two have returned
         assert study.poll() is None
         time.sleep(0.02)
     study.send_signal(how)
     assert study.wait(30) != 0
-    kept = [json.loads(line) for line in file.read_text().splitlines()]
+    kept = {file: file.read_text() for file in folder.glob("*.json")}
     assert 2 <= len(kept) < 12 and len(calls(log)) - len(kept) <= 2  # those being computed
     subprocess.run(command, check=True, capture_output=True, **more)
-    after = [json.loads(line) for line in file.read_text().splitlines()]
-    assert after[: len(kept)] == kept and sorted(row["point"]["x"] for row in after) == [*range(12)]
+    after = {file: file.read_text() for file in folder.glob("*.json")}
+    assert kept.items() <= after.items()
+    assert sorted(json.loads(record)["point"]["x"] for record in after.values()) == [*range(12)]
 
 
 # what makes a point another one
@@ -133,7 +132,7 @@ def area(wall, width):
     return helper.rounded(factor("wall")*wall.height*width)
 
 with ThreadPoolExecutor(1) as thread:
-    row, = mb.sweep(area, [{"wall": Wall(3.0), "width": 3}], records="r.jsonl", executor=thread, quiet=True)
+    row, = mb.sweep(area, [{"wall": Wall(3.0), "width": 3}], records="r", executor=thread, quiet=True)
 print(row["value"])
 """
 
@@ -156,12 +155,28 @@ def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
 
 
 def test_processes_find_what_threads_have_computed(tmp_path, capsys):
-    """Records of edition 0.2, which say nothing of modules, are computed anew, and a line says so."""
-    log, file = tmp_path / "log", tmp_path / "study.jsonl"
-    old = {"key": "abc", "point": {"x": 1}, "answer": {"sum": 2}, "error": None, "seconds": 1.0}
-    file.write_text(json.dumps(old) + "\n")
-    study = partial(mb.sweep, partial(called, str(log)), {"x": (1.0, 2.0)}, records=file)
+    """Records of other code are computed anew, and a line says so; a file of records is no folder."""
+    log, folder = tmp_path / "log", tmp_path / "study"
+    study = partial(mb.sweep, partial(called, str(log)), {"x": (1.0, 2.0)}, records=folder)
     assert study(executor=THREAD, quiet=True) == study(workers=1) and calls(log) == [1, 2]
+    record = min(folder.iterdir())
+    record.write_text(record.read_text().replace('"modules": {', '"modules": {"gone": "other", '))
+    assert len(study(executor=THREAD)) == 2 and len(calls(log)) == 3
     assert "1 points of other code" in capsys.readouterr().out
+    with pytest.raises(mb.BadArgument, match="folder"):
+        study(executor=THREAD, records=record)
     word, equal = "steel", "".join(("st", "eel"))  # two objects
     assert digest(called, {"a": word, "b": word}) == digest(called, {"a": word, "b": equal})
+
+
+def test_code_is_told_by_its_files_and_packages_by_their_versions(tmp_path, monkeypatch):
+    """Equal code in another folder is the same, another line is not."""
+    assert made_of("pytest") == [pytest.__version__]
+    told = []
+    for folder, line in (("one", "x = 1"), ("other", "x = 1"), ("changed", "x = 2")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "studied_here.py").write_text(line + "\n")
+        with monkeypatch.context() as here:
+            here.syspath_prepend(tmp_path / folder)
+            told.append(made_of("studied_here"))
+    assert told[0] == told[1] != told[2] and told[0] is not None

@@ -2,7 +2,7 @@
 
 from .. import library_friction, of_kind
 from .. import problems_friction as problems
-from ..states import rows_of, rows_refused
+from ..states import rows_refused
 
 LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
 
@@ -11,7 +11,6 @@ def rows():
     for problem in problems.HISTORIES:
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
-    yield from rows_of("discrete", library_friction.of_motions)
     yield from rows_refused(library_friction.refusals)
 
 
