@@ -14,10 +14,12 @@ from ..model.deformable import body_of, shape_of
 from ..model.law import level_surface, require_pure_force
 from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
-from ..model.zones import contact_zones, distance_to_ends, runs
+from ..model.zones import contact_zones, distance, distance_to_ends, runs
 from .counter import CounterCells
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, symbol
+from .kernels import HalfPlane, at_rest, counter_short_waves, short_waves, symbol
+from .kinks import corrections, logarithms
+from .sampled import left_open, said
 
 
 class LineCells(CellSolution):
@@ -35,20 +37,44 @@ class LineCells(CellSolution):
     def weights(self):
         return np.full(self.grid.count, self.grid.width)
 
-    @property
+    @cached_property
     def zones_by_name(self):
         half = self.grid.width / 2
         zones = [[(self.x[i] - half, self.x[j] + half) for i, j in runs(own > 0)] for own in self.pressures]
         return contact_zones(dict(enumerate(zones)), self.solver.law.corners)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres, and logarithms at kinks."""
         own, n, along = self.pressures[corner], self.grid.count, self.grid.steps(x)[0]
         cell = np.floor(along + 0.5)
         numbers = np.array((cell, cell + np.sign(along - cell)), int)
         inside = (numbers >= 0) & (numbers < n) | (self.period is not None)
-        here, there = np.where(inside, own[numbers % n], 0.0)
-        return here + np.abs(along - cell) * np.where((here > 0) & (there > 0), there - here, 0.0)
+        pressed, beside = inside & (own[numbers % n] > 0)
+        here, there = (own - self._logarithms[corner])[numbers % n]
+        found = here + np.abs(along - cell) * np.where(beside, there - here, 0.0)
+        found += logarithms(self.kinks[0], self.kinks[1][corner], numbers[0], along)
+        return np.where(pressed, np.maximum(found, 0.0), 0.0)
+
+    @cached_property
+    def kinks(self):
+        """Slope discontinuities under pressed cells, in cells, array (k,), and K of ``p ~ K log(1/|x|)`` of
+        each corner there, array (corners, k).
+        """
+        x, jumps = self.solver.kinks
+        cells = self.grid.steps(x)[0]
+        numbers = np.clip(np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None], 0, self.grid.count - 1)
+        closed = np.all(self.pressures[:, numbers] > 0, axis=1)
+        problem, levers = self.problem, self.problem.levers(x)
+        displacement, rotation = short_waves(problem.solid)
+        between, alone = displacement + rotation * levers * levers[:, None], np.eye(len(levers))[..., None]
+        between = between + counter_short_waves(problem.counter) * alone
+        between = np.where(closed & closed[:, None], between, alone)
+        return cells, np.linalg.solve(between.T, (closed * jumps).T[..., None])[..., 0].T / np.pi
+
+    @cached_property
+    def _logarithms(self):
+        cells, sizes = self.kinks
+        return np.array([logarithms(cells, own, np.arange(self.grid.count)) for own in sizes])
 
     def moment_at(self, x):
         if len(self.pressures) == 1:
@@ -77,6 +103,7 @@ class LineSolver(CellSolver):
 
     counter_bodies = (HalfPlane,)
     dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 0.01, LineCells
+    cheap = 2**13  # cells, which take .1 to .5 s
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -100,8 +127,33 @@ class LineSolver(CellSolver):
         obstacle = obstacle if self.period is None else repeated(obstacle, self.period)
         return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
 
+    @cached_property
+    def left_open(self):
+        """{load: what samples leave open}, see `sampled.left_open`."""
+        return {}
+
     def gaps(self, x):
         return self.problem.initial_gaps(x)
+
+    def gaps_on(self, grid):
+        (x, jumps), gaps = self.kinks, self.gaps(*grid.places)
+        return gaps + [grid.width * corrections(grid.steps(x)[0], own, grid.count) for own in jumps]
+
+    @cached_property
+    def kinks(self):
+        """Contact points at which the slope of a gap jumps, array (k,), and jumps, array (corners, k)."""
+        known, corners = self.problem.kinks, range(len(self.law.corners))
+        jumps = [[known[x].get(corner, 0.0) for x in sorted(known)] for corner in corners]
+        return np.array(sorted(known)), np.array(jumps)
+
+    def change(self, coarse, fine):
+        x, corners = fine.x, range(len(fine.pressures))
+        (total, moment), (other, turned) = (
+            (sum(one.pressure(corner, x) for corner in corners), one.moment_at(x)) for one in (coarse, fine)
+        )
+        return distance(
+            fine.weights * self.weights(x), total - other, (moment - turned) / self.solid.ell, other
+        )
 
     def tilt(self, x):
         return tilt(self.law, self.offsets, x)
@@ -129,7 +181,14 @@ class LineSolver(CellSolver):
             words = "must be (left, right), where the obstacle may touch, if the approach is given"
             raise BadArgument("window", None, words)
         window = window or around(picture.picture(self.problem, load), self.solid.ell)
-        return self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+        state = self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+        return state if self.options.nodes else said(self, state, goal)
+
+    def enough(self, goal, state):
+        """The error that suffices: on many cells what samples leave open, any if that is half of all."""
+        many = state.grid.count / self.cheap
+        share = left_open(self, state) if many >= 1 else 0.0
+        return np.inf if share > 0.5 else max(goal, share) if many > 1 else goal
 
     def weights(self, x):
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.solid.ell))

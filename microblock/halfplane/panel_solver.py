@@ -8,13 +8,16 @@ from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import require_pure_force
+from ..model.methods import Cells
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import search
+from .cell_solver import LineSolver
 from .cells_instead import OFFERED, by_cells, cells_follow
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .panel_solution import PanelSolution
+from .sampled import said
 
 
 class PanelSolver(Solver):
@@ -46,13 +49,9 @@ class PanelSolver(Solver):
             )
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
-        return self.at(
-            load,
-            self.usual_rtol if rtol is None else rtol,
-            self.options.order,
-            initial,
-            self.options.fallback,
-        )
+        rtol = self.usual_rtol if rtol is None else rtol
+        state = self.at(load, rtol, self.options.order, initial, self.options.fallback)
+        return state if self.options.order else said(LineSolver(self.contact, Cells()), state, rtol)
 
     def follows(self, pairs):
         try:
