@@ -108,6 +108,10 @@ class CellSolver(Solver):
                 "window", options.window, "belongs to a surface without images; here it is the period"
             )
 
+    def window_of(self, load):
+        """The window of a load as a Grid."""
+        raise NotImplementedError
+
     def require_repeating(self, height):
         """Raises BadArgument unless the height of places and psi0 fit the period."""
         period, own, law = self.period, getattr(self.obstacle, "period", None), self.law
@@ -178,6 +182,12 @@ class CellSolver(Solver):
     def hopeless(self, changes, before, goal, finer):
         """Whether grids so many times finer miss the goal."""
         return False
+
+    def path(self, last, rtol, progress=False):
+        from .cell_path import CellPath  # here: a single state does without
+
+        self.goal(rtol)
+        return CellPath(self, last, self.usual_rtol if rtol is None else rtol)
 
     def gaps_on(self, grid):
         """Initial gaps of the cells of a grid, array (corners, ...)."""

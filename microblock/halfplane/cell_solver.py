@@ -43,6 +43,13 @@ class LineCells(CellSolution):
         zones = [[(self.x[i] - half, self.x[j] + half) for i, j in runs(own > 0)] for own in self.pressures]
         return contact_zones(dict(enumerate(zones)), self.solver.law.corners)
 
+    @property
+    def touching(self):
+        """{zone: which cells are pressed}."""
+        own, corners = self.pressures > 0, self.solver.law.corners
+        known = {} if len(own) == 1 else {**dict(zip(corners, own)), "full": own.all(axis=0)}
+        return known | {"contact": own.any(axis=0)}
+
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): a polygon through the centres, and logarithms at kinks."""
         own, n, along = self.pressures[corner], self.grid.count, self.grid.steps(x)[0]
@@ -103,6 +110,7 @@ class LineSolver(CellSolver):
 
     counter_bodies = (HalfPlane,)
     dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 0.01, LineCells
+    followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
 
     def __init__(self, contact, options):
@@ -176,13 +184,16 @@ class LineSolver(CellSolver):
         return FrictionSolver(self, pairs, coupled).history(rtol, progress)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        window, goal = self.given_window(), self.goal(rtol)
-        if window is None and load is None:
+        goal = self.goal(rtol)
+        if load is None and self.given_window() is None:
             words = "must be (left, right), where the obstacle may touch, if the approach is given"
             raise BadArgument("window", None, words)
-        window = window or around(picture.picture(self.problem, load), self.solid.ell)
+        window = self.window_of(load)
         state = self.within(window, load, approach, goal, self.missed, initial, progress)[0]
         return state if self.options.nodes else said(self, state, goal)
+
+    def window_of(self, load):
+        return self.given_window() or around(picture.picture(self.problem, load), self.solid.ell)
 
     def enough(self, goal, state):
         """The error that suffices: on many cells what samples leave open, any if that is half of all."""
