@@ -17,6 +17,8 @@ from .on_cells import Grid
 
 STEP = 1.5  # from load to load of the scan
 BRACKET = 2e-4  # of a load, between which an event lies
+PASSINGS = [{("merged", "contact"), ("born", "full")}, {("split", "contact"), ("vanished", "full")}]
+UNDOES = {"born": "vanished", "vanished": "born", "merged": "split", "split": "merged"}
 FEW = 8  # cells of a contact along an axis, below which zones are not followed
 
 
@@ -80,7 +82,44 @@ class _Followed:
             low = high / STEP
             found += self.between(low, high)
             high, wide = low, np.count_nonzero(self.zones[low]["contact"]) ** (1 / self.solver.dimensions)
-        return high, sorted([*self.births(high), *found], key=lambda event: (event.load, event.x))
+        steady = self.steady(sorted(found, key=lambda event: (event.load, event.x)))
+        steady = self.passings(steady) if self.solver.dimensions == 1 else steady
+        return high, sorted([*self.births(high), *steady], key=lambda event: (event.load, event.x))
+
+    def passings(self, events):
+        """Events with one load where edges of the two corners pass each other: contacts merge with a cell
+        between them, and full contact begins with another.
+        """
+        found, near = list(events), FEW * self.grid.width
+        for i, one in enumerate(events):
+            for j, other in enumerate(events):
+                both = {(one.kind, one.zone), (other.kind, other.zone)}
+                if both in PASSINGS and i < j and abs(one.x - other.x) <= near and other.load < STEP * one.load:
+                    load, error = (one.load + other.load) / 2, one.load_error + other.load_error
+                    error += (other.load - one.load) / 2
+                    found[i], found[j] = (replace(event, load=load, load_error=error) for event in (one, other))
+                    break
+        return found
+
+    def steady(self, events):
+        """Events without those that undo each other: edges move by whole cells, and where zones just touch, or
+        just part, spots of a few cells come and go.
+        """
+        chains, near = [], FEW * self.grid.width
+        for event in events:
+            for chain in chains:
+                kind, zone, load, x = chain[-1].kind, chain[-1].zone, chain[-1].load, chain[-1].x
+                undone = event.zone == zone and event.kind == UNDOES[kind]
+                if undone and abs(event.x - x) <= near and event.load <= 1.1 * load:
+                    chain.append(event)
+                    break
+            else:
+                chains.append([event])
+        found = []
+        for first, *_, last in ((*chain, chain[-1]) for chain in chains if len(chain) % 2):
+            low, high = first.load - first.load_error, last.load + last.load_error
+            found.append(replace(last, load=(low + high) / 2, load_error=(high - low) / 2))
+        return found
 
     def at(self, load):
         """The zones at a load."""
