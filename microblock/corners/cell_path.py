@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import center_of_mass, label
+from scipy.ndimage import label
 
 from ..model.events import Event, SeenTwice
 from ..threads import bounded
@@ -94,10 +94,17 @@ class _Followed:
         for i, one in enumerate(events):
             for j, other in enumerate(events):
                 both = {(one.kind, one.zone), (other.kind, other.zone)}
-                if both in PASSINGS and i < j and abs(one.x - other.x) <= near and other.load < STEP * one.load:
+                if (
+                    both in PASSINGS
+                    and i < j
+                    and abs(one.x - other.x) <= near
+                    and other.load < STEP * one.load
+                ):
                     load, error = (one.load + other.load) / 2, one.load_error + other.load_error
                     error += (other.load - one.load) / 2
-                    found[i], found[j] = (replace(event, load=load, load_error=error) for event in (one, other))
+                    found[i], found[j] = (
+                        replace(event, load=load, load_error=error) for event in (one, other)
+                    )
                     break
         return found
 
@@ -152,7 +159,7 @@ class _Followed:
             for number in np.unique(labels[labels > 0]):
                 spot = labels == number
                 late = 0.0 if name in own and own[name][spot].min() <= least else first / 2
-                found.append(Event(late, late, "born", name, self.place(center_of_mass(spot))))
+                found.append(Event(late, late, "born", name, self.middle(np.argwhere(spot))))
         return found
 
     def changes(self, before, after):
@@ -161,7 +168,7 @@ class _Followed:
         pairs, found = set(zip(before[both].tolist(), after[both].tolist())), []
         for kind, labels, side in (("vanished", before, 0), ("born", after, 1)):
             gone = set(np.unique(labels[labels > 0]).tolist()) - {pair[side] for pair in pairs}
-            found += [(kind, self.place(center_of_mass(labels == number))) for number in sorted(gone)]
+            found += [(kind, self.middle(np.argwhere(labels == number))) for number in sorted(gone)]
         for kind, labels, side in (("split", after, 0), ("merged", before, 1)):
             for whole in sorted({pair[side] for pair in pairs}):
                 parts = sorted(pair[1 - side] for pair in pairs if pair[side] == whole)
@@ -169,19 +176,19 @@ class _Followed:
         return found
 
     def neck(self, labels, one, other):
-        """x between the nearest cells of two spots."""
+        """x1 between the nearest cells of two spots."""
         from scipy.spatial import cKDTree  # here: most states do without
 
-        n = self.grid.count
         here, there = (np.argwhere(labels == number) for number in (one, other))
-        apart, number = cKDTree(there, boxsize=n if self.periodic else None).query(here)
+        apart, number = cKDTree(there, boxsize=self.grid.count if self.periodic else None).query(here)
         i = int(np.argmin(apart))
-        way = there[number[i]] - here[i]
-        return self.place(here[i] + (way - n * np.rint(way / n) * self.periodic) / 2)
+        return self.middle(np.array((here[i], there[number[i]])))
 
-    def place(self, cell):
-        """x1 of a place in cells."""
-        return float(np.interp(cell[0], np.arange(self.grid.count), self.grid.axes[0]))
+    def middle(self, cells):
+        """x1 of the middle of cells, array (k, d), on a period by the shorter way."""
+        apart, n = cells - cells[0], self.grid.count
+        apart = apart - n * np.rint(apart / n) if self.periodic else apart
+        return float(self.grid.axes[0][0] + self.grid.width * (cells[0] + apart.mean(axis=0))[0])
 
 
 def _spots(flags, periodic):
