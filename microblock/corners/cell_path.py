@@ -1,7 +1,7 @@
 """A load path on equal cells of a line or a surface: states at loads, and their zones as connected cells.
 
-Zones are compared on a geometric scan of loads, and where they differ on halves of its steps. What is born and
-gone, or split and merged, between two loads of the scan is not seen.
+Zones are compared on a geometric scan of loads, and where they differ on halves of its steps. What is born
+and gone, or split and merged, between two loads of the scan is not seen.
 """
 
 from dataclasses import replace
@@ -109,8 +109,8 @@ class _Followed:
         return found
 
     def steady(self, events):
-        """Events without those that undo each other: edges move by whole cells, and where zones just touch, or
-        just part, spots of a few cells come and go.
+        """Events without those that undo each other: edges move by whole cells, and where zones just touch,
+        or just part, spots of a few cells come and go.
         """
         chains, near = [], FEW * self.grid.width
         for event in events:

@@ -31,8 +31,8 @@ def corrections(kinks, jumps, count):
 
 
 def logarithms(kinks, sizes, cells, along=None):
-    """Sum of ``size log(REACH/|x - kink|)`` over kinks near the numbered cells, at places in them, or the mean
-    over each cell: array like cells.
+    """Sum of ``size log(REACH/|x - kink|)`` over kinks near the numbered cells, at places in them, or the
+    mean over each cell: array like cells.
     """
     row, kink = _pairs(kinks, cells)
     away = (cells if along is None else along)[row] - kinks[kink]

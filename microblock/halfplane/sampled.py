@@ -39,8 +39,8 @@ def said(solver, state, rtol):
         return state
     noise = " or moved up and down by the noise" * bool(shape_of(solver.obstacle).noise)
     words = (
-        f"the samples leave {share:.1g} of the pressure open: with every second one left out{noise} it differs "
-        f"by that in L2; rtol = {rtol:g} is far below and holds for the straight lines between them"
+        f"the samples leave {share:.1g} of the pressure open: with every second one left out{noise} it "
+        f"differs by that in L2; rtol = {rtol:g} is far below and holds for the straight lines between them"
     )
     if state.error_estimate > rtol:
         words = words.partition(";")[0] + f", so that cells stop at an error of {state.error_estimate:.1g}"

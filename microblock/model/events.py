@@ -147,8 +147,8 @@ class LoadPath(PlainData):
 
 
 class SeenTwice(LoadPath):
-    """A load path whose events are those that two meshes see: `_seen`, [{(kind, zone, how many before): Event}]
-    of the coarse one and of the fine one. `warnings` name events that one alone sees.
+    """A load path whose events are those that two meshes see: `_seen`, [{(kind, zone, how many before):
+    Event}] of the coarse one and of the fine one. `warnings` name events that one alone sees.
     """
 
     _seen: list[dict[tuple[str, str, int], Event]]

@@ -85,7 +85,7 @@ def test_a_wave_closes_on_a_period_as_westergaards():
     wave = mb.Contact(mb.HalfPlane(solid, period=2.0), mb.Wave(amplitude, 1.0), mb.Unilateral(), mb.Cells())
     full = 2 * np.pi * solid.E_star * amplitude  # load of two waves, pi E* amplitude/wavelength each
     *born, event = wave.path(load=1.1 * full).events
-    assert [(event.kind, abs(round(event.x, 2))) for event in born] == [("born", 0.0), ("born", 1.0)]
+    assert [(event.kind, abs(round(event.x, 2))) for event in born] == [("born", 1.0), ("born", 0.0)]
     assert (event.kind, event.zone) == ("merged", "contact")
     # cells of 1/2048 of a wave
     assert abs(event.load - full) <= event.load_error < 1e-3 * full
