@@ -155,6 +155,8 @@ class LineSolver(CellSolver):
         return np.array(sorted(known)), np.array(jumps)
 
     def change(self, coarse, fine):
+        if not len(self.kinks[0]):
+            return super().change(coarse, fine)
         x, corners = fine.x, range(len(fine.pressures))
         (total, moment), (other, turned) = (
             (sum(one.pressure(corner, x) for corner in corners), one.moment_at(x)) for one in (coarse, fine)

@@ -31,18 +31,23 @@ def corrections(kinks, jumps, count):
 
 
 def logarithms(kinks, sizes, cells, along=None):
-    """Sum of ``size log(REACH/|x - kink|)`` over kinks near the numbered cells, at places in them, or the
-    mean over each cell: array like cells.
+    """Sum over kinks of ``size log(1/|x - kink|)`` less a parabola that ends it smoothly at REACH, at places
+    in the numbered cells, or the mean over each cell: array like cells.
     """
     row, kink = _pairs(kinks, cells)
-    away = (cells if along is None else along)[row] - kinks[kink]
-    values = _mean(away) if along is None else -np.log(np.maximum(abs(away), 1e-12))
-    return np.bincount(row, (values + np.log(REACH)) * sizes[kink], minlength=len(cells))
+    if along is None:
+        left, right = (np.clip((cells[row] + side - kinks[kink]) / REACH, -1, 1) for side in (-0.5, 0.5))
+        low, high = (t * (0.5 - np.log(np.maximum(abs(t), 1e-300))) + t**3 / 6 for t in (left, right))
+        values = REACH * (high - low)
+    else:
+        t = np.clip(abs(along[row] - kinks[kink]) / REACH, 1e-13, 1)
+        values = -np.log(t) - (1 - t**2) / 2
+    return np.bincount(row, values * sizes[kink], minlength=len(cells))
 
 
 def _pairs(kinks, cells):
-    """Indices into cells and kinks of all that are up to REACH apart."""
-    first, last = (np.searchsorted(kinks, cells + way * (REACH + 0.5)) for way in (-1, 1))
+    """Indices into cells and kinks of all that are up to REACH apart, and a cell more."""
+    first, last = (np.searchsorted(kinks, cells + way * (REACH + 1)) for way in (-1, 1))
     row = np.repeat(np.arange(len(cells)), last - first)
     return row, np.arange(len(row)) - np.repeat(np.cumsum(last - first) - last, last - first)
 
