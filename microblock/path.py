@@ -82,7 +82,7 @@ class ZonePath(LoadPath):
         """Load from which zones are followed; see `LoadPath`."""
         return float(self._followed[0])
 
-    @property
+    @cached_property
     def events(self) -> list[Event]:
         return self._followed[1]
 
