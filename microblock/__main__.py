@@ -10,7 +10,8 @@ EXPR       numbers, x, pi, e, inf (no obstacle there), + - * / **, parentheses, 
 FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header and
            lines that begin with # are left out. The height is that of the obstacle's lower side, upwards.
            Straight lines between the samples, no obstacle beyond them. Each sample is a jump of the slope:
-           a thousand in contact take minutes, with a window seconds.
+           a thousand in contact take minutes, with a window a second. A warning says what the samples, and
+           their --noise, leave open of the pressure if --rtol is far below.
 """
 
 import sys
@@ -37,6 +38,7 @@ from .model.sharp import unbounded
 def solve(
     height: str | None = None,
     samples: str | None = None,
+    noise: float | None = None,
     window: tuple[float, float] | None = None,
     loads=(1.0,),
     E=100.0,
@@ -56,6 +58,7 @@ def solve(
     samples : file with samples x and height (lengths) of the obstacle's lower side; a profile z measured from
     above
         has the heights -z
+    noise : standard deviation of the heights of the samples (length)
     window : both ends of the part of x1 in which the obstacle may touch: uniform cells in place of panels
     loads : forces per thickness
     E : Young's modulus (stress)
@@ -71,12 +74,12 @@ def solve(
     known = [(name, given) for name, given in obstacles.items() if given is not None]
     if len(known) != 1:
         raise BadArgument("height", height or "EXPR", "either this or --samples FILE must be given")
-    if window and path:
-        raise BadArgument("window", window, "does not go together with --path: cells follow no events")
+    if noise is not None and samples is None:
+        raise BadArgument("noise", noise, "belongs to --samples FILE")
     if psi0_deg and contact != "microblock":
         raise BadArgument("psi0_deg", psi0_deg, "belongs to --contact microblock")
     ((name, given),) = known
-    obstacle = function_of_x(given, name) if name == "height" else read_samples(given, name)
+    obstacle = function_of_x(given, name) if name == "height" else read_samples(given, name, noise)
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
     law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(

@@ -18,10 +18,12 @@ import numpy as np
 
 from .errors import NotConverged
 from .halfplane.carried import meeting_exponent
+from .halfplane.cell_solver import LineSolver
 from .halfplane.edges import fit
 from .halfplane.panel_solution import PanelSolution
 from .halfplane.panel_solver import PanelSolver
 from .model.events import Event, LoadPath, require_on_path
+from .model.methods import Cells
 from .model.problem import Problem
 from .model.state import State
 from .model.types import Array, ContactLike, Interval, Zones
@@ -70,20 +72,43 @@ class ZonePath(LoadPath):
         return states
 
     def _coarse(self, load: float, near: PanelSolution | None = None) -> PanelSolution:
-        return cast(PanelSolution, self._solver.at(load, order=ORDERS[0], near=near))
+        state = cast(PanelSolution, self._solver.at(load, order=ORDERS[0], near=near))
+        if state.estimate.conditions > NEAR:
+            wrong = state.estimate.conditions
+            raise NotConverged(f"zones at load {load:g} violate the contact conditions by {wrong:.1e}")
+        return state
 
     @property
     def first(self) -> float:
         """Load from which zones are followed; see `LoadPath`."""
-        return self._scan[0].load
+        return float(self._followed[0])
+
+    @cached_property
+    def events(self) -> list[Event]:
+        return self._followed[1]
+
+    @property
+    def warnings(self) -> list[str]:
+        return self._followed[2]
 
     @cached_property
     @bounded
-    def events(self) -> list[Event]:
-        found = _births(self._scan[0])
-        for low, high in zip(self._scan, self._scan[1:]):
-            found += self._between(low, high)
-        return sorted(found, key=lambda event: event.load)
+    def _followed(self) -> tuple[float, list[Event], list[str]]:
+        """(first load, events, warnings) of panels, or of uniform cells where panels fail."""
+        try:
+            found = _births(self._scan[0])
+            for low, high in zip(self._scan, self._scan[1:]):
+                found += self._between(low, high)
+        except NotConverged as failure:
+            if self.problem.method is not None:
+                raise
+            path = LineSolver(self._solver.contact, Cells()).path(self.last, None)
+            return (
+                path.first,
+                path.events,
+                [f"events of uniform cells instead of panels ({failure})", *path.warnings],
+            )
+        return self._scan[0].load, sorted(found, key=lambda event: event.load), []
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
         """Returns events between two states."""

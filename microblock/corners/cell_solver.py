@@ -108,6 +108,10 @@ class CellSolver(Solver):
                 "window", options.window, "belongs to a surface without images; here it is the period"
             )
 
+    def window_of(self, load):
+        """The window of a load as a Grid."""
+        raise NotImplementedError
+
     def require_repeating(self, height):
         """Raises BadArgument unless the height of places and psi0 fit the period."""
         period, own, law = self.period, getattr(self.obstacle, "period", None), self.law
@@ -161,7 +165,7 @@ class CellSolver(Solver):
                 continue
             outside, notes, unseen = missed(state)
             state, seen = replace(state, notes=notes), np.inf if unseen else state.error_estimate
-            if nodes or seen <= goal or len(outside):
+            if nodes or seen <= goal or len(outside) or seen <= self.enough(goal, state):
                 return state, outside
             if seen <= least:
                 least, reached = seen, state
@@ -171,9 +175,23 @@ class CellSolver(Solver):
         why = "; ".join((f" on {words} cells", *reached.notes))
         raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach)
 
+    def enough(self, goal, state):
+        """The error that suffices where a state misses its goal."""
+        return goal
+
     def hopeless(self, changes, before, goal, finer):
         """Whether grids so many times finer miss the goal."""
         return False
+
+    def path(self, last, rtol, progress=False):
+        from .cell_path import CellPath  # here: a single state does without
+
+        self.goal(rtol)
+        return CellPath(self, last, self.usual_rtol if rtol is None else rtol)
+
+    def gaps_on(self, grid):
+        """Initial gaps of the cells of a grid, array (corners, ...)."""
+        return self.gaps(*grid.places)
 
     @cached_property
     def _kept(self):
@@ -184,7 +202,7 @@ class CellSolver(Solver):
         if any(one.middle != grid.middle or not np.isclose(one.side, grid.side) for one in self._kept):
             self._kept.clear()
         if grid not in self._kept:
-            self._kept[grid] = self.flexibility(grid), self.gaps(*grid.places)
+            self._kept[grid] = self.flexibility(grid), self.gaps_on(grid)
         return self._kept[grid]
 
     def solved(self, grid, load, approach, residual, start=None):

@@ -9,9 +9,9 @@ from ..model.obstacles import Obstacle, Samples
 from .records import number
 
 
-def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
+def read_samples(path: str | os.PathLike[str], name: str = "path", noise: float | None = None) -> Samples:
     """Returns the obstacle of a text file of two columns, x (ascending) and height, with comma, semicolon or
-    blanks between; a header and lines with # are left out.
+    blanks between; a header and lines with # are left out; `noise` as of `Obstacle.from_samples`.
 
     Raises BadArgument, by `name` and with the line, if the file holds anything else.
 
@@ -51,4 +51,4 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     if len(samples) < 2:
         raise wrong(f"holds {len(samples)} samples of the two that it takes")
     x, height = zip(*samples)
-    return Obstacle.from_samples(x, height)
+    return Obstacle.from_samples(x, height, noise)

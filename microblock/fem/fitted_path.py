@@ -5,15 +5,15 @@ from functools import cached_property
 
 from ..corners.nodal import NodalPath
 from ..halfplane.kernels import coalescence_exponent
-from ..model.events import LoadPath
+from ..model.events import SeenTwice
 from ..threads import bounded
 
 
-class FittedPath(LoadPath):
+class FittedPath(SeenTwice):
     """The load path of a block.
 
     Events are those of two meshes of equal elements. Where zones meet on the axis the load, off by h^(2 s)
-    (docs/theory/halfplane.md), is extrapolated; `warnings` name events that one mesh alone sees.
+    (docs/theory/halfplane.md), is extrapolated.
     """
 
     @cached_property
@@ -27,24 +27,8 @@ class FittedPath(LoadPath):
             found.append(replace(event, load=load, load_error=abs(missing)))
         return sorted(found, key=lambda event: event.load)
 
-    @property
-    def warnings(self):
-        coarse, fine = self._seen
-        alone = [event for key, event in (coarse | fine).items() if key not in coarse or key not in fine]
-        return [
-            f"one of two meshes alone sees {event.zone} {event.kind}, at about load {event.load:.3g}: it is "
-            "left out; look at states around it"
-            for event in sorted(alone, key=lambda event: event.load)
-        ]
-
     @cached_property
     @bounded
     def _seen(self):
-        """[{(kind, zone, how many before): Event}] on two meshes."""
-        found = {16: {}, 32: {}}
-        for count, seen in found.items():
-            followed = self.problem.solver.evenly(self.last, count)
-            for event in NodalPath(self.problem, self.last, None, followed).events:
-                number = sum(key[:2] == (event.kind, event.zone) for key in seen)
-                seen[event.kind, event.zone, number] = event
-        return list(found.values())
+        solvers = (self.problem.solver.evenly(self.last, count) for count in (16, 32))
+        return [self.numbered(NodalPath(self.problem, self.last, None, own).events) for own in solvers]

@@ -17,11 +17,13 @@ from ..model.law import levers, require_pure_force
 from ..model.obstacles import heights, repeated
 from ..model.problem import Problem
 from ..model.state import LineSolution
-from ..model.zones import distance_to_ends, runs
+from ..model.zones import distance, distance_to_ends, runs
 from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, symbol
+from .kernels import HalfPlane, at_rest, counter_short_waves, short_waves, symbol
+from .kinks import corrections, logarithms
+from .sampled import left_open, said
 
 
 class LineCells(CellSolution, LineSolution):
@@ -45,14 +47,45 @@ class LineCells(CellSolution, LineSolution):
         zones = [[(self.x[i] - half, self.x[j] + half) for i, j in runs(own > 0)] for own in self.pressures]
         return dict(enumerate(zones))
 
+    @property
+    def touching(self):
+        """{zone: which cells are pressed}."""
+        own, corners = self.pressures > 0, self.solver.law.corners
+        known = {} if len(own) == 1 else {**dict(zip(corners, own)), "full": own.all(axis=0)}
+        return known | {"contact": own.any(axis=0)}
+
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres, and logarithms at kinks."""
         own, n, along = self.pressures[corner], self.grid.count, self.grid.steps(x)[0]
         cell = np.floor(along + 0.5)
         numbers = np.array((cell, cell + np.sign(along - cell)), int)
         inside = (numbers >= 0) & (numbers < n) | (self.period is not None)
-        here, there = np.where(inside, own[numbers % n], 0.0)
-        return here + np.abs(along - cell) * np.where((here > 0) & (there > 0), there - here, 0.0)
+        pressed, beside = inside & (own[numbers % n] > 0)
+        here, there = (own - self._logarithms[corner])[numbers % n]
+        found = here + np.abs(along - cell) * np.where(beside, there - here, 0.0)
+        found += logarithms(self.kinks[0], self.kinks[1][corner], numbers[0], along)
+        return np.where(pressed, np.maximum(found, 0.0), 0.0)
+
+    @cached_property
+    def kinks(self):
+        """Slope discontinuities under pressed cells, in cells, array (k,), and K of ``p ~ K log(1/|x|)`` of
+        each corner there, array (corners, k).
+        """
+        x, jumps = self.solver.kinks
+        cells = self.grid.steps(x)[0]
+        numbers = np.clip(np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None], 0, self.grid.count - 1)
+        closed = np.all(self.pressures[:, numbers] > 0, axis=1)
+        problem, levers = self.problem, self.problem.levers(x)
+        displacement, rotation = short_waves(problem.solid)
+        between, alone = displacement + rotation * levers * levers[:, None], np.eye(len(levers))[..., None]
+        between = between + counter_short_waves(problem.counter) * alone
+        between = np.where(closed & closed[:, None], between, alone)
+        return cells, np.linalg.solve(between.T, (closed * jumps).T[..., None])[..., 0].T / np.pi
+
+    @cached_property
+    def _logarithms(self):
+        cells, sizes = self.kinks
+        return np.array([logarithms(cells, own, np.arange(self.grid.count)) for own in sizes])
 
     def reaction(self, x):
         return self.interpolated(self.micromoment, x)
@@ -68,6 +101,8 @@ class LineSolver(CellSolver):
 
     counter_bodies = (HalfPlane,)
     dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 0.01, LineCells
+    followed = 4096  # cells of a path
+    cheap = 2**13  # cells, which take .1 to .5 s
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -91,8 +126,35 @@ class LineSolver(CellSolver):
         obstacle = obstacle if self.period is None else repeated(obstacle, self.period)
         return Problem(self.solid, self.law, obstacle, counter=second_solid(self.obstacle))
 
+    @cached_property
+    def left_open(self):
+        """{load: what samples leave open}, see `sampled.left_open`."""
+        return {}
+
     def gaps(self, x):
         return self.problem.initial_gaps(x)
+
+    def gaps_on(self, grid):
+        (x, jumps), gaps = self.kinks, self.gaps(*grid.places)
+        return gaps + [grid.width * corrections(grid.steps(x)[0], own, grid.count) for own in jumps]
+
+    @cached_property
+    def kinks(self):
+        """Contact points at which the slope of a gap jumps, array (k,), and jumps, array (corners, k)."""
+        known, corners = self.problem.kinks, range(len(self.law.corners))
+        jumps = [[known[x].get(corner, 0.0) for x in sorted(known)] for corner in corners]
+        return np.array(sorted(known)), np.array(jumps)
+
+    def change(self, coarse, fine):
+        if not len(self.kinks[0]):
+            return super().change(coarse, fine)
+        x, corners = fine.x, range(len(fine.pressures))
+        (total, moment), (other, turned) = (
+            (sum(one.pressure(corner, x) for corner in corners), one.moment_at(x)) for one in (coarse, fine)
+        )
+        return distance(
+            fine.weights * self.weights(x), total - other, (moment - turned) / self.solid.ell, other
+        )
 
     def tilt(self, x):
         return tilt(self.law, self.offsets, x)
@@ -115,12 +177,17 @@ class LineSolver(CellSolver):
         return FrictionSolver(self, pairs, coupled).history(rtol, progress)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        window, goal = self.given_window(), self.goal(rtol)
+        window, goal = self.window_of(load), self.goal(rtol)
+        state = self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+        return state if self.options.nodes else said(self, state, goal)
+
+    def window_of(self, load):
+        """The given window, or that of all that may touch, with first cells that see its features."""
+        window = self.given_window()
         if window is None:
             found = self.picture(load)
-            window = around(found, self.solid.ell)
-            self.coarsest = self._coarsest(found)
-        return self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+            window, self.coarsest = around(found, self.solid.ell), self._coarsest(found)
+        return window
 
     def predicted(self, load, approach, rtol):
         if self.options.nodes is not None:
@@ -154,6 +221,12 @@ class LineSolver(CellSolver):
         side = around(found, self.solid.ell).side
         least = 12 * side / min(found.lengths.min(initial=np.inf), side)
         return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
+
+    def enough(self, goal, state):
+        """The error that suffices: on many cells what samples leave open, any if that is half of all."""
+        many = state.grid.count / self.cheap
+        share = left_open(self, state) if many >= 1 else 0.0
+        return np.inf if share > 0.5 else max(goal, share) if many > 1 else goal
 
     def weights(self, x):
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.solid.ell))

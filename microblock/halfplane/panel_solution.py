@@ -50,6 +50,7 @@ class OnPanels(LineSolution):
     approach : up to a constant
     iterations : steps of Newton's method
     further : zones after one more step
+    notes : sentences
     """
 
     problem: Problem
@@ -62,6 +63,7 @@ class OnPanels(LineSolution):
     estimate: Estimate
     further: Any = None
     solver: Any = None  # a Solver, which puts itself in
+    notes: tuple = ()
 
     method = "panels"
 

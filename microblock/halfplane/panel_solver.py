@@ -8,13 +8,16 @@ from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, r
 from ..model import picture
 from ..model.deformable import second_solid, shape_of
 from ..model.law import require_pure_force
+from ..model.methods import Cells
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import search
+from .cell_solver import LineSolver
 from .forecast import panels_cost
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .panel_solution import PanelSolution
+from .sampled import said
 
 
 class PanelSolver(Solver):
@@ -40,7 +43,9 @@ class PanelSolver(Solver):
         self._require_load(approach)
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
-        return self.at(load, self.usual_rtol if rtol is None else rtol, self.options.order, initial)
+        rtol = self.usual_rtol if rtol is None else rtol
+        state = self.at(load, rtol, self.options.order, initial)
+        return state if self.options.order else said(LineSolver(self.contact, Cells()), state, rtol)
 
     def predicted(self, load, approach, rtol):
         self._require_load(approach)

@@ -54,6 +54,12 @@ class SurfaceCells(CellSolution):
     closed: Any = None
     seen_width: float | None = None
 
+    @property
+    def touching(self) -> dict[str, Array]:
+        """{zone: which cells are closed}."""
+        full = {"full": self.closed == len(self.pressures)} if len(self.pressures) > 1 else {}
+        return full | {"contact": self.closed > 0}
+
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
         return self.between(self.pressures[corner], places)
@@ -74,6 +80,7 @@ class SurfaceSolver(CellSolver):
     counter_bodies = (HalfSpace,)
     in_space = "cells"
     dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
+    followed = 128  # cells along an axis of a path
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
@@ -118,6 +125,11 @@ class SurfaceSolver(CellSolver):
                 return replace(state, seen_width=8**0.5 * window.side / FINE)
             box, window = _around(np.vstack((box, outside))), None
         raise NotConverged(NO_WINDOW)
+
+    def window_of(self, load: float) -> Grid:
+        """Returns a Grid that holds the contact up to a load."""
+        grid: Grid = self.solve(load, None, None).grid
+        return grid
 
     def state(self, solution: Any) -> State:
         """Returns the State on cells, row after row."""

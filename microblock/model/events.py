@@ -146,6 +146,33 @@ class LoadPath(PlainData):
         return line("Load path", f"up to load {number(self.last)}, events: {words}", warnings)
 
 
+class SeenTwice(LoadPath):
+    """A load path whose events are those that two meshes see: `_seen`, [{(kind, zone, how many before):
+    Event}] of the coarse one and of the fine one. `warnings` name events that one alone sees.
+    """
+
+    _seen: list[dict[tuple[str, str, int], Event]]
+
+    @staticmethod
+    def numbered(events: Sequence[Event]) -> dict[tuple[str, str, int], Event]:
+        """Returns the events of a grid, ascending in load, by their keys."""
+        found: dict[tuple[str, str, int], Event] = {}
+        for event in events:
+            number = sum(key[:2] == (event.kind, event.zone) for key in found)
+            found[event.kind, event.zone, number] = event
+        return found
+
+    @property
+    def warnings(self) -> list[str]:
+        coarse, fine = self._seen
+        alone = [event for key, event in (coarse | fine).items() if key not in coarse or key not in fine]
+        return [
+            f"one of two meshes alone sees {event.zone} {event.kind}, at about load {event.load:.3g}: it is "
+            "left out; look at states around it"
+            for event in sorted(alone, key=lambda event: event.load)
+        ]
+
+
 def require_on_path(load: float, last: float) -> None:
     require_positive(load=load)
     require(load <= last, "load", load, f"must lie between 0 and the end of the path, {last}")

@@ -172,7 +172,7 @@ class Obstacle:
             object.__setattr__(self, name, tuple(values.tolist()))
 
     @staticmethod
-    def from_samples(x: ArrayLike, z: ArrayLike) -> Samples:
+    def from_samples(x: ArrayLike, z: ArrayLike, noise: float | None = None) -> Samples:
         """Returns the obstacle through samples: piecewise linear, and none beyond them.
 
         Parameters
@@ -180,13 +180,16 @@ class Obstacle:
         x, z : arrays (n,), n >= 2
             Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: -z of
             what was measured from above.
+        noise : float, optional
+            Standard deviation of the heights (length). An rtol far below what it, or leaving out every second
+            sample, changes of the pressure is answered with a warning.
 
         Raises
         ------
         BadArgument
-            If the samples are not finite, not ascending or not as many.
+            If the samples are not finite, not ascending or not as many, or the noise is not positive.
         """
-        return Samples(cast(Array, x), cast(Array, z))  # which makes arrays of them
+        return Samples(cast(Array, x), cast(Array, z), noise)  # which makes arrays of them
 
 
 @dataclass(frozen=True)
@@ -244,6 +247,17 @@ class Samples:
 
     x: Array
     z: Array
+    noise: float | None = None
+
+    def alike(self) -> list[Samples]:
+        """Returns profiles that the data cannot tell from this one: without every second sample, and with
+        heights moved up and down in turn by the noise, if it is known.
+        """
+        kept = np.append(np.arange(0, len(self.x) - 1, 2), -1)
+        found = [Samples(self.x[kept], self.z[kept])]
+        if self.noise is not None:
+            found.append(Samples(self.x, self.z + self.noise * (-1.0) ** np.arange(len(self.x))))
+        return found
 
     @property
     def kinks(self) -> tuple[float, ...]:
@@ -275,6 +289,8 @@ class Samples:
             words += f"; entry {i + 1} is {x[i + 1]:g} after {x[i]:g}: sort it, average duplicates"
         require(x.size >= 2 and rises.all(), "x", x, words)
         require(z.shape == x.shape, "z", z, f"must hold {x.size} finite numbers, one for each x")
+        if self.noise is not None:
+            require_positive(noise=self.noise)
 
     def __repr__(self) -> str:
         return f"Samples({len(self.x)} points)"
@@ -282,10 +298,11 @@ class Samples:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
             return NotImplemented
-        return np.array_equal(self.x, other.x) and np.array_equal(self.z, other.z)
+        alike = np.array_equal(self.x, other.x) and np.array_equal(self.z, other.z)
+        return alike and self.noise == other.noise
 
     def __hash__(self) -> int:
-        return hash((self.x.tobytes(), self.z.tobytes()))
+        return hash((self.x.tobytes(), self.z.tobytes(), self.noise))
 
     def height(self, x: Array) -> Array:
         """Returns the height at x, array (n,) (lengths); inf outside the samples."""

@@ -89,8 +89,9 @@ class Problem:
         size *= getattr(self.law, "psi0_in", None) == ACTS_IN[0]
         met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
         found: dict[float, dict[int, float]] = {}
-        for place, corner, jump in met:
-            at = found.setdefault(self._one_place(place), {})
+        numbers = np.searchsorted(self._places, [place for place, *_ in met], side="right") - 1
+        for place, (_, corner, jump) in zip(self._places[numbers].tolist(), met):
+            at = found.setdefault(place, {})
             at[corner] = at.get(corner, 0.0) + float(jump)
         return found
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from .deformable import shape_of
 from .obstacles import Samples
+from .types import Array, Flags
+from .zones import contains
 
 if TYPE_CHECKING:
     from .state import State
@@ -17,19 +19,20 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
     """Returns the contact points x1, ascending, with a corner closed at one of the obstacle's places, up to
     `within` (length) beside a zone.
     """
+    points, closed = _closed(state, places, within)
+    return sorted(set(points[closed].tolist()))
+
+
+def _closed(state: State, places: tuple[float, ...], within: float) -> tuple[Array, Flags]:
+    """Returns the contact points of places, array (corners, n), and whether the corner is closed there."""
     if not places:  # of a state from a file, whose law may be a name alone
-        return []
+        return np.empty((0, 0)), np.empty((0, 0), bool)
     law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
-    two, margin = len(law.corners) == 2, max(1e-6 * ell, within)
-    return sorted(
-        {
-            float(place + shift)
-            for corner, shift in zip(law.corners, law.shifts(ell))
-            for place in places
-            for left, right in zones[corner if two else "contact"]
-            if left - margin <= place + shift <= right + margin
-        }
-    )
+    margin = max(1e-6 * ell, within) * np.array((-1, 1))
+    points = np.add.outer(law.shifts(ell), places)
+    names = law.corners if len(law.corners) == 2 else ["contact"] * len(law.corners)
+    closed = [contains(np.reshape(zones[name], (-1, 2)) + margin, own) for name, own in zip(names, points)]
+    return points, np.array(closed)
 
 
 def unbounded(state: State) -> list[float]:
@@ -53,10 +56,11 @@ def of_samples(state: State) -> list[str]:
                 f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
             )
-    edges = {kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0 and touched(state, (kink,))}
-    if edges:
+    edges = tuple(kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0)
+    sharp = np.count_nonzero(_closed(state, edges, 0.0)[1].any(axis=0))
+    if sharp:
         found.append(
-            f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {len(edges)} of "
+            f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {sharp} of "
             "them; a smooth curve through them, Obstacle(CubicSpline(x, z)) of SciPy, has no such places"
         )
     return found

@@ -44,8 +44,9 @@ def contains(intervals: ArrayLike, x: Array) -> Flags:
 
 
 def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:
-    pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in first for b in second]
-    return sorted(pair for pair in pairs if pair[0] < pair[1])
+    (a, b), (c, d) = (np.reshape(intervals, (-1, 2)).T for intervals in (list(first), second))
+    left, right = np.maximum.outer(a, c), np.minimum.outer(b, d)
+    return sorted(zip(left[left < right].tolist(), right[left < right].tolist()))
 
 
 def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[Interval]:

@@ -134,7 +134,7 @@ REFUSED = {
     "contact --height x**2 --beta 0": (2, "nothing holds its rotation"),
     "contact --height x**2 --window 1 -1": (2, "--window"),
     "contact --height x**2 --window 1": (2, "--window"),
-    "contact --height x**2 --window -1 1 --path": (2, "--path"),
+    "contact --height x**2 --noise 0.1": (2, "--noise"),
     "contact --height x**2 --loads 0": (2, "--loads 0"),
     "contact --height x**2 --psi0-deg 1 --contact unilateral": (2, "--psi0-deg"),
     "contact --height x**2 --nu 0.5": (2, "--nu"),

@@ -1,0 +1,116 @@
+"""Samples with noise on cells, and events that cells follow."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import microblock as mb
+
+SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+GROUND = mb.HalfPlane(SOLID)
+
+
+def error(state, exact):
+    """Relative error of the pressure in L2 at the points of an exact state."""
+    missing = state.pressure_at(exact.x) - exact.pressure
+    return np.sqrt(exact.weights @ missing**2 / (exact.weights @ exact.pressure**2))
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Unilateral()])
+def test_cells_have_the_logarithm_of_a_slope_discontinuity(law):
+    problem = mb.Contact(GROUND, mb.Wedge(slope=0.02), law)
+    cells = problem.with_(method=mb.Cells(nodes=2048, window=(-1, 1))).solve(load=1.0)
+    # a polygon through the centres alone misses 2e-2, and cells without corrected gaps 5e-3
+    assert error(cells, problem.solve(load=1.0, rtol=1e-6)) < 3e-3
+
+
+def sampled(count, size=0.0, noise=None):
+    x = np.linspace(-3, 3, count)
+    z = x**2 / 20 + size * np.random.default_rng(1).standard_normal(count)
+    return mb.Contact(GROUND, mb.Obstacle.from_samples(x, z, noise), mb.Microblock(), mb.Cells())
+
+
+def left_open(state):
+    (words,) = [each for each in state.warnings if "open" in each]
+    return float(words.split("leave ")[1].split()[0])
+
+
+@pytest.mark.parametrize(
+    "count, size, noise",
+    [(100, 0.0, None), (300, 0.0, None), (100, 3e-4, None), (100, 3e-4, 3e-4), (1000, 1e-5, 1e-5)],
+)
+def test_samples_say_what_they_leave_open(count, size, noise):
+    exact = mb.Contact(GROUND, mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0, rtol=1e-5)
+    state = sampled(count, size, noise).solve(load=1.0, rtol=1e-3)
+    # the pressure of what was sampled, which smooth curves and all noise of that size share
+    assert error(state, exact) < left_open(state) < 12 * error(state, exact)
+
+
+def test_the_noise_counts():
+    # of a smooth profile every second sample shows none
+    quiet, noisy = (sampled(1000, 0.0, noise).solve(load=1.0, rtol=1e-3) for noise in (None, 1e-4))
+    assert left_open(noisy) > 5 * left_open(quiet)
+    assert not [words for words in sampled(10001).solve(load=1.0, rtol=1e-3).warnings if "open" in words]
+
+
+RIPPLES = {
+    "valleys": lambda x: x**2 / 20 + 3e-4 * np.cos(2 * np.pi * x / 0.25 + 0.4),
+    "cylinder": mb.Cylinder(R=10),
+}
+
+
+@pytest.mark.parametrize(
+    "obstacle, law, last",
+    [
+        ("valleys", mb.Unilateral(), 1.0),
+        ("valleys", mb.Microblock(), 1.5),
+        ("cylinder", mb.Microblock(psi0=0.01), 1.0),
+    ],
+)
+def test_cells_see_the_events_of_panels(obstacle, law, last):
+    problem = mb.Contact(GROUND, RIPPLES[obstacle], law)
+    cells, panels = (
+        [event for event in problem.with_(method=method).path(load=last).events if event.load > last / 1000]
+        for method in (mb.Cells(), mb.Panels())
+    )
+    key = lambda event: (event.kind, event.zone, round(event.x, 1))  # noqa: E731
+    assert sorted(map(key, cells)) == sorted(map(key, panels))
+    for one, other in zip(sorted(cells, key=key), sorted(panels, key=key)):
+        assert abs(one.load - other.load) <= one.load_error + other.load_error
+        assert one.load_error < one.load / 2
+
+
+def test_a_wave_closes_on_a_period_as_westergaards():
+    solid, amplitude = mb.Elastic(E=100, nu=0.3), 1e-3
+    wave = mb.Contact(mb.HalfPlane(solid, period=2.0), mb.Wave(amplitude, 1.0), mb.Unilateral(), mb.Cells())
+    full = 2 * np.pi * solid.E_star * amplitude  # load of two waves, pi E* amplitude/wavelength each
+    *born, event = wave.path(load=1.1 * full).events
+    assert [(event.kind, abs(round(event.x, 2))) for event in born] == [("born", 1.0), ("born", 0.0)]
+    assert (event.kind, event.zone) == ("merged", "contact")
+    # cells of 1/2048 of a wave
+    assert abs(event.load - full) <= event.load_error < 1e-3 * full
+
+
+def test_a_second_sphere_touches_where_hertz_and_boussinesq_say():
+    apart, lower, solid = 0.6, 0.004, mb.Cosserat(E=100, nu=0.3, ell=1e-3, beta=1)
+    two = lambda x, y: np.minimum((x + 0.3) ** 2 + y**2, (x - 0.3) ** 2 + y**2 + 2 * lower) / 2  # noqa: E731
+    path = mb.Contact(mb.HalfSpace(solid), two, mb.Unilateral(), mb.Cells(nodes=128)).path(load=0.06)
+    # of the radius 1: approach of Hertz less the displacement under the other
+    E = solid.E_star
+    birth = brentq(lambda P: (9 * P**2 / (16 * E**2)) ** (1 / 3) - P / (np.pi * E * apart) - lower, 1e-6, 1)
+    first, second = path.events
+    assert (first.load, first.kind, second.kind) == (0.0, "born", "born")
+    assert abs(second.load - birth) <= second.load_error < 0.05 * birth
+    assert second.x == pytest.approx(0.3, abs=0.01)  # a cell
+
+
+def test_panels_with_wrong_zones_leave_the_path_to_cells():
+    samples = mb.Obstacle.from_samples([-1, -0.6, -0.2, 0.2, 0.6, 1.0], [0.08, 0.012, 0, 0.006, 0.02, 0.1])
+    path = mb.Contact(GROUND, samples, mb.Microblock()).path(load=1.0)
+    assert any("cells instead of panels" in words for words in path.warnings)
+    # B is pressed below the second valley from 0.828 on, as states of panels before and after it say
+    zones = [
+        len(mb.Contact(GROUND, samples, mb.Microblock()).solve(load=P).zones["B"]) for P in (0.82, 0.835)
+    ]
+    assert zones == [1, 2]
+    assert any(event.zone == "B" and 0.82 < event.load < 0.835 for event in path.events)
