@@ -266,12 +266,12 @@ class FrictionSolver:
 
 def _with_steep(level, known=(), band=0.0):
     """The Level with places where q/f jumps or a stick zone is born, and those known ones, which finer cells may
-    resolve, that are farther than `band` from these and from edges.
+    resolve, that are farther than `band` from these.
     """
     steep = [float(edge) for one in level.solutions for edge in one.edges[one.jumping, 1]]
     steep += [float(event.x) for event in level.events if event.kind == "born"]
-    near = np.array([*steep, *(edge for one in level.solutions for edge in one.doubts)])
-    return replace(level, steep=(*steep, *(place for place in known if np.abs(near - place).min() > band)))
+    old = [place for place in known if all(abs(place - new) > band for new in steep)]
+    return replace(level, steep=(*steep, *old))
 
 
 def _features(before, smallest):
