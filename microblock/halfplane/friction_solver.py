@@ -289,7 +289,9 @@ def _features(before, smallest):
 
 def _change(coarser, finer):
     pairs = zip(finer.solutions, coarser.solutions)
-    return np.array([change(*pair, pair[0].norm, pair[0].problem.ell, pair[0].problem.law.friction) for pair in pairs])
+    return np.array(
+        [change(*pair, pair[0].norm, pair[0].problem.ell, pair[0].problem.law.friction) for pair in pairs]
+    )
 
 
 def _estimates(changes, level):
