@@ -11,7 +11,7 @@ NEAREST = 1e-9  # of the half-width, next to a feature
 
 @dataclass(frozen=True)
 class Feature:
-    """A place, known to `band`, with cells of the length `smallest`; on all `scales` something varies there."""
+    """A place, known to `band`, with cells of the length `smallest`; on all `scales` what is there varies."""
 
     place: float
     band: float

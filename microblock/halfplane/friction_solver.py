@@ -197,7 +197,7 @@ class FrictionSolver:
         raise out_of_reach(rtol, best)
 
     def _refused(self, rtol, best, level, left):
-        """The NotConverged of an rtol that no level reaches, with one that those within memory and time do."""
+        """The NotConverged of an rtol that no level reaches, with one that those within memory do."""
         cells, forces = len(level.edges), level.solutions[0].unknowns
         with suppress(NotConverged):
             for _ in range(left):
@@ -265,7 +265,7 @@ class FrictionSolver:
 
 
 def _with_steep(level, known=(), band=0.0):
-    """The Level with places where q/f jumps or a stick zone is born, and those known ones, which finer cells may
+    """The Level with places where q/f jumps or a stick zone is born, and the known ones, which finer cells may
     resolve, that are farther than `band` from these.
     """
     steep = [float(edge) for one in level.solutions for edge in one.edges[one.jumping, 1]]
@@ -288,15 +288,14 @@ def _features(before, smallest):
 
 
 def _change(coarser, finer):
+    ell, friction = finer.solutions[0].problem.ell, finer.solutions[0].problem.law.friction
     pairs = zip(finer.solutions, coarser.solutions)
-    return np.array(
-        [change(*pair, pair[0].norm, pair[0].problem.ell, pair[0].problem.law.friction) for pair in pairs]
-    )
+    return np.array([change(one, other, one.norm, ell, friction) for one, other in pairs])
 
 
 def _estimates(changes, level):
-    """Errors of the solutions of a Level, list of float: the rest of a geometric series of changes from level to
-    level, and what jumps lose.
+    """Errors of the solutions of a Level, list of float: the rest of a geometric series of changes, and what
+    jumps lose.
     """
     if not changes:
         return [np.inf]
