@@ -265,7 +265,7 @@ class FrictionSolver:
 
 
 def _with_steep(level, known=(), band=0.0):
-    """The Level with places where q/f jumps or a stick zone is born, and the known ones, which finer cells may
+    """The Level with places where q/f jumps or a stick zone is born, and those known, which finer cells may
     resolve, that are farther than `band` from these.
     """
     steep = [float(edge) for one in level.solutions for edge in one.edges[one.jumping, 1]]
