@@ -102,10 +102,10 @@ def require_history(cells, forces, pairs):
     """Raises NotConverged where a history on so many cells would take more memory than there is, or half an
     hour.
 
-    A pair of forces takes 54 bytes, and a pair of loads 2e-10 to 1e-9 seconds times the cube of the forces.
+    A pair of forces takes 54 bytes, and a pair of loads 5e-11 to 2e-10 seconds times the cube of the forces.
     """
     what, advice = f"a history on {cells} cells", "take fewer pairs, smaller loads, or fewer features"
     require_room(64 * forces**2, what, advice)
-    seconds = 1e-9 * pairs * forces**3
+    seconds = 2e-10 * pairs * forces**3
     if seconds > 1800:
         raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")

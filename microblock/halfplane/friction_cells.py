@@ -11,18 +11,18 @@ NEAREST = 1e-9  # of the half-width, next to a feature
 
 @dataclass(frozen=True)
 class Feature:
-    """A place, known to `band`, with cells of the length `smallest`, or `growth` times the distance."""
+    """A place, known to `band`, with cells of the length `smallest`; on all `scales` what is there varies."""
 
     place: float
     band: float
     smallest: float
-    growth: float = np.inf
+    scales: bool = False
 
 
 def cells(problem, fineness, features, reach=None):
     """Returns left and right edges of cells on all that could touch, array (n, 2), of the length fineness
-    sqrt(r a) at the distance r from a feature, a the half-width of a classical contact; beyond `reach`, an
-    interval, they grow.
+    sqrt(r a) at the distance r from a feature, a the half-width of a classical contact, and 2 fineness r^.8
+    a^.2 where all scales count (polygons of sqrt(r) and log(r)); beyond `reach`, an interval, they grow.
     """
     a, found = problem.picture.half_width, []
     for left, right in problem.stretches:
@@ -48,7 +48,9 @@ def _size(x, a, fineness, features, reach):
     size = np.full(len(x), fineness * a if reach is None else np.inf)
     for each in features:
         away = np.maximum(np.abs(x - each.place) - each.band, 0.0)
-        longest = np.minimum(fineness * np.sqrt(away * a), each.growth * np.maximum(away, NEAREST * a))
+        longest = fineness * a * np.sqrt(away / a)
+        if each.scales:
+            longest = np.minimum(longest, 2 * fineness * a * (away / a) ** 0.8)
         size = np.minimum(size, np.hypot(longest, each.smallest))
     return size if reach is None else np.maximum(size, 0.4 * np.maximum(reach[0] - x, x - reach[1]))
 
@@ -62,5 +64,5 @@ def fixed(problem):
 def touching(problem, fineness):
     """Returns features at `fixed` places and at the first touch of each corner."""
     smallest, lowest = fineness**2 * problem.picture.half_width / 4, problem.picture.lowest
-    first = [Feature(lowest + shift, 0.0, smallest) for shift in problem.shifts]
-    return first + [Feature(each, 0.0, smallest / 25, 3 * fineness) for each in fixed(problem)]
+    first = [Feature(lowest + shift, 0.0, smallest, True) for shift in problem.shifts]
+    return first + [Feature(each, 0.0, fineness**2 * smallest, True) for each in fixed(problem)]

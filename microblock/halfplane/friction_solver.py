@@ -1,5 +1,6 @@
 """Histories of frictional contact on cells that are small at edges (docs/theory/friction.md)."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 from .. import cost
 from ..corners.follower import AT_LIMIT, Follower, Moment
 from ..corners.friction_events import events
-from ..errors import BadArgument, NotConverged, out_of_reach
+from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
 from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
@@ -21,6 +22,10 @@ from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_counter
 
+# of the errors of two levels: 2 to 6 as seen where it is measured, and a small change may be luck
+RATIOS, UNKNOWN = (1.4, 2.5), 2.0
+SLOW, QUICK = 2.0, 10.0  # of the estimates: 3.3 to 8.8 as seen
+
 
 @dataclass(frozen=True)
 class Errors(ErrorParts):
@@ -28,7 +33,7 @@ class Errors(ErrorParts):
 
     Attributes
     ----------
-    discretisation : change from the level before, or the loss where q/f jumps
+    discretisation : what finer levels would change, and the loss where q/f jumps
     """
 
     discretisation: float
@@ -138,14 +143,15 @@ class FrictionCells(OfMoment):
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """A history on cells with edges, array (n, 2): a solution for each pair, and events. Edges of zones are
-    known to `band` or better.
+    """A history on cells with edges, array (n, 2): a solution for each pair, and events. Edges of zones, and
+    places near which q/f is `steep`, are known to `band` or better.
     """
 
     edges: np.ndarray
     solutions: list
     events: list
     band: float
+    steep: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -163,11 +169,11 @@ class FrictionSolver:
 
     def history(self, rtol, progress):
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol, best = 1e-2 if rtol is None else rtol, np.inf
-        numbers = range(5)
+        rtol, best = 5e-2 if rtol is None else rtol, np.inf
+        numbers = range(6)
         try:
             for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
-                errors = changes[-1] if changes else [np.inf]
+                errors = _estimates(changes, finer)
                 best = min(best, max(errors))
                 if best <= rtol:
                     parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
@@ -176,28 +182,44 @@ class FrictionSolver:
                         for one, other, error in parts
                     ]
                     return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
-                if best > rtol * 2.0 ** (3 * (numbers[-1] - number)) and changes:
-                    break  # the levels that are left would not do, at the fastest ratio of changes
+                left = numbers[-1] - number
+                if left and len(changes) > 1 and best > rtol * QUICK**left:
+                    raise self._refused(rtol, best, finer, left)
         except NotConverged as failure:
-            if not np.isfinite(best):
+            if not np.isfinite(best) or failure.rtol_reached:
                 raise
             raise out_of_reach(rtol, best, f" ({failure})") from failure
         raise out_of_reach(rtol, best)
+
+    def _refused(self, rtol, best, level, left):
+        """The NotConverged of an rtol that no level reaches, with one that those within memory do."""
+        cells, forces = len(level.edges), level.solutions[0].unknowns
+        with suppress(NotConverged):
+            for _ in range(left):
+                cells, forces = 2 * cells, 2 * forces
+                cost.require_history(cells, forces, len(self.pairs))
+                best /= SLOW
+        figure = at_least(best)
+        return NotConverged(
+            f"rtol = {rtol:g} is out of reach, as {len(level.edges)} cells show; ask for rtol={figure}",
+            rtol_reached=float(figure),
+        )
 
     def level(self, number, before):
         """Returns the Level on finer cells towards the edges of the one before."""
         # length of a cell over the half-width, at that distance of an edge
         a, fineness = self.problem.picture.half_width, 0.16 / 2**number
         width = sum(right - left for left, right in self.problem.stretches)
-        first = max(a / 10, width / 200)
+        first = max(a / 20, width / 200)
         # smaller cells at edges than a quarter of the square of the fineness gain nothing
         smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
         features = touching(self.problem, fineness)
         if before is None:
-            return self.on(cells(self.problem, first / a, features), first)
+            return _with_steep(self.on(cells(self.problem, first / a, features), first))
         known = _features(before, smallest)
         reach = known[0].place, known[-1].place
-        return self.on(cells(self.problem, fineness, features + known, reach), smallest)
+        made = self.on(cells(self.problem, fineness, features + known, reach), smallest)
+        return _with_steep(made, before.steep, before.band)
 
     def on(self, edges, band=0.0):
         """Returns the Level on cells."""
@@ -237,10 +259,20 @@ class FrictionSolver:
                 raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
 
 
+def _with_steep(level, known=(), band=0.0):
+    """The Level with places where q/f jumps or a stick zone is born, and those known, which finer cells may
+    resolve, that are farther than `band` from these.
+    """
+    steep = [float(edge) for one in level.solutions for edge in one.edges[one.jumping, 1]]
+    steep += [float(event.x) for event in level.events if event.kind == "born"]
+    old = [place for place in known if all(abs(place - new) > band for new in steep)]
+    return replace(level, steep=(*steep, *old))
+
+
 def _features(before, smallest):
     found = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
-    edges |= {float(edge): before.band for one in before.solutions for edge in one.edges[one.jumping, 1]}
+    edges |= dict.fromkeys(before.steep, before.band)
     for edge, doubt in sorted(edges.items()):
         band = min(max(4 * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:
@@ -251,10 +283,20 @@ def _features(before, smallest):
 
 
 def _change(coarser, finer):
-    return [
-        max(change(one, other, one.norm, one.problem.ell, one.problem.law.friction), one.lost_in_jumps)
-        for one, other in zip(finer.solutions, coarser.solutions)
-    ]
+    ell, friction = finer.solutions[0].problem.ell, finer.solutions[0].problem.law.friction
+    pairs = zip(finer.solutions, coarser.solutions)
+    return np.array([change(one, other, one.norm, ell, friction) for one, other in pairs])
+
+
+def _estimates(changes, level):
+    """Errors of the solutions of a Level, list of float: the rest of a geometric series of changes, and what
+    jumps lose.
+    """
+    if not changes:
+        return [np.inf]
+    ratios = np.clip(changes[-2] / changes[-1], *RATIOS) if len(changes) > 1 else UNKNOWN
+    lost = [one.lost_in_jumps for one in level.solutions]
+    return (changes[-1] / (ratios - 1) + lost).tolist()
 
 
 def _zone_errors(finer, coarser):

@@ -187,7 +187,7 @@ def test_what_a_history_returns_is_so(name):
 
 
 def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
-    """With room for 400 cells the third level is not begun; no rtol helps where the first one is not. A
+    """With room for 500 cells the third level is not begun; no rtol helps where the first one is not. A
     figure rounded down, .010107 to "1.0e-02", would be refused again when it is asked for.
     """
     assert out_of_reach(1e-3, 0.010107).rtol_reached == 0.011 and out_of_reach(1e-3, 1.7).rtol_reached is None
@@ -197,8 +197,8 @@ def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
     assert caught.value.rtol_reached is None
     for law, second, room, rtol in (
         (BLOCKS, False, 1.2e8, 0.01),
-        (BLOCKS, True, np.inf, 1e-6),
-        (LAWS[0], True, np.inf, 1e-6),
+        (BLOCKS, False, 6e8, 1e-6),  # room for the level at which it is refused
+        (LAWS[0], True, 4e8, 1e-6),  # and for another one, of which the advice speaks
     ):
         memory(room)
         problem = contact(law, second, mb.Cells())
@@ -275,10 +275,10 @@ def test_estimates_see_places_and_what_is_between_centres():
         assert state.error_estimate == state.error_parts.total
         assert "shared" not in str(state.warnings)
     problem = contact(mb.Microblock(friction=0.1), alpha=0.1)
-    coarse, fine = (problem.history([(P, 0.0)], rtol=rtol).states[0] for rtol in (0.1, 0.06))
+    coarse, fine = (problem.history([(P, 0.0)], rtol=rtol).states[0] for rtol in (0.2, 0.02))
     off = np.interp(fine.x, coarse.x, coarse.shear_traction) - fine.shear_traction
-    assert 0.05 < relative(fine, off / 0.1, fine.pressure) < coarse.error_estimate <= 0.1
-    (state,) = contact(LAWS[0], alpha=1e-5).history([(P, 0.0)], coupled=False, rtol=0.03).states
+    assert 0.01 < relative(fine, off / 0.1, fine.pressure) < coarse.error_estimate <= 0.2
+    (state,) = contact(LAWS[0], alpha=1e-5).history([(P, 0.0)], coupled=False, rtol=0.01).states
     x = np.linspace(-1, 1, 20001)
     exact = 2 * P / np.pi * np.sqrt(1 - x**2)
     assert np.linalg.norm(state.pressure_at(x) - exact) / np.linalg.norm(exact) < 1e-3 < state.error_estimate
