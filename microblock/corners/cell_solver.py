@@ -86,8 +86,9 @@ class CellSolution(Solution):
 class CellSolver(Solver):
     """Base of solvers on equal cells along one axis or two; their `options` are `Cells`.
 
-    A solver has `gaps` and `tilt` at places, `flexibility` of a Grid, `turned`, the rotations of phi, and
-    `estimate` from changes.
+    A solver has `gaps` and `tilt` at places, `flexibility` of a Grid, `turned`, the rotations of phi,
+    `estimate` from changes, and `hopeless`: whether grids so many times finer miss the goal. But where no
+    estimate is in sight it is not before the last few grids, whose estimates show what is in reach.
 
     Attributes
     ----------
@@ -165,15 +166,11 @@ class CellSolver(Solver):
                 return state, outside
             if seen <= least:
                 least, reached = seen, state
-            if self.hopeless(changes, before, goal, sizes[-1] // count):
+            if self.hopeless(changes, before, goal, sizes[-1] // count, least):
                 break
         words = " x ".join([str(reached.grid.count)] * self.dimensions)
         why = "; ".join((f" on {words} cells", *reached.notes))
         raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach)
-
-    def hopeless(self, changes, before, goal, finer):
-        """Whether grids so many times finer miss the goal."""
-        return False
 
     @cached_property
     def _kept(self):

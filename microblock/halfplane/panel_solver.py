@@ -114,23 +114,30 @@ class PanelSolver(Solver):
         near = self._neighbour(near)
         try:
             return self._solved(load, rtol, order, near)
-        except NotConverged as failure:
+        except NotConverged as missed:
             if order is not None:
                 raise
-            failure = self._reachable(load, rtol, failure)
-            if not fallback:
-                raise failure from None
-            return by_cells(self, self._picture(load), load, rtol, failure)
+            failure = missed
+        best, reached = failure.rtol_reached or math.inf, 1.0
+        if fallback and best >= OFFERED:
+            try:
+                return by_cells(self, self._picture(load), load, rtol, failure)
+            except NotConverged as missed:
+                failure, reached = missed, missed.rtol_reached or 1.0
+        raise self._reachable(load, rtol, best, reached, failure) from None
 
-    def _reachable(self, load, rtol, failure):
-        """The failure, with an rtol that was reached by asking for it."""
-        best = failure.rtol_reached or math.inf
-        for looser in (each for each in (best, 2 * best, 4 * best) if each < OFFERED):
+    def _reachable(self, load, rtol, best, most, failure):
+        """The NotConverged with an rtol near to the best estimate that was reached by asking for it, as edges
+        move less far for another rtol; the failure, which knows one or none, where that is not below `most`.
+        """
+        looser = 1.25 * best
+        while looser < most:
             try:
                 self._solved(load, looser, None, None)
+                return out_of_reach(rtol, looser, load=load)
             except NotConverged:
-                continue
-            return out_of_reach(rtol, looser, load=load)
+                looser *= 4
+        failure.rtol_reached = None if most == 1 else most
         return failure
 
     def _solved(self, load, rtol, order, near):
