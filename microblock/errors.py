@@ -165,9 +165,8 @@ def out_of_reach(
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
     met = float(figure) if rtol < float(figure) < 1 else None
-    advice = " or ".join(
-        [f"ask for rtol={figure}"] * (met is not None and met_again) + [besides] * bool(besides)
-    )
+    asked = [f"ask for rtol={figure}"] * (met is not None and met_again)
+    advice = " or ".join(asked + [besides] * bool(besides))
     return NotConverged(
         f"rtol = {rtol:g} was not reached{where}{why}"
         + f", the smallest error estimate was {figure}" * bool(np.isfinite(best))

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach
+from ..errors import BadArgument, MicroblockError, NotConverged, at_least, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.law import require_pure_force
@@ -130,13 +130,13 @@ class PanelSolver(Solver):
         """The NotConverged with an rtol near to the best estimate that was reached by asking for it, as edges
         move less far for another rtol; the failure, which knows one or none, where that is not below `most`.
         """
-        looser = 1.25 * best
+        looser = float(at_least(1.25 * best))
         while looser < most:
             try:
                 self._solved(load, looser, None, None)
                 return out_of_reach(rtol, looser, load=load)
             except NotConverged:
-                looser *= 4
+                looser = float(at_least(4 * looser))
         failure.rtol_reached = None if most == 1 else most
         return failure
 
