@@ -156,7 +156,7 @@ def refine_until(solver, load, approach, rtol, progress=False):
             if parts.total <= rtol:
                 return replace(found, error_estimate=parts.total)
             now = (found.unknowns, parts.energy, parts.surface)
-            if found.unknowns > (SOON if _hopeless(rtol, *before, *now) else MOST):
+            if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, *before, *now)):
                 break
             before = now
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
@@ -168,7 +168,7 @@ def refine_until(solver, load, approach, rtol, progress=False):
 
 def _hopeless(rtol, *passes):
     """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order of a pass."""
-    if len(passes) < 6:
+    if len(passes) < 6 or passes[3] <= passes[0]:  # triangles of quadrilaterals may have as many
         return False
     few, *coarse, more, energy, surface = passes
     ahead, both = 1.5 * math.log(MOST / more) / math.log(more / few), zip(coarse, (energy, surface))
