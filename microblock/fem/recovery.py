@@ -163,7 +163,8 @@ def refine_until(solver, load, approach, rtol, progress=False):
             # an rtol far away asks for all elements alike, and not for the worst ones first
             solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
-    raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach) from failed
+    where = {"load": load, "approach": approach}
+    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **where) from failed
 
 
 def _hopeless(rtol, *passes):
