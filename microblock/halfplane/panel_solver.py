@@ -130,13 +130,17 @@ class PanelSolver(Solver):
         """The NotConverged with an rtol near to the best estimate that was reached by asking for it, as edges
         move less far for another rtol; the failure, which knows one or none, where that is not below `most`.
         """
-        looser = float(at_least(1.25 * best))
-        while looser < most:
+        asked, met = 1.25 * best, None
+        while asked < (met / 1.5 if met else most):
+            asked = float(at_least(asked))
             try:
-                self._solved(load, looser, None, None)
-                return out_of_reach(rtol, looser, load=load)
+                met, asked = asked, 1.25 * self._solved(load, asked, None, None).estimate.total
             except NotConverged:
-                looser = float(at_least(4 * looser))
+                if met:
+                    break
+                asked *= 4
+        if met:
+            return out_of_reach(rtol, met, load=load)
         failure.rtol_reached = None if most == 1 else most
         return failure
 
