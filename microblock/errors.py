@@ -157,19 +157,24 @@ def out_of_reach(
     *,
     load: float | None = None,
     approach: float | None = None,
+    met_again: bool = True,
+    margin: float = 1.0,
 ) -> NotConverged:
     """Returns the NotConverged of an rtol where the smallest estimate is `best`: it advises an rtol that is
-    met, and what `besides` names.
+    met, unless that is not known yet (`met_again`), and what `besides` names. The rtol is larger than `best`
+    by a `margin` where a method goes another way for another rtol.
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
-    met = float(figure) if rtol < float(figure) < 1 else None
-    advice = " or ".join([f"ask for rtol={figure}"] * (met is not None) + [besides] * bool(besides))
+    met = float(at_least(margin * best))
+    asked = [f"ask for rtol={met:.1e}"] * (rtol < met < 1 and met_again)
+    advice = " or ".join(asked + [besides] * bool(besides))
     return NotConverged(
-        f"rtol = {rtol:g} was not reached{where}{why}, the smallest error estimate was {figure}"
+        f"rtol = {rtol:g} was not reached{where}{why}"
+        + f", the smallest error estimate was {figure}" * bool(np.isfinite(best))
         + f"; {advice}" * bool(advice),
         reached=reached,
-        rtol_reached=met,
+        rtol_reached=met if rtol < met < 1 else None,
         iterations=iterations,
     )
 

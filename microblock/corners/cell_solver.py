@@ -86,8 +86,9 @@ class CellSolution(Solution):
 class CellSolver(Solver):
     """Base of solvers on equal cells along one axis or two; their `options` are `Cells`.
 
-    A solver has `gaps` and `tilt` at places, `flexibility` of a Grid, `turned`, the rotations of phi, and
-    `estimate` from changes.
+    A solver has `gaps` and `tilt` at places, `flexibility` of a Grid, `turned`, the rotations of phi,
+    `estimate` from changes, and `hopeless`: whether grids so many times finer miss the goal. But where no
+    estimate is in sight it is not before the last few grids, whose estimates show what is in reach.
 
     Attributes
     ----------
@@ -169,7 +170,7 @@ class CellSolver(Solver):
                 return state, outside
             if seen <= least:
                 least, reached = seen, state
-            if self.hopeless(changes, before, goal, sizes[-1] // count):
+            if self.hopeless(changes, before, goal, sizes[-1] // count, least):
                 break
         words = " x ".join([str(reached.grid.count)] * self.dimensions)
         why = "; ".join((f" on {words} cells", *reached.notes))
@@ -178,10 +179,6 @@ class CellSolver(Solver):
     def enough(self, goal, state):
         """The error that suffices where a state misses its goal."""
         return goal
-
-    def hopeless(self, changes, before, goal, finer):
-        """Whether grids so many times finer miss the goal."""
-        return False
 
     def path(self, last, rtol, progress=False):
         from .cell_path import CellPath  # here: a single state does without

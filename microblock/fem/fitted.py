@@ -117,7 +117,8 @@ class FittedSolver(MeshFitter):
         if self.picture.simple:
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
                 contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels())
-                return contact.solver.at(load, 0.1 * rtol).all_zones
+                # edges that move on need no more, and panels that miss it would look for what is in reach
+                return contact.solver.at(load, max(0.1 * rtol, 1e-8)).all_zones
         *_, zones = first_zones(self.problem, load)
         return zones
 
@@ -140,7 +141,8 @@ class FittedSolver(MeshFitter):
             except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
                 if best == math.inf:
                     raise
-                raise out_of_reach(rtol, best, f" ({failure})", load=load, iterations=passes) from None
+                known = {"load": load, "iterations": passes, "margin": 1.4}
+                raise out_of_reach(rtol, best, f" ({failure})", **known) from None
             passes += count
             if mesh is not None and coarse is not None:
                 best = min(best, mesh.estimate.total)
@@ -153,7 +155,7 @@ class FittedSolver(MeshFitter):
         if best == math.inf or outermost > self.furthest:
             raise self._unsettled(load, zones, passes)
         besides = "fix the discretisation, Fitted(order=...)"
-        raise out_of_reach(rtol, best, load=load, besides=besides, iterations=passes)
+        raise out_of_reach(rtol, best, load=load, besides=besides, iterations=passes, margin=1.4)
 
     def _settled(self, load, rtol, zones, level, coarse):
         """(FittedMesh of a level whose zones hold, or None, the next zones, number of meshes). Zones are

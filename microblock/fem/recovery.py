@@ -26,6 +26,7 @@ from .meshes import elements_at, of_elements
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
+SOON = 100_000  # unknowns, with which no mesh is cut any more if rtol is out of reach: some ten seconds
 
 
 @dataclass(frozen=True)
@@ -140,9 +141,10 @@ def refine_until(solver, load, approach, rtol, progress=False):
     Raises
     ------
     NotConverged
-        Beyond MOST unknowns or PASSES passes; `rtol_reached` is the smallest estimate.
+        Beyond MOST unknowns or PASSES passes, or beyond SOON if MOST would miss rtol; `rtol_reached` is the
+        smallest estimate.
     """
-    best, found, besides, failed = math.inf, None, "raise the order of the body", None
+    best, found, besides, failed, before = math.inf, None, "raise the order of the body", None, ()
     with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
         for passes in range(1, PASSES + 1):
             try:
@@ -158,13 +160,25 @@ def refine_until(solver, load, approach, rtol, progress=False):
             best = min(best, parts.total)
             if parts.total <= rtol:
                 return replace(found, error_estimate=parts.total)
-            if found.unknowns > MOST:
+            now = (found.unknowns, parts.energy, parts.surface)
+            if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, *before, *now)):
                 break
+            before = now
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
             # an rtol far away asks for all elements alike, and not for the worst ones first
             solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
-    raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach) from failed
+    where = {"load": load, "approach": approach}
+    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **where) from failed
+
+
+def _hopeless(rtol, *passes):
+    """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order of a pass."""
+    if len(passes) < 6 or passes[3] <= passes[0]:  # triangles of quadrilaterals may have as many
+        return False
+    few, *coarse, more, energy, surface = passes
+    ahead, both = 1.5 * math.log(MOST / more) / math.log(more / few), zip(coarse, (energy, surface))
+    return any(fine * (fine / max(part, 1e-300)) ** ahead > rtol for part, fine in both)
 
 
 def marked(found, left):

@@ -72,9 +72,12 @@ def _climb(problem, load, zones, rtol):
                 state = _beside(coarse, _amended(state, CONDITIONS_SHARE * rtol))
                 if state.estimate.total <= rtol:
                     return state
-            best = min(best, state.estimate.total)
+            best, before = min(best, state.estimate.total), best
+            # rounding takes over, the more the higher the order
+            if state.estimate.total > before or state.estimate.kernel > max(rtol, state.estimate.total / 4):
+                break
         coarse, zones = state, state.further
-    raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead")
+    raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead", met_again=False)
 
 
 def _beside(coarse, state):

@@ -156,9 +156,12 @@ class SurfaceSolver(CellSolver):
         """
         return _of_changes(changes) + _share_of_spots(before, SPOT) + state.residual * state.grid.count
 
-    def hopeless(self, changes: list[float], before: SurfaceCells, goal: float, finer: int) -> bool:
-        """Returns whether grids so many times finer miss the goal."""
-        return _of_changes(changes) > goal * finer**2 or _share_of_spots(before, SPOT / 2 / finer**2) > goal
+    def hopeless(
+        self, changes: list[float], before: SurfaceCells, goal: float, finer: int, least: float
+    ) -> bool:
+        """Returns whether grids so many times finer miss the goal, by spots on any grid."""
+        slow = finer <= 2 and _of_changes(changes) > goal * finer**2
+        return slow or _share_of_spots(before, SPOT / 2 / finer**2) > goal
 
     def turned(self, own: Array) -> Array:
         """Returns rotations about x1 and x2 of phi, array (2, ...)."""
