@@ -131,11 +131,17 @@ class Picture:
         self.samples = np.vstack((self.samples, low))
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
-    def look_about(self, window: Any) -> None:
-        """Looks at a window, and as far again on all sides, and follows what is low."""
-        times = 1 if self.repeats else 3
-        self.look(window.middle, times * window.side, times * FINE)
+    def look_about(self, window: Any) -> float:
+        """Looks at a window or squares, and as far again on all sides, and follows what is low; returns the
+        diameter (length) of a disc in which there is a sample.
+        """
+        grids = getattr(window, "grids", (window,))
+        times = 1 if self.repeats and grids[0] is window else 3
+        rows = int(FINE / np.sqrt(len(grids)))
+        for grid in grids:
+            self.look(grid.middle, times * grid.side, times * rows)
         self.follow()
+        return float(8**0.5 * max(grid.side for grid in grids) / rows)  # of so many rows
 
     def follow(self) -> None:
         """Adds the valleys below samples that no neighbour undercuts."""

@@ -334,14 +334,19 @@ class State(PlainData):
         Number of corners with a force, and all four where no gap is open.
     contact_area : float
         Area on which a corner touches (length^2).
+    squares : tuple of Grid, or None
+        Of cells: the squares in which they lie, the widest cells first, each with `count` cells a side,
+        their `width`, its `side`, `middle` (lengths) and `axes` (x1 and x2 of centres). Cells of a square
+        come row after row, one square after the other.
     shape, x1, x2, width
-        Of cells: numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2` are
-        those of `points`, the others None.
+        Of cells in one square: numbers (n1, n2), centres along either axis, and side (length); None of
+        several squares. Of nodes `x1` and `x2` are those of `points`, the others None.
     triangles : array (m, 3) of int, or None
         Numbers of nodes, of triangles between them.
     seen_width : float or None
-        Diameter (length) of the narrowest summit that is seen: a disc on which the obstacle is lower than as
-        far again around it.
+        Diameter (length) of the narrowest summit that is seen in the squares and as far again around them: a
+        disc on which the obstacle is lower than as far again around it. Farther away it is a third of the
+        distance from a square, on a period as many parts of it.
 
     Examples
     --------
@@ -377,6 +382,7 @@ class State(PlainData):
     x1: Array | None
     x2: Array | None
     triangles: Integers | None
+    squares: tuple[Any, ...] | None
     width: float | None
     seen_width: float | None
     error_estimate: float | None
