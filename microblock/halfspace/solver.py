@@ -108,7 +108,7 @@ class SurfaceSolver(CellSolver):
         progress: bool = False,
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        goal, fixed = self.goal(rtol), self.given_window()
+        goal, fixed = self.goal(rtol), self.whole or self.given_window()
         picture = self._picture(load, approach, fixed)
         places, searched = picture.deepest, fixed is None or self._is_sparse(picture)
         for _ in range(TRIES):
@@ -217,14 +217,11 @@ class SurfaceSolver(CellSolver):
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
     def _is_sparse(self, picture: Picture) -> bool:
-        """Returns whether so little of a period can touch that squares of cells are tried."""
-        small = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
-        return bool(
-            self.period
-            and self.options.nodes is None
-            and small
-            and len(picture.low(picture.bound)) < SPARSE * FINE**2
-        )
+        """Returns whether so little of a period can touch that several squares of cells are tried."""
+        if self.period is None or self.options.nodes is not None:
+            return False
+        inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
+        return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
 
     def _window(self, picture: Picture, load: float | None, approach: float | None, places: Array) -> Any:
         """Returns the squares about the contact and about places, array (k, 2), as a Grid if one is enough."""
@@ -270,7 +267,7 @@ class SurfaceSolver(CellSolver):
 
     def _about(self, parts: Any, times: float, width: float | None, most: int) -> Any:
         """Returns squares about rectangles, so many times as wide and no narrower than their least sides; one
-        Grid instead of more than `most`, or where they would cover a third of it.
+        instead of more than `most`, or where three times as many cells are as small as theirs.
         """
         shifts = np.zeros((1, 2))
         if self.second is not None:
@@ -279,7 +276,7 @@ class SurfaceSolver(CellSolver):
         sides = np.array([side for _, side in parts])
         box = _around(np.vstack([box for box, _ in all_parts]))
         single = max(times * np.ptp(box, axis=0).max(), max(side for _, side in all_parts))
-        if len(parts) > most or (len(parts) > 1 and np.sum(sides**2) > single**2 / 3):
+        if len(parts) > most or (len(parts) > 1 and len(parts) * np.min(sides) ** 2 > single**2 / 3):
             if self.period:
                 return self.whole
             parts, sides = [(box, single)], np.array([single])
@@ -304,7 +301,7 @@ class SurfaceSolver(CellSolver):
         out = grid.beyond(*low[:, :2].T) > 0
         outside, inside = low[out, :2], low[~out]
         cells, (H, g0) = tuple(grid.nearest(*inside[:, :2].T)), self.prepared(grid)
-        f, mode = g0.min(axis=0), "wrap" if grid is self.whole else "nearest"
+        f, mode = g0.min(axis=0), "wrap" if _is_whole(state) else "nearest"
         near = minimum_filter(f, (*[1] * (f.ndim - 2), 3, 3), mode=mode)[cells]
         tip = inside[:, 2] < near - (state.approach - least) / 20
         added = (H @ (state.pressures * grid.area))[(slice(None), *(one[tip] for one in cells))]
@@ -333,7 +330,7 @@ class SurfaceSolver(CellSolver):
             added, rest = self._alone(wide, False) @ _shared(wide, grid, own), rest & ~beside
             for other in sources if self.period else [one for one in sources if one[0] is not grid]:
                 free = np.inf if other[0] is grid else other[0].beyond(*_near(state.grid, other[0], *np.array(grid.middle)))
-                pieces = np.ceil(wide.side / (2 * max(free - grid.side, wide.width)))
+                pieces = max(np.ceil(wide.side / (2 * max(free - grid.side, wide.width))), 1)
                 if pieces * NODES < FEW:
                     B = nodes(wide.count, int(pieces))[1]
                     values = self._afar(*other, of_nodes(wide, int(pieces)), other[0] is grid)
@@ -399,6 +396,11 @@ def _shared(wide: Grid, grid: Grid, forces: Array) -> Array:
     return loads
 
 
+def _is_whole(state: SurfaceCells) -> bool:
+    """Returns whether the cells are those of a whole period."""
+    return state.solver.period is not None and isinstance(state.grid, Grid)
+
+
 def squares_of(grid: Grid | Squares) -> tuple[Grid, ...]:
     return (grid,) if isinstance(grid, Grid) else grid.grids
 
@@ -411,7 +413,7 @@ def _near(window: Grid | Squares, grid: Grid, *x: Array) -> Array:
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
     """Returns the load's share on spots of fewer cells."""
     # on a period spots go on beyond its rim
-    n, repeats = state.grid.count, 1 if state.grid is not state.solver.whole else 2
+    n, repeats = state.grid.count, 1 + _is_whole(state)
     pressed, forces = state.total.reshape(-1, n, n) > 0, (state.total * state.grid.area).reshape(-1, n, n)
     cross = np.array((np.zeros((3, 3)), np.ones((3, 3)), np.zeros((3, 3))))
     labels = label(np.tile(pressed, (1, repeats, repeats)), cross)[0]
@@ -478,4 +480,4 @@ def _reach(state: SurfaceCells, rim: int) -> list[bool]:
     n = state.grid.count
     closed = state.closed.reshape(-1, n, n) > 0
     inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2)) < closed.sum(axis=(1, 2))
-    return list((inner & (state.grid is not state.solver.whole)).tolist())
+    return list((inner & (not _is_whole(state))).tolist())

@@ -625,7 +625,8 @@ class State(PlainData):
         return np.reshape(found, np.shape(x))[()] if self.flat else found
 
     def along(self, direction: str) -> dict[str, Array]:
-        """Returns a state on cells in three dimensions along a line through the middle of the cells.
+        """Returns a state on cells in three dimensions along a line through the middle of the cells, of several
+        squares in those that it meets.
 
         Parameters
         ----------
@@ -643,14 +644,20 @@ class State(PlainData):
             If the direction is none of these, or the state not one on cells.
         """
         require_choice(("x1", "diagonal"), direction=direction)
-        if self.shape is None:
+        if self.squares is None:
             raise BadArgument("direction", direction, "belongs to cells in three dimensions")
-        n = self.shape[0]
-        names = "pressure", "m1", "m2", "psi1", "psi2"
-        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (-1, *self.shape))
-        middle = fields[:, :, [(n - 1) // 2, n // 2]].mean(axis=2)
-        cuts = np.diagonal(fields, axis1=1, axis2=2) if direction == "diagonal" else middle
-        return {"x1": cast(Array, self.x1), **dict(zip(names, cuts))}
+        fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
+        (first, second), cuts = np.mean([square.middle for square in self.squares], axis=0), []
+        for square, values in zip(self.squares, np.split(fields, len(self.squares), axis=1)):
+            x1 = square.axes[0]
+            x2 = second + (x1 - first if direction == "diagonal" else 0 * x1)
+            inside = square.beyond(x1, x2) <= 0
+            grids = values.reshape(-1, square.count, square.count)
+            own = [square.interpolated(one, False, x1[inside], x2[inside]) for one in grids]
+            cuts.append([x1[inside], *own])
+        along = np.hstack(cuts)
+        names = "x1", "pressure", "m1", "m2", "psi1", "psi2"
+        return dict(zip(names, along[:, np.argsort(along[0], kind="stable")]))
 
     def _number(self, corner: str) -> int:
         require_choice(self.pressures, corner=corner)
@@ -746,7 +753,7 @@ class State(PlainData):
         """
         data = {name: plain_data(getattr(self, name)) for name in self.listed}
         if not self.flat:
-            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.shape else {}
+            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.squares else {}
             return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
         known = {**data, **{f"pressure_{name}": data["pressures"].get(name) for name in "AB"}}
         known |= {"weight": data["weights"], "shear": data.get("shear_traction")}
