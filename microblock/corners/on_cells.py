@@ -59,6 +59,14 @@ class Grid:
         """Of a cell (length or length^2)."""
         return float(self.width ** len(self.middle))
 
+    @property
+    def grids(self) -> tuple[Grid, ...]:
+        return (self,)
+
+    def near(self, grid: Grid, *x: Array) -> Array:
+        """Returns places, which have no images, array (d, ...)."""
+        return np.array(x)
+
     def of(self, count: int) -> Grid:
         """Returns the same square of so many cells a side."""
         return Grid(count, self.side / count, self.middle)

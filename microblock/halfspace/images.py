@@ -77,9 +77,9 @@ class Response:
             away -= self.period * np.rint(away / self.period)
         found = np.zeros((len(self.odd), away.shape[1])) + self.mean[:, None] / self.period**2
         for block in in_blocks(away.shape[1], self.ways.shape[1]):
-            phases = self.ways.T @ away[:, block]
-            found[np.ix_(self.odd, block)] += self.spectrum[self.odd] @ np.sin(phases)
-            found[np.ix_(~self.odd, block)] += self.spectrum[~self.odd] @ np.cos(phases)
+            phases, odd = self.ways.T @ away[:, block], self.odd[:, None]
+            waves = np.where(odd, self.spectrum @ np.sin(phases), self.spectrum @ np.cos(phases))
+            found[:, block] += waves
         for image in np.ndindex(3, 3):
             x, y = away - self.period * (np.array(image)[:, None] - 1)
             r = np.hypot(x, y)

@@ -116,7 +116,13 @@ def response(solid: Cosserat, clamped: bool, period: float | None) -> Response:
         return np.asarray((table(r / ell).T * scale).T)
 
     return Response(
-        alone, partial(spectra, solid), (0, 1, 0, 2, 0, 1), partial(along_axes, clamped=clamped), odd, mean, period
+        alone,
+        partial(spectra, solid),
+        (0, 1, 0, 2, 0, 1),
+        partial(along_axes, clamped=clamped),
+        odd,
+        mean,
+        period,
     )
 
 

@@ -58,8 +58,9 @@ class Picture:
     ----------
     samples, valleys : arrays (n, 3), (k, 3)
         x1, x2 and f.
-    bound, radius : float
-        Bound on the approach, and radius of its disc (lengths).
+    bound, radius, seen : float
+        Bound on the approach, radius of its disc, and diameter of a disc in which there is a sample, of those
+        that were looked at last (lengths).
 
     Raises
     ------
@@ -131,17 +132,14 @@ class Picture:
         self.samples = np.vstack((self.samples, low))
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
-    def look_about(self, window: Any) -> float:
-        """Looks at a window or squares, and as far again on all sides, and follows what is low; returns the
-        diameter (length) of a disc in which there is a sample.
-        """
-        grids = getattr(window, "grids", (window,))
-        times = 1 if self.repeats and grids[0] is window else 3
-        rows = int(FINE / np.sqrt(len(grids)))
-        for grid in grids:
+    def look_about(self, window: Any) -> None:
+        """Looks at squares, and as far again on all sides, and follows what is low."""
+        times = 1 if self.repeats and not np.ndim(window.side) else 3
+        rows = int(FINE / np.sqrt(len(window.grids)))
+        for grid in window.grids:
             self.look(grid.middle, times * grid.side, times * rows)
         self.follow()
-        return float(8**0.5 * max(grid.side for grid in grids) / rows)  # of so many rows
+        self.seen = float(8**0.5 * np.max(window.side) / rows)  # in a disc of so many rows there is a sample
 
     def follow(self) -> None:
         """Adds the valleys below samples that no neighbour undercuts."""

@@ -13,9 +13,9 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import find_objects, label, map_coordinates, minimum_filter
+from scipy.ndimage import label
 
-from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
+from ..corners.cell_solver import CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.projected_gradients import GridForces
 from ..corners.surface_law import closed_corners, on_surface
@@ -27,21 +27,19 @@ from ..model.obstacles import heights, repeated
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
+from . import search
 from .counter import Counter
 from .counter import response as second_response
 from .half_space import HalfSpace
-from .kernels import kernels, response
+from .kernels import kernels
+from .kernels import response as first_response
 from .picture import FINE, Picture
-from .squares import NODES, Counters, Coupled, Squares, close_ones_joined, nodes, of_nodes, on_rows
+from .search import TRIES
+from .squares import Counters, Coupled, Squares
 from .symbol import symbol
 
-TRIES = 60  # windows
-FEW = 48  # cells along an axis of a window that is looked for
-FREE = 1.16 + 6 / FEW  # a twelfth and three cells on either side of a contact
 SPARSE = 0.01  # of a period that may touch, above which one grid has fewer cells than several squares
-MOST = 64  # squares, whose pairs would fill the memory
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
-NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -58,6 +56,11 @@ class SurfaceCells(CellSolution):
 
     closed: Any = None
     seen_width: float | None = None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the cells are those of a whole period."""
+        return self.period is not None and isinstance(self.grid, Grid)
 
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
@@ -110,20 +113,22 @@ class SurfaceSolver(CellSolver):
         """Returns the SurfaceCells, as `Solver.solve`."""
         goal, fixed = self.goal(rtol), self.whole or self.given_window()
         picture = self._picture(load, approach, fixed)
-        places, searched = picture.deepest, fixed is None or self._is_sparse(picture)
+        places = picture.deepest
         for _ in range(TRIES):
-            window = self._window(picture, load, approach, places) if searched else fixed
-            width = picture.look_about(window) if window is not fixed else 8**0.5 * fixed.side / FINE
+            window = fixed
+            if fixed is None or self._is_sparse(picture):
+                window = search.window(self, picture, load, approach, places)
+                picture.look_about(window)
             missed = partial(self.missed, picture)
             state, outside = self.within(window, load, approach, goal, missed, initial, progress)
             if not len(outside):
-                return replace(state, seen_width=width)
+                return replace(state, seen_width=picture.seen)
             places = np.vstack((places, outside))
-        raise NotConverged(NO_WINDOW)
+        raise NotConverged(search.NO_WINDOW)
 
     def state(self, solution: Any) -> State:
         """Returns the State on cells, square after square and row after row."""
-        grids, second = squares_of(solution.grid), body_of(self.obstacle) is not None
+        grids, second = solution.grid.grids, self.second is not None
         points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
         cells: dict[str, Any] = {"squares": grids, "opposite": solution.opposite.ravel() if second else None}
         if len(grids) == 1:
@@ -136,10 +141,10 @@ class SurfaceSolver(CellSolver):
         """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
         cells would touch.
         """
-        cut = any(_reach(state, 1))
-        outside, hidden = self._touching(state, picture)
+        cut = any(search.reach_of(state, 1))
+        outside, hidden = search.touching(state, picture)
         if self.options.window is None and (cut or len(outside)):
-            return np.vstack((*_spots(state), outside)), (), False
+            return np.vstack((*(spot for spots in search.spots(state) for spot in spots), outside)), (), False
         return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
     def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
@@ -164,17 +169,17 @@ class SurfaceSolver(CellSolver):
     def flexibility(self, grid: Grid | Squares) -> Flexibility:
         """Returns the Flexibility of a grid, or of several."""
         if isinstance(grid, Grid):
-            return self._alone(grid, self.period is not None)
+            return self.alone(grid, self.period is not None)
         law, kept = self.surface_law, dict[float, Flexibility]()  # squares of one width share tables
         for one in grid.grids:
-            kept[one.width] = kept.get(one.width) or self._alone(one, False)
+            kept[one.width] = kept.get(one.width) or self.alone(one, False)
         owns, counter = [kept[one.width] for one in grid.grids], None
         if self.second is not None:
             counters, places = [own.counter for own in owns], self.solid.ell / 2 * law.offsets
-            counter = Counters(counters, grid, places, self._second_response)
-        return Coupled(grid, owns, law.tilt(*grid.places), self._response, counter)
+            counter = Counters(counters, grid, places, self.second_response)
+        return Coupled(grid, owns, law.tilt(*grid.places), self.response, counter)
 
-    def _alone(self, grid: Grid, periodic: bool) -> Flexibility:
+    def alone(self, grid: Grid, periodic: bool) -> Flexibility:
         law, second = self.surface_law, self.second
         cells = grid.width, periodic
         counter = second and Counter(second, self.solid.ell, law.offsets, grid.width, grid.count, periodic)
@@ -187,11 +192,11 @@ class SurfaceSolver(CellSolver):
         return None if second is None else second.solid
 
     @cached_property
-    def _response(self) -> Any:
-        return response(self.solid, self.surface_law.clamped, self.period)
+    def response(self) -> Any:
+        return first_response(self.solid, self.surface_law.clamped, self.period)
 
     @cached_property
-    def _second_response(self) -> Any:
+    def second_response(self) -> Any:
         return second_response(self.second, self.period)
 
     def completed(self, state: SurfaceCells, H: Flexibility, found: GridForces) -> SurfaceCells:
@@ -210,9 +215,9 @@ class SurfaceSolver(CellSolver):
     # the window
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
-        second, short = body_of(self.obstacle), np.array([1e4 / self.solid.ell])
+        short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
-        plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
+        plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         needed = (plain, softer * plain) if approach is None else approach
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
@@ -223,143 +228,10 @@ class SurfaceSolver(CellSolver):
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
         return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
 
-    def _window(self, picture: Picture, load: float | None, approach: float | None, places: Array) -> Any:
-        """Returns the squares about the contact and about places, array (k, 2), as a Grid if one is enough."""
-        reach = 3 * picture.radius
-        parts, width = [(box, reach) for box in _clusters(places, 1.5 * reach)], None
-        window = self._about(parts, 1.5, width, MOST)
-        for number in range(TRIES):
-            if window is self.whole:
-                return window
-            state, before = self.solved(window, load, approach, self.loose / FEW), window
-            outside = self._touching(state, picture)[0]
-            places = np.vstack((places, outside))
-            parts, grows = self._parts(state, places, outside, reach)
-            most = MOST if 2 * number < TRIES else 1  # squares that join and part without end are one
-            window = self._about(parts, FREE, squares_of(before)[0].width, most)
-            if grows or len(outside) or window is self.whole:
-                continue
-            one, other = (np.sort([grid.side for grid in squares_of(each)]) for each in (window, before))
-            if len(one) == len(other) and np.all(one >= 0.3 * FREE * other):
-                return window
-        raise NotConverged(NO_WINDOW)
-
-    def _parts(self, state: SurfaceCells, places: Array, outside: Array, reach: float) -> Any:
-        """Returns rectangles that squares must hold, each with the least side, and whether one grows."""
-        parts, grows = [(box, reach) for box in _clusters(outside, 1.5 * reach)], False
-        for grid, reaches, spots in zip(squares_of(state.grid), _reach(state, 2), _spots_of(state)):
-            near = np.transpose(_near(state.grid, grid, *places.T))
-            held = near[grid.beyond(*near.T) <= 0]
-            for low, high in spots:
-                held = held[np.any((held < low) | (held > high), axis=1)]
-            if reaches and not len(outside):
-                parts.append((_around(np.vstack((*spots, held))), 1.5 * grid.side))
-                grows = True
-            else:
-                parts += [(spot, 0.0) for spot in spots]
-                parts += [(box, grid.side / 8) for box in _clusters(held, grid.side / 8)]
-        return parts, grows
-
     @cached_property
     def whole(self) -> Grid | None:
         """The period as a Grid, or None."""
         return self.given_window() if self.period else None
-
-    def _about(self, parts: Any, times: float, width: float | None, most: int) -> Any:
-        """Returns squares about rectangles, so many times as wide and no narrower than their least sides; one
-        instead of more than `most`, or where three times as many cells are as small as theirs.
-        """
-        shifts = np.zeros((1, 2))
-        if self.second is not None:
-            shifts = self.solid.ell / 2 * (self.offsets[:, None] - self.offsets).reshape(-1, 2)
-        parts, all_parts = close_ones_joined(parts, times, self.period, shifts), parts
-        sides = np.array([side for _, side in parts])
-        box = _around(np.vstack([box for box, _ in all_parts]))
-        single = max(times * np.ptp(box, axis=0).max(), max(side for _, side in all_parts))
-        if len(parts) > most or (len(parts) > 1 and len(parts) * np.min(sides) ** 2 > single**2 / 3):
-            if self.period:
-                return self.whole
-            parts, sides = [(box, single)], np.array([single])
-        if self.period and sides.max() > self.period / 2:
-            return self.whole
-        if len(parts) > 1:  # few widths, which share tables
-            sides = sides.max() / 2.0 ** (np.floor(3 * np.log2(sides.max() / sides)) / 3)
-            width = None
-        grids = []
-        for (box, _), side in zip(parts, sides.tolist()):
-            step = side / FEW if width is None else width / 2
-            middle = np.rint(box.mean(axis=0) / step) * step  # symmetric where the obstacle is
-            grids.append(Grid(FEW, side / FEW, tuple(middle.tolist())))
-        grids.sort(key=lambda grid: -grid.width)  # the least curvatures are those of the widest cells
-        return grids[0] if len(grids) == 1 and not self.period else Squares(tuple(grids), self.period)
-
-    def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places with the most negative gaps, beside the window and between cells: arrays (k, 2)."""
-        low, grid, least = picture.low(state.approach), state.grid, picture.lowest[2]
-        if self.period:
-            low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
-        out = grid.beyond(*low[:, :2].T) > 0
-        outside, inside = low[out, :2], low[~out]
-        cells, (H, g0) = tuple(grid.nearest(*inside[:, :2].T)), self.prepared(grid)
-        f, mode = g0.min(axis=0), "wrap" if _is_whole(state) else "nearest"
-        near = minimum_filter(f, (*[1] * (f.ndim - 2), 3, 3), mode=mode)[cells]
-        tip = inside[:, 2] < near - (state.approach - least) / 20
-        added = (H @ (state.pressures * grid.area))[(slice(None), *(one[tip] for one in cells))]
-        inside = inside[tip, :2]
-
-        def negative(places: Array, added: Array) -> Array:
-            gaps = (self.gaps(*places.T) - state.approach + added).min(axis=0)
-            deepest = np.argsort(gaps)[:256]
-            return np.asarray(places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]])
-
-        return negative(outside, self.beyond(state, outside)), negative(inside, added)
-
-    def beyond(self, state: SurfaceCells, places: Array) -> Array:
-        """Returns what a state adds to gaps at places outside of its squares, array (corners, k): beside a
-        square on one twice as wide, where that of others is smooth, farther away by the loads at nodes.
-        """
-        found, forces = np.zeros((len(state.pressures), len(places))), state.pressures * state.grid.area
-        loads, grids = self.prepared(state.grid)[0].resultants(forces), squares_of(state.grid)
-        forces, loads = (one.reshape(len(one), -1, *one.shape[-2:]).swapaxes(0, 1) for one in (forces, loads))
-        sources, rest = [*zip(grids, forces, loads)], np.ones(len(places), bool)
-        for grid, own, _ in sources:
-            near, wide = _near(state.grid, grid, *places.T), Grid(2 * FEW, grid.side / FEW, grid.middle)
-            beside = rest & (wide.beyond(*near) < -wide.width / 2)
-            if not beside.any():
-                continue
-            added, rest = self._alone(wide, False) @ _shared(wide, grid, own), rest & ~beside
-            for other in sources if self.period else [one for one in sources if one[0] is not grid]:
-                free = np.inf if other[0] is grid else other[0].beyond(*_near(state.grid, other[0], *np.array(grid.middle)))
-                pieces = max(np.ceil(wide.side / (2 * max(free - grid.side, wide.width))), 1)
-                if pieces * NODES < FEW:
-                    B = nodes(wide.count, int(pieces))[1]
-                    values = self._afar(*other, of_nodes(wide, int(pieces)), other[0] is grid)
-                    added += B @ values.reshape(len(added), B.shape[1], -1) @ B.T
-                else:
-                    found[:, beside] += self._afar(*other, near[:, beside], False)
-            where = wide.steps(*near[:, beside])
-            found[:, beside] += [map_coordinates(one, where, order=1) for one in added]
-        for one in sources if rest.any() else ():
-            found[:, rest] += self._afar(*one, places[rest].T, False)
-        return found
-
-    def _afar(self, grid: Grid, forces: Array, loads: Array, places: Array, itself: bool) -> Array:
-        """Returns what forces and (p, m) at the nodes of a grid add to gaps, of `itself` only their images."""
-        B, law, (x, y) = nodes(grid.count, 1)[1], self.surface_law, places[:, :, None] - of_nodes(grid, 1)[:, None]
-
-        def displaced(K: Array, values: Array) -> Array:
-            return np.einsum("rckn,cn->rk", K, (B.T @ values @ B).reshape(len(values), -1))
-
-        surface = displaced(on_rows(self._response(x, y, itself), len(loads)), loads)
-        ones = np.ones((len(forces), 1))
-        found = (ones if len(forces) == 1 else np.hstack((ones, -law.offsets))) @ surface
-        found += (law.tilt(*places) * surface[1:]).sum(axis=0)
-        if self.second is not None:
-            corners = self.solid.ell / 2 * law.offsets
-            apart = corners[:, None] - corners
-            K = np.array([[self._second_response(x + a, y + b, itself)[0] for a, b in row] for row in apart])
-            found += displaced(K, forces)
-        return np.asarray(found)
 
 
 def flexibility(
@@ -385,35 +257,10 @@ def flexibility(
     return Flexibility(offsets, tilt, clamped, width, rest, partial(symbol, solid), cells, counter)
 
 
-def _shared(wide: Grid, grid: Grid, forces: Array) -> Array:
-    """Returns forces on a grid in shares at the four cells of a wider one next to each."""
-    steps, loads = wide.steps(*grid.places), np.zeros((len(forces), wide.count, wide.count))
-    first = np.floor(steps).astype(int)
-    for way in np.ndindex(2, 2):
-        share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
-        index: Any = slice(None), first[0] + way[0], first[1] + way[1]
-        np.add.at(loads, index, share * forces)
-    return loads
-
-
-def _is_whole(state: SurfaceCells) -> bool:
-    """Returns whether the cells are those of a whole period."""
-    return state.solver.period is not None and isinstance(state.grid, Grid)
-
-
-def squares_of(grid: Grid | Squares) -> tuple[Grid, ...]:
-    return (grid,) if isinstance(grid, Grid) else grid.grids
-
-
-def _near(window: Grid | Squares, grid: Grid, *x: Array) -> Array:
-    """Returns the images of places next to a grid of a window."""
-    return np.array(x) if isinstance(window, Grid) else window.near(grid, *x)
-
-
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
     """Returns the load's share on spots of fewer cells."""
     # on a period spots go on beyond its rim
-    n, repeats = state.grid.count, 1 + _is_whole(state)
+    n, repeats = state.grid.count, 1 + state.is_whole
     pressed, forces = state.total.reshape(-1, n, n) > 0, (state.total * state.grid.area).reshape(-1, n, n)
     cross = np.array((np.zeros((3, 3)), np.ones((3, 3)), np.zeros((3, 3))))
     labels = label(np.tile(pressed, (1, repeats, repeats)), cross)[0]
@@ -438,46 +285,3 @@ def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
     at = [(*places[0], where) for places, where in parts if len(places)]
     words = (f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})" for x1, x2, where in at)
     return *["the window cuts the contact: cells at its rim press"] * cut, *words
-
-
-def _spots_of(state: SurfaceCells) -> list[list[Array]]:
-    """Returns the rectangles of connected cells that press, arrays (2, 2), of each square."""
-    grids = squares_of(state.grid)
-    found = []
-    for grid, closed in zip(grids, state.closed.reshape(len(grids), grids[0].count, -1)):
-        spots = find_objects(label(closed > 0, np.ones((3, 3)))[0])
-        first = np.array([x[0] for x in grid.axes]) - grid.width / 2
-        found.append([first + grid.width * np.array([[s.start for s in spot], [s.stop for s in spot]]) for spot in spots])
-    return found
-
-
-def _spots(state: SurfaceCells) -> list[Array]:
-    return [spot for spots in _spots_of(state) for spot in spots]
-
-
-def _around(places: Array) -> Array:
-    """Returns the least and the largest x1 and x2 of places, array (2, 2)."""
-    return np.array((places.min(axis=0), places.max(axis=0)))
-
-
-def _clusters(places: Array, reach: float) -> list[Array]:
-    """Returns rectangles about places, arrays (2, 2), that are no closer to each other."""
-    found = []
-    while len(places):
-        box, inside = _around(places[:1]), np.zeros(len(places), bool)
-        while True:
-            more = np.all((places >= box[0] - reach) & (places <= box[1] + reach), axis=1)
-            if more.sum() == inside.sum():
-                break
-            box, inside = _around(places[more]), more
-        found.append(box)
-        places = places[~inside]
-    return found
-
-
-def _reach(state: SurfaceCells, rim: int) -> list[bool]:
-    """Returns of each square whether cells at its rim press, never on the whole of a period."""
-    n = state.grid.count
-    closed = state.closed.reshape(-1, n, n) > 0
-    inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2)) < closed.sum(axis=(1, 2))
-    return list((inner & (not _is_whole(state))).tolist())

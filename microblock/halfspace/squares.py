@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,6 @@ from ..model.types import AnyArray as Array
 from .images import Response
 
 NODES = 6  # along a side, for 4e-4 of what squares half a side apart displace by
-NEAR = 0.5  # of the smaller side, gap below which two squares become one
 
 
 @dataclass(frozen=True)
@@ -163,12 +162,7 @@ class Coupled(Flexibility):
     """
 
     def __init__(
-        self,
-        squares: Squares,
-        owns: Sequence[Flexibility],
-        tilt: Array,
-        response: Response,
-        counter: Any,
+        self, squares: Squares, owns: Sequence[Flexibility], tilt: Array, response: Response, counter: Any
     ) -> None:
         self.owns, self.tilt, self.counter = owns, tilt, counter
         self.offsets, self.clamped = owns[0].offsets, owns[0].clamped
@@ -203,6 +197,12 @@ def on_rows(parts: Array, rows: int) -> Array:
     return u[None, None] if rows == 1 else np.array(((u, -v1, -v2), (v1, w11, w12), (v2, w12, w22)))
 
 
+def of_corners(response: Response, corners: Array, x: Array, y: Array, itself: bool) -> Array:
+    """Returns a response from forces on corners to their gaps at distances, array (corners, corners, ...)."""
+    apart = corners[:, None] - corners
+    return np.array([[response(x + a, y + b, itself)[0] for a, b in row] for row in apart])
+
+
 class Counters:
     """What a second body adds to the gaps of corners on several squares.
 
@@ -223,12 +223,8 @@ class Counters:
         self._far = self._between(offsets)
 
     def _between(self, offsets: Array) -> Far:
-        apart = offsets[:, None] - offsets
-
-        def response(x: Array, y: Array, alone: bool) -> Array:
-            return np.array([[self.response(x + a, y + b, alone)[0] for a, b in row] for row in apart])
-
-        return Far(self.squares, response, apart.reshape(-1, 2))
+        apart = (offsets[:, None] - offsets).reshape(-1, 2)
+        return Far(self.squares, partial(of_corners, self.response, offsets), apart)
 
     def __matmul__(self, forces: Array) -> Array:
         return each([own.__matmul__ for own in self.owns], forces) + self._far(forces)
@@ -237,29 +233,10 @@ class Counters:
         """Returns u2 at the contact points, array (squares, n, n)."""
         middle = np.vstack((self.offsets, np.zeros((1, 2))))  # as a corner without a force
         beside = self._between(middle)(np.concatenate((forces, np.zeros((1, *forces.shape[1:])))))
-        return np.asarray(np.array([own.above(one) for own, one in zip(self.owns, forces.swapaxes(0, 1))]) + beside[-1])
+        owns = [own.above(one) for own, one in zip(self.owns, forces.swapaxes(0, 1))]
+        return np.asarray(np.array(owns) + beside[-1])
 
 
 def each(functions: Sequence[Any], values: Array) -> Array:
     """Returns what functions make of the values of their squares, arrays (..., squares, n, n)."""
     return np.stack([one(own) for one, own in zip(functions, values.swapaxes(0, 1))], axis=1)
-
-
-def close_ones_joined(parts: Any, times: float, period: float | None, shifts: Array) -> Any:
-    """Returns rectangles with the least sides of squares about them, of which those are one whose squares,
-    so many times as wide as the rectangle, have gaps below NEAR of the smaller side, also when shifted.
-    """
-    while True:
-        sides = np.array([max(side, times * np.ptp(box, axis=0).max()) for box, side in parts])
-        middles = np.array([box.mean(axis=0) for box, _ in parts])
-        apart = middles[:, None] - middles
-        images = (period or 0.0) * np.rint(apart / (period or 1.0))
-        free = np.abs((apart - images)[..., None, :] + shifts).max(axis=-1).min(axis=-1)
-        free -= (sides[:, None] + sides) / 2
-        close = np.argwhere(np.triu(free < NEAR * np.minimum.outer(sides, sides), 1))
-        if not len(close):
-            return [(box, side) for (box, _), side in zip(parts, sides.tolist())]
-        i, j = close[0]
-        both = np.vstack((parts[i][0], parts[j][0] + images[i, j]))
-        joined = np.array((both.min(axis=0), both.max(axis=0))), float(max(sides[i], sides[j]))
-        parts = [joined, *(part for number, part in enumerate(parts) if number not in (i, j))]

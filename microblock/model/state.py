@@ -625,8 +625,8 @@ class State(PlainData):
         return np.reshape(found, np.shape(x))[()] if self.flat else found
 
     def along(self, direction: str) -> dict[str, Array]:
-        """Returns a state on cells in three dimensions along a line through the middle of the cells, of several
-        squares in those that it meets.
+        """Returns a state on cells in three dimensions along a line through the middle of the cells, in the
+        squares that it meets.
 
         Parameters
         ----------

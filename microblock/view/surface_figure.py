@@ -87,7 +87,10 @@ def _from_above(axis, state, values, label, **look):
     """The colour bar of values at cells or nodes, (n,), drawn from above."""
     if state.squares is not None:
         look = {"norm": Normalize(values.min(), values.max()), **look}
-        boxes = [[x + square.side * half for x in square.middle for half in (-0.5, 0.5)] for square in state.squares]
+        boxes = [
+            [x + square.side * half for x in square.middle for half in (-0.5, 0.5)]
+            for square in state.squares
+        ]
         for square, own, box in zip(state.squares, np.split(values, len(boxes)), boxes):
             own = own.reshape(square.count, square.count)
             shown = axis.imshow(own.T, extent=box, origin="lower", **look)
