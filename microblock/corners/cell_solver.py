@@ -137,7 +137,8 @@ class CellSolver(Solver):
         whether something between cells would touch.
         """
         nodes, least, reached = self.options.nodes, np.inf, None
-        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, self.most / len(window.grids) ** 0.5)
+        most = self.most / len(window.grids) ** 0.5
+        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, most)
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
 

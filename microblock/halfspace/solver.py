@@ -38,7 +38,7 @@ from .search import TRIES
 from .squares import Counters, Coupled, Squares
 from .symbol import symbol
 
-SPARSE = 0.01  # of a period that may touch, above which one grid has fewer cells than several squares
+SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
 
 

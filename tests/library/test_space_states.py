@@ -203,10 +203,9 @@ def spheres(x1, x2):
         (spheres, UNILATERAL, 0.05, None, (-2.2, 2.8), 0.05),
         (spheres, LAWS[2], 0.05, 1.0, (-2.2, 2.8), 0.05),
         (spheres, LAWS[3], 0.05, None, (-2.2, 2.8), 0.05),
-        (spheres, BLOCKS, 0.05, 0.0, (-2.2, 2.8), 0.05),
         (SPHERE, BLOCKS, 8.0, None, (-5, 5), 0.5),
     ],
-    ids=["unilateral", "microclamped two", "microblocks", "microblocks two", "large blocks"],
+    ids=["unilateral", "microclamped two", "microblocks", "large blocks"],
 )
 def test_squares_have_the_state_of_one_grid_that_covers_them(obstacle, law, ell, second, window, load):
     """To the estimates of both, the approach to the square of these."""
@@ -228,9 +227,11 @@ def test_squares_have_the_state_of_one_grid_that_covers_them(obstacle, law, ell,
         assert opposite[0] == pytest.approx(opposite[1], abs=0.01 * several.opposite.max())
 
 
-@pytest.mark.parametrize("law, second", [(UNILATERAL, False), (BLOCKS, False), (LAWS[2], True)])
+@pytest.mark.parametrize("law, second", [(UNILATERAL, False), (LAWS[2], True)])
 def test_squares_on_a_period_have_the_state_of_one_grid(law, second):
-    """Two summits, one across the corners of the period; the approach counts from the mean of the surface."""
+    """Two summits, one across the corners of the period; the approach counts from the mean of the surface. Of
+    one grid the contacts are 20 cells wide, whose edges are worth 1 %.
+    """
 
     def height(x1, x2):
         return np.minimum(waves(x1 - 0.5, x2 - 0.47), 2e-4 + waves(x1 - 0.05, x2))
@@ -241,8 +242,8 @@ def test_squares_on_a_period_have_the_state_of_one_grid(law, second):
     error = np.linalg.norm(several.pressure_at(single.points) - single.pressure) / np.linalg.norm(
         single.pressure
     )
-    assert len(several.squares) == 2 and error < several.error_estimate + single.error_estimate < 0.4
-    assert several.approach == pytest.approx(single.approach, rel=5e-3)
+    assert len(several.squares) == 2 and error < several.error_estimate + 0.01
+    assert several.approach == pytest.approx(single.approach, rel=1e-3)
 
 
 def test_several_squares_are_shown_and_written(tmp_path):
