@@ -284,7 +284,7 @@ class Contact:
         require_tolerance(rtol)
         if initial is not None:
             require_kind(State, "a State", initial=initial)
-            kind = None if initial.flat else "nodes" if initial.shape is None else "cells"
+            kind = None if initial.flat else "nodes" if initial.squares is None else "cells"
             if kind != self.solver.in_space:
                 raise BadArgument("initial", initial, "must be a State of the same kind of body")
 

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from ..errors import BadArgument, out_of_reach
 from ..model.refinement import levels
@@ -74,13 +73,11 @@ class CellSolution(Solution):
         """Elastic energy of both bodies: half the work of the corner forces."""
         gaps = self.solver.gaps(*self.grid.places)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
-        return float(np.sum(self.pressures * lowered) * self.grid.area / 2)
+        return float(np.sum(self.pressures * lowered * self.grid.area) / 2)
 
     def interpolated(self, values, *x):
         """Values on cells, array (n, ...), between their centres; 0 beyond."""
-        places, n, periodic = self.grid.steps(*x), self.grid.count, self.period is not None
-        found = map_coordinates(values, places, order=1, mode="grid-wrap" if periodic else "nearest")
-        return np.where(periodic | np.all(np.abs(places - (n - 1) / 2) <= n / 2, axis=0), found, 0.0)
+        return self.grid.interpolated(values, self.period is not None, *x)
 
 
 class CellSolver(Solver):
@@ -145,12 +142,13 @@ class CellSolver(Solver):
         whether something between cells would touch.
         """
         nodes, least, reached = self.options.nodes, np.inf, None
-        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, self.most)
+        most = self.most / len(window.grids) ** 0.5
+        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, most)
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
 
         def solved(count, before):
-            grid, last = Grid(count, window.side / count, window.middle), count == sizes[-1]
+            grid, last = window.of(count), count == sizes[-1]
             residual = self.options.residual if last else self.loose / count
             try:
                 return self.solved(grid, load, approach, residual, before or near)
@@ -196,7 +194,7 @@ class CellSolver(Solver):
 
     def prepared(self, grid):
         """(flexibility, initial gaps) of a grid; those of one window are kept."""
-        if any(one.middle != grid.middle or not np.isclose(one.side, grid.side) for one in self._kept):
+        if any(one.middle != grid.middle or not np.allclose(one.side, grid.side) for one in self._kept):
             self._kept.clear()
         if grid not in self._kept:
             self._kept[grid] = self.flexibility(grid), self.gaps_on(grid)
@@ -234,7 +232,7 @@ class CellSolver(Solver):
         )
         turned = [coarse.interpolated(one, *places) - other for one, other in zip(moments, others)]
         parts = coarse.interpolated(pressure, *places) - total, np.linalg.norm(turned, axis=0), total
-        weights = np.broadcast_to(self.weights(*places), shape).ravel()
+        weights = np.broadcast_to(self.weights(*places) * fine.grid.area, shape).ravel()
         dp, dM, total = map(np.ravel, parts)
         return distance(weights, dp, dM / self.solid.ell, total)
 

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
+from scipy.ndimage import map_coordinates
 
 from ..model.types import AnyArray as Array
 from .convolution import Waves, embedded
@@ -58,6 +59,23 @@ class Grid:
         """Of a cell (length or length^2)."""
         return float(self.width ** len(self.middle))
 
+    @property
+    def grids(self) -> tuple[Grid, ...]:
+        return (self,)
+
+    def near(self, grid: Grid, *x: Array) -> Array:
+        """Returns places, which have no images, array (d, ...)."""
+        return np.array(x)
+
+    def of(self, count: int) -> Grid:
+        """Returns the same square of so many cells a side."""
+        return Grid(count, self.side / count, self.middle)
+
+    def beyond(self, *x: Array) -> Array:
+        """Returns how far places are outside (length, the largest along an axis)."""
+        apart = [np.abs(along - middle) for along, middle in zip(x, self.middle)]
+        return np.asarray(np.max(apart, axis=0) - self.side / 2)
+
     def steps(self, *x: Array) -> Array:
         """Returns places in cells from the first one on, array (d, ...)."""
         apart = [one - own[0] for one, own in zip(x, self.axes)]
@@ -66,6 +84,12 @@ class Grid:
     def nearest(self, *x: Array) -> Array:
         """Returns the numbers of the nearest cells, array (d, ...) of int."""
         return np.clip(np.rint(self.steps(*x)).astype(int), 0, self.count - 1)
+
+    def interpolated(self, values: Array, periodic: bool, *x: Array) -> Array:
+        """Returns values on cells, array (n, ...), between their centres; 0 outside."""
+        places, n = self.steps(*x), self.count
+        found = map_coordinates(values, places, order=1, mode="grid-wrap" if periodic else "nearest")
+        return np.where(periodic | np.all(np.abs(places - (n - 1) / 2) <= n / 2, axis=0), found, 0.0)
 
 
 class Flexibility:

@@ -171,8 +171,10 @@ def _write_surface(state, path):
     points = [data["x1"], *(data.pop(name, np.zeros_like(data["x1"])) for name in ("x2", "x3"))]
     if state.flat:
         kind, cells = "line", _lines(state)
-    elif state.shape is not None:
-        kind, cells = "quad", _quadrilaterals(*state.shape)
+    elif state.squares is not None:
+        firsts = np.cumsum([0, *(square.count**2 for square in state.squares)])
+        parts = [_quadrilaterals(square.count, square.count) for square in state.squares]
+        kind, cells = "quad", np.vstack([first + part for first, part in zip(firsts, parts)])
     else:
         kind, cells = "triangle", state.triangles
     if not len(cells):  # the surface of a column is one point

@@ -28,6 +28,7 @@ from ..errors import BadArgument
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
+from .images import Response
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
@@ -140,6 +141,21 @@ class Counter:
         """Returns what short waves displace, twist and turn, over the first body's displacement."""
         seen = (self._corners**2).mean(axis=(1, 2)) * short_waves(self.solid)[0] / displaced
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
+
+
+def response(solid: Cosserat, period: float | None) -> Response:
+    """Returns the Response u2 to a force."""
+    scale = (1 - solid.nu) / solid.mu
+
+    def alone(r: Array) -> Array:
+        if is_classical(solid):
+            return scale / (2 * np.pi * r[None])
+        return kernels(solid)(r / solid.ell)[:1] * scale / solid.ell
+
+    def waves(k: Array) -> Array:
+        return np.asarray(normal_symbol(solid, k)[None])
+
+    return Response(alone, waves, (0,), lambda values, x, y: values, np.array([False]), np.zeros(1), period)
 
 
 def _smooth(solid: Cosserat, length: int, width: float) -> Array:

@@ -12,7 +12,7 @@ c = (1 - nu)/mu (that of V/W over 1/ell^2).
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -21,11 +21,12 @@ from scipy.optimize import brentq
 from scipy.special import kv
 
 from ..errors import BadArgument
-from ..halfplane.kernels import RATES, symbol_of_roots
+from ..halfplane.kernels import RATES, at_rest, symbol_of_roots
 from ..model.material import Cosserat
 from ..model.quadrature import gauss_rule, in_blocks
 from ..model.types import AnyArray as Array
-from .symbol import along, require_stable, spread_rate
+from .images import Response
+from .symbol import along, require_stable, spread_rate, symbol
 
 NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated
 PIECE = 0.4  # its width in log t
@@ -75,14 +76,7 @@ class Kernels:
         """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell, array (6, ...); where
         psi = 0 everywhere u, m1 and m2 from p, array (3, ...).
         """
-        r = np.hypot(x, y)
-        u, v, w0, w2, held, m = self(r)
-        c, s = x / r, y / r
-        if clamped:
-            return np.array((held, m * c, m * s))
-        return np.array(
-            (u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1))
-        )
+        return along_axes(self(np.hypot(x, y)), x, y, clamped)
 
     def _own(self, width: float) -> Array:
         """Returns averages of u, w0 and u where psi = 0 over the loaded cell."""
@@ -93,6 +87,43 @@ class Kernels:
         whole = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
         averages: Array = 2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2
         return averages
+
+
+def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:
+    """Returns `Kernels.components` of the kernels at (x, y), array (6, ...), or of the symbol at (k1, k2)."""
+    u, v, w0, w2, held, m = values
+    r = np.maximum(np.hypot(x, y), np.finfo(float).tiny)
+    c, s = x / r, y / r
+    if clamped:
+        return np.array((held, m * c, m * s))
+    return np.array((u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1)))
+
+
+def spectra(solid: Cosserat, k: Array) -> Array:
+    """Returns what the kernels are transforms of at wavenumbers k, array (6, ...)."""
+    U, V, W, other = symbol(solid, k)
+    return np.array((U, V, (W + other) / 2, (W - other) / 2, U - V**2 / W, -V / W))
+
+
+def response(solid: Cosserat, clamped: bool, period: float | None) -> Response:
+    """Returns the Response with the components of `Kernels.components`; of moments of psi = 0 over 1."""
+    ell, scale = solid.ell, np.full(6, (1 - solid.nu) / solid.mu / solid.ell)
+    scale[5] = 1 / ell**2
+    mean = np.array((0, 0, 0) if clamped else (0, 0, 0, 1, 0, 1)) * at_rest(solid)
+    table, odd = kernels(solid), np.isin(np.arange(len(mean)), (1, 2))
+
+    def alone(r: Array) -> Array:
+        return np.asarray((table(r / ell).T * scale).T)
+
+    return Response(
+        alone,
+        partial(spectra, solid),
+        (0, 1, 0, 2, 0, 1),
+        partial(along_axes, clamped=clamped),
+        odd,
+        mean,
+        period,
+    )
 
 
 _made = lru_cache(maxsize=16)(Kernels)

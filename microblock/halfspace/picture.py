@@ -58,8 +58,9 @@ class Picture:
     ----------
     samples, valleys : arrays (n, 3), (k, 3)
         x1, x2 and f.
-    bound, radius : float
-        Bound on the approach, and radius of its disc (lengths).
+    bound, radius, seen : float
+        Bound on the approach, radius of its disc, and diameter of a disc in which there is a sample, of those
+        that were looked at last (lengths).
 
     Raises
     ------
@@ -132,10 +133,13 @@ class Picture:
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
     def look_about(self, window: Any) -> None:
-        """Looks at a window, and as far again on all sides, and follows what is low."""
-        times = 1 if self.repeats else 3
-        self.look(window.middle, times * window.side, times * FINE)
+        """Looks at squares, and as far again on all sides, and follows what is low."""
+        times = 1 if self.repeats and not np.ndim(window.side) else 3
+        rows = int(FINE / np.sqrt(len(window.grids)))
+        for grid in window.grids:
+            self.look(grid.middle, times * grid.side, times * rows)
         self.follow()
+        self.seen = float(8**0.5 * np.max(window.side) / rows)  # in a disc of so many rows there is a sample
 
     def follow(self) -> None:
         """Adds the valleys below samples that no neighbour undercuts."""

@@ -9,34 +9,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import label, map_coordinates, minimum_filter
+from scipy.ndimage import label
 
 from ..corners.active_set import ContactState
-from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
+from ..corners.cell_solver import CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import at_rest, is_classical
-from ..model.deformable import body_of, second_solid
+from ..model.deformable import second_solid
 from ..model.material import Cosserat, joint_modulus
 from ..model.obstacles import heights, repeated
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
+from . import search
 from .counter import Counter
+from .counter import response as second_response
 from .half_space import HalfSpace
 from .kernels import kernels
+from .kernels import response as first_response
 from .picture import FINE, Picture
+from .search import TRIES
+from .squares import Counters, Coupled, Squares
 from .symbol import symbol
 
-TRIES = 60  # windows
-FEW = 48  # cells along an axis of a window that is looked for
+SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
-NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -59,6 +62,11 @@ class SurfaceCells(CellSolution):
         """{zone: which cells are closed}."""
         full = {"full": self.closed == len(self.pressures)} if len(self.pressures) > 1 else {}
         return full | {"contact": self.closed > 0}
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the cells are those of a whole period."""
+        return self.period is not None and isinstance(self.grid, Grid)
 
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
@@ -99,8 +107,7 @@ class SurfaceSolver(CellSolver):
 
     @property
     def besides(self) -> str:
-        apart = ", or solve contacts that lie apart each in a Cells(window=(left, right))"
-        return "fix Cells(nodes=...)" + apart * (self.period is None)
+        return "fix Cells(nodes=...)"
 
     def solve(
         self,
@@ -111,43 +118,50 @@ class SurfaceSolver(CellSolver):
         progress: bool = False,
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        goal, fixed = self.goal(rtol), self.given_window()
+        goal, fixed = self.goal(rtol), self.whole or self.given_window()
         picture = self._picture(load, approach, fixed)
-        box, window = _around(picture.deepest), fixed
+        places = picture.deepest
         for _ in range(TRIES):
-            if window is None:
-                window = self._window(picture, load, approach, box)
+            window = fixed
+            if fixed is None or self._is_sparse(picture):
+                window = search.window(self, picture, load, approach, places)
                 picture.look_about(window)
             missed = partial(self.missed, picture)
             state, outside = self.within(window, load, approach, goal, missed, initial, progress)
             if not len(outside):
-                # in a disc of so many rows there is a sample
-                return replace(state, seen_width=8**0.5 * window.side / FINE)
-            box, window = _around(np.vstack((box, outside))), None
-        raise NotConverged(NO_WINDOW)
+                return replace(state, seen_width=picture.seen)
+            places = np.vstack((places, outside))
+        raise NotConverged(search.NO_WINDOW)
 
     def window_of(self, load: float) -> Grid:
-        """Returns a Grid that holds the contact up to a load."""
-        grid: Grid = self.solve(load, None, None).grid
-        return grid
+        """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
+        fixed: Grid | None = self.whole or self.given_window()
+        if fixed is not None:
+            return fixed
+        grids = self.solve(load, None, None).grid.grids
+        reaches = [np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)]
+        low, high = np.min(reaches, axis=0), np.max(reaches, axis=0)
+        return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
 
     def state(self, solution: Any) -> State:
-        """Returns the State on cells, row after row."""
-        shape = solution.displacement.shape
-        (x1, x2), width = solution.grid.axes, float(solution.grid.width)
-        points = np.stack(np.meshgrid(x1, x2, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
-        opposite = None if body_of(self.obstacle) is None else solution.opposite.ravel()
-        cells = {"shape": shape, "x1": x1, "x2": x2, "width": width, "opposite": opposite}
-        return in_space(solution, points, np.full(len(points), width**2), **cells)
+        """Returns the State on cells, square after square and row after row."""
+        grids, second = solution.grid.grids, self.second is not None
+        points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
+        cells: dict[str, Any] = {"squares": grids, "opposite": solution.opposite.ravel() if second else None}
+        if len(grids) == 1:
+            (x1, x2), width = grids[0].axes, float(grids[0].width)
+            cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": width}
+        areas = np.repeat([grid.area for grid in grids], grids[0].count ** 2)
+        return in_space(solution, points.reshape(-1, 3), areas, **cells)
 
     def missed(self, picture: Picture, state: SurfaceCells) -> tuple[Array, tuple[str, ...], bool]:
         """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
         cells would touch.
         """
-        cut = self.period is None and _reaches(state, 1)
-        outside, hidden = self._touching(state, picture)
-        if self.given_window() is None and (cut or len(outside)):
-            return np.vstack((_pressing(state), outside)), (), False
+        cut = any(search.reach_of(state, 1))
+        outside, hidden = search.touching(state, picture)
+        if self.options.window is None and (cut or len(outside)):
+            return np.vstack((*(spot for spots in search.spots(state) for spot in spots), outside)), (), False
         return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
     def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
@@ -172,12 +186,37 @@ class SurfaceSolver(CellSolver):
         obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
-    def flexibility(self, grid: Grid) -> Flexibility:
-        """Returns the Flexibility of a grid."""
-        law, cells = self.surface_law, (grid.width, self.period is not None)
-        second = second_solid(self.obstacle)
-        counter = second and Counter(second, self.solid.ell, law.offsets, grid.width, grid.count, cells[1])
+    def flexibility(self, grid: Grid | Squares) -> Flexibility:
+        """Returns the Flexibility of a grid, or of several."""
+        if isinstance(grid, Grid):
+            return self.alone(grid, self.period is not None)
+        law, kept = self.surface_law, dict[float, Flexibility]()  # squares of one width share tables
+        for one in grid.grids:
+            kept[one.width] = kept.get(one.width) or self.alone(one, False)
+        owns, counter = [kept[one.width] for one in grid.grids], None
+        if self.second is not None:
+            counters, places = [own.counter for own in owns], self.solid.ell / 2 * law.offsets
+            counter = Counters(counters, grid, places, self.second_response)
+        return Coupled(grid, owns, law.tilt(*grid.places), self.response, counter)
+
+    def alone(self, grid: Grid, periodic: bool) -> Flexibility:
+        law, second = self.surface_law, self.second
+        cells = grid.width, periodic
+        counter = second and Counter(second, self.solid.ell, law.offsets, grid.width, grid.count, periodic)
         return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
+
+    @cached_property
+    def second(self) -> Any:
+        """Solid of a second body, or None."""
+        return second_solid(self.obstacle)
+
+    @cached_property
+    def response(self) -> Any:
+        return first_response(self.solid, self.surface_law.clamped, self.period)
+
+    @cached_property
+    def second_response(self) -> Any:
+        return second_response(self.second, self.period)
 
     def completed(self, state: SurfaceCells, H: Flexibility, found: ContactState) -> SurfaceCells:
         """Returns a state with pressures of least norm, closed corners and a second body."""
@@ -197,68 +236,21 @@ class SurfaceSolver(CellSolver):
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
         short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
-        plain = (load or 0.0) / (2 * joint_modulus(self.solid, second_solid(self.obstacle)))
+        plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         needed = (plain, softer * plain) if approach is None else approach
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
-    def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
-        """Returns the square about the contact and a box, array (2, 2)."""
-        side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
-        width = side / FEW
-        middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
-        for _ in range(TRIES):
-            grid = Grid(FEW, side / FEW, tuple(middle))
-            state = self.solved(grid, load, approach, self.loose / FEW)
-            outside = self._touching(state, picture)[0]
-            box = _around(np.vstack((box, outside)))
-            held = _around(np.vstack((box, _pressing(state))))
-            size = np.ptp(held, axis=0).max()
-            middle, before = np.rint(2 * held.mean(axis=0) / grid.width) * grid.width / 2, side
-            side = size * (1.16 + 6 / FEW)  # a twelfth and three cells free on either side
-            if _reaches(state, 2) and not len(outside):
-                side = 1.5 * before
-            elif not len(outside) and size >= 0.3 * before:
-                return Grid(FEW, side / FEW, tuple(middle))
-        raise NotConverged(NO_WINDOW)
+    def _is_sparse(self, picture: Picture) -> bool:
+        """Returns whether so little of a period can touch that several squares of cells are tried."""
+        if self.period is None or self.options.nodes is not None:
+            return False
+        inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
+        return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
 
-    def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
-        """Returns places with the most negative gaps, beside the window and between cells: arrays (k, 2)."""
-        low, grid, least = picture.low(state.approach), state.grid, picture.lowest[2]
-        if self.period:
-            low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
-        out = np.abs(low[:, :2] - grid.middle).max(axis=1) > grid.side / 2
-        outside, inside = low[out, :2], low[~out]
-        (i, j), (H, g0) = grid.nearest(*inside[:, :2].T), self.prepared(grid)
-        near = minimum_filter(g0.min(axis=0), 3, mode="nearest" if self.period is None else "wrap")[i, j]
-        tip = inside[:, 2] < near - (state.approach - least) / 20
-        inside, added = inside[tip, :2], (H @ (state.pressures * grid.area))[:, i[tip], j[tip]]
-
-        def negative(places: Array, added: Array) -> Array:
-            gaps = (self.gaps(*places.T) - state.approach + added).min(axis=0)
-            deepest = np.argsort(gaps)[:256]
-            return np.asarray(places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]])
-
-        return negative(outside, self.beyond(state, outside)), negative(inside, added)
-
-    def beyond(self, state: SurfaceCells, places: Array) -> Array:
-        """Returns what a state adds to gaps at places outside of its window, array (corners, k), by its
-        forces on larger squares, in shares at the four next to each.
-        """
-        found, rest = np.zeros((len(state.pressures), len(places))), np.ones(len(places), bool)
-        away, forces = np.abs(places - state.grid.middle).max(axis=1), state.pressures * state.grid.area
-        while rest.any():
-            grid = Grid(2 * FEW, 2 * away[rest].min() / FEW, state.grid.middle)
-            steps, loads = grid.steps(*state.grid.places), np.zeros((len(forces), grid.count, grid.count))
-            first = np.floor(steps).astype(int)
-            for way in np.ndindex(2, 2):
-                share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
-                index: Any = slice(None), first[0] + way[0], first[1] + way[1]
-                np.add.at(loads, index, share * forces)
-            own = rest & (away < (grid.side - grid.width) / 2)
-            where = grid.steps(*places[own].T)
-            found[:, own] = [map_coordinates(one, where, order=1) for one in self.flexibility(grid) @ loads]
-            rest &= ~own
-        return found
+    @cached_property
+    def whole(self) -> Grid | None:
+        """The period as a Grid, or None."""
+        return self.given_window() if self.period else None
 
 
 def flexibility(
@@ -287,10 +279,12 @@ def flexibility(
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
     """Returns the load's share on spots of fewer cells."""
     # on a period spots go on beyond its rim
-    n, repeats = state.grid.count, 1 if state.solver.period is None else 2
-    labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
-    sizes = np.bincount(labels.ravel())[labels].reshape(repeats, n, repeats, n).max(axis=(0, 2))
-    return float(state.total[(sizes < least) & (state.total > 0)].sum() / state.total.sum())
+    n, repeats = state.grid.count, 1 + state.is_whole
+    pressed, forces = state.total.reshape(-1, n, n) > 0, (state.total * state.grid.area).reshape(-1, n, n)
+    cross = np.array((np.zeros((3, 3)), np.ones((3, 3)), np.zeros((3, 3))))
+    labels = label(np.tile(pressed, (1, repeats, repeats)), cross)[0]
+    sizes = np.bincount(labels.ravel())[labels].reshape(-1, repeats, n, repeats, n).max(axis=(1, 3))
+    return float(forces[(sizes < least) & pressed].sum() / forces.sum())
 
 
 def _of_changes(changes: list[float]) -> float:
@@ -310,18 +304,3 @@ def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
     at = [(*places[0], where) for places, where in parts if len(places)]
     words = (f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})" for x1, x2, where in at)
     return *["the window cuts the contact: cells at its rim press"] * cut, *words
-
-
-def _pressing(state: SurfaceCells) -> Array:
-    """Returns the rectangle of cells that press, array (2, 2)."""
-    centres = np.column_stack([x[state.closed > 0] for x in state.grid.places])
-    return _around(centres) + state.grid.width / 2 * np.array([[-1], [1]])
-
-
-def _around(places: Array) -> Array:
-    """Returns the least and the largest x1 and x2 of places, array (2, 2)."""
-    return np.array((places.min(axis=0), places.max(axis=0)))
-
-
-def _reaches(state: SurfaceCells, rim: int) -> bool:
-    return bool(np.count_nonzero(state.closed[rim:-rim, rim:-rim]) < np.count_nonzero(state.closed))

@@ -366,14 +366,19 @@ class State(PlainData):
         Number of corners with a force, and all four where no gap is open.
     contact_area : float
         Area on which a corner touches (length^2).
+    squares : tuple of Grid, or None
+        Of cells: the squares in which they lie, the widest cells first, each with `count` cells a side,
+        their `width`, its `side`, `middle` (lengths) and `axes` (x1 and x2 of centres). Cells of a square
+        come row after row, one square after the other.
     shape, x1, x2, width
-        Of cells: numbers (n1, n2), centres along either axis, and side (length). Of nodes `x1` and `x2` are
-        those of `points`, the others None.
+        Of cells in one square: numbers (n1, n2), centres along either axis, and side (length); None of
+        several squares. Of nodes `x1` and `x2` are those of `points`, the others None.
     triangles : array (m, 3) of int, or None
         Numbers of nodes, of triangles between them.
     seen_width : float or None
-        Diameter (length) of the narrowest summit that is seen: a disc on which the obstacle is lower than as
-        far again around it.
+        Diameter (length) of the narrowest summit that is seen in the squares and as far again around them: a
+        disc on which the obstacle is lower than as far again around it. Farther away it is a third of the
+        distance from a square, on a period as many parts of it.
 
     Examples
     --------
@@ -409,6 +414,7 @@ class State(PlainData):
     x1: Array | None
     x2: Array | None
     triangles: Integers | None
+    squares: tuple[Any, ...] | None
     width: float | None
     seen_width: float | None
     error_estimate: float | None
@@ -653,7 +659,8 @@ class State(PlainData):
         return np.reshape(found, np.shape(x))[()] if self.flat else found
 
     def along(self, direction: str) -> dict[str, Array]:
-        """Returns a state on cells in three dimensions along a line through the middle of the cells.
+        """Returns a state on cells in three dimensions along a line through the middle of the cells, in the
+        squares that it meets.
 
         Parameters
         ----------
@@ -671,14 +678,20 @@ class State(PlainData):
             If the direction is none of these, or the state not one on cells.
         """
         require_choice(("x1", "diagonal"), direction=direction)
-        if self.shape is None:
+        if self.squares is None:
             raise BadArgument("direction", direction, "belongs to cells in three dimensions")
-        n = self.shape[0]
-        names = "pressure", "m1", "m2", "psi1", "psi2"
-        fields = np.reshape([self.pressure, *self.micromoment.T, *self.psi.T], (-1, *self.shape))
-        middle = fields[:, :, [(n - 1) // 2, n // 2]].mean(axis=2)
-        cuts = np.diagonal(fields, axis1=1, axis2=2) if direction == "diagonal" else middle
-        return {"x1": cast(Array, self.x1), **dict(zip(names, cuts))}
+        fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
+        (first, second), cuts = np.mean([square.middle for square in self.squares], axis=0), []
+        for square, values in zip(self.squares, np.split(fields, len(self.squares), axis=1)):
+            x1 = square.axes[0]
+            x2 = second + (x1 - first if direction == "diagonal" else 0 * x1)
+            inside = square.beyond(x1, x2) <= 0
+            grids = values.reshape(-1, square.count, square.count)
+            own = [square.interpolated(one, False, x1[inside], x2[inside]) for one in grids]
+            cuts.append([x1[inside], *own])
+        along = np.hstack(cuts)
+        names = "x1", "pressure", "m1", "m2", "psi1", "psi2"
+        return dict(zip(names, along[:, np.argsort(along[0], kind="stable")]))
 
     def _number(self, corner: str) -> int:
         require_choice(self.pressures, corner=corner)
@@ -774,7 +787,7 @@ class State(PlainData):
         """
         data = {name: plain_data(getattr(self, name)) for name in self.listed}
         if not self.flat:
-            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.shape else {}
+            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.squares else {}
             return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
         known = {**data, **{f"pressure_{name}": data["pressures"].get(name) for name in "AB"}}
         known |= {"weight": data["weights"], "shear": data.get("shear_traction")}

@@ -2,7 +2,7 @@
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from scipy.interpolate import RegularGridInterpolator
@@ -29,7 +29,7 @@ def draw(state, axis=None):
         moment = np.hypot(*state.micromoment.T) / state.solid.ell
         _from_above(others[0], state, moment, r"$|M|/\ell$", cmap="cividis")
         # not white at nodes: a mark has to be seen
-        look = _look(state, "0.85" if state.shape is None else "w")
+        look = _look(state, "0.85" if state.squares is None else "w")
         bar = _from_above(others[1], state, state.closed, "closed corners", **look)
         bar.set_ticks(range(len(state.pressures) + 1))
     return figure
@@ -37,20 +37,23 @@ def draw(state, axis=None):
 
 @plots.styled
 def draw_blocks(axis, state):
-    """The figure of an axis of three dimensions, or a new one, with blocks of a state on cells: displacements
-    ``u + psi x r``, (21), magnified, with psi0.
+    """The figure of an axis of three dimensions, or a new one, with blocks of a state on cells, of several
+    squares in that with the largest load: displacements ``u + psi x r``, (21), magnified, with psi0.
     Raises BadArgument if the law has no blocks, or the state is at nodes.
     """
     law, ell = on_surface(state.law), state.solid.ell
     if not law.psi0:
         raise BadArgument("law", state.law, "has no blocks: plot_blocks() is for Microblock")
-    if state.shape is None:
+    if state.squares is None:
         raise BadArgument(
             "method", state.method, "has no cells on which blocks are drawn in three dimensions"
         )
-    x1, x2 = _contact_points(state, ell)
-    cells = np.column_stack((state.psi, state.displacement, state.closed)).reshape(*state.shape, 4)
-    between = RegularGridInterpolator((state.x1, state.x2), cells)
+    count, n = len(state.squares), state.squares[0].count
+    most = np.argmax((state.weights * state.pressure).reshape(count, -1).sum(axis=1))
+    square = state.squares[most]
+    cells = np.column_stack((state.psi, state.displacement, state.closed)).reshape(count, n, n, 4)[most]
+    x1, x2 = _contact_points(square, cells[..., 3] > 0, ell)
+    between = RegularGridInterpolator(square.axes, cells)
     psi1, psi2, u, _ = between((x1, x2)).T
     closed = between((x1, x2), method="nearest")[:, 3].astype(int)
     turned, deep = np.hypot(psi1, psi2).max(), np.abs(u).max() / (1.5 * ell)
@@ -82,10 +85,17 @@ def draw_blocks(axis, state):
 
 def _from_above(axis, state, values, label, **look):
     """The colour bar of values at cells or nodes, (n,), drawn from above."""
-    if state.shape is not None:
-        half = state.width / 2
-        box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
-        shown = axis.imshow(values.reshape(state.shape).T, extent=box, origin="lower", **look)
+    if state.squares is not None:
+        look = {"norm": Normalize(values.min(), values.max()), **look}
+        boxes = [
+            [x + square.side * half for x in square.middle for half in (-0.5, 0.5)]
+            for square in state.squares
+        ]
+        for square, own, box in zip(state.squares, np.split(values, len(boxes)), boxes):
+            own = own.reshape(square.count, square.count)
+            shown = axis.imshow(own.T, extent=box, origin="lower", **look)
+        lows, highs = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
+        axis.set(xlim=(lows[0], highs[0]), ylim=(lows[1], highs[1]))
     elif "norm" in look:  # numbers have nothing between nodes
         shown = axis.scatter(state.x1, state.x2, c=values, s=5, linewidths=0, **look)
     else:
@@ -103,10 +113,10 @@ def _look(state, none):
     return {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)}
 
 
-def _contact_points(state, ell):
-    """Contact points of at most 19 blocks a side, arrays (n,)."""
-    box, closed = [], state.closed.reshape(state.shape)
-    for x, there in ((state.x1, closed.any(axis=1)), (state.x2, closed.any(axis=0))):
+def _contact_points(square, closed, ell):
+    """Contact points of at most 19 blocks a side in a square, of whose cells some are closed, arrays (n,)."""
+    box = []
+    for x, there in zip(square.axes, (closed.any(axis=1), closed.any(axis=0))):
         first, last = x[there][[0, -1]]
         middle, half = (first + last) / 2, 0.625 * (last - first) + ell
         own = middle + ell * np.arange(-9, 10)

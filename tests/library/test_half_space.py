@@ -11,6 +11,8 @@ import microblock as mb
 from microblock.corners.on_cells import Grid
 from microblock.halfplane.kernels import normal_symbol, short_waves
 from microblock.halfplane.kernels import symbol as plane_symbol
+from microblock.halfspace.search import beyond
+from microblock.halfspace.squares import Squares
 from microblock.halfspace.symbol import along
 from tests.states import on_cells
 
@@ -171,9 +173,43 @@ def test_far_away_a_contact_displaces_as_a_point_load():
     for second in (OTHER, CLASSICAL):
         touching = problem(mb.Unilateral(), second, mb.Sphere(R=0.1), nodes=32)
         state = touching.solve(load=0.01)
-        added = touching.solver.beyond(state.solution, places)[0] / state.load
+        added = beyond(state.solution, places)[0] / state.load
         r = np.hypot(*places.T)
         assert added == pytest.approx(point_load(SOLID, r) + point_load(second, r), rel=1e-3)
+
+
+@pytest.mark.parametrize("period", [None, 4.0])
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_squares_displace_each_other_as_cells_of_one_grid(law, period):
+    """Gaps, rotations or moments, and a second body: to the interpolation between nodes, 4e-4 of what others
+    add; on a period, where one grid has waves instead of cells, to the square of cells over the load's width.
+    One square is across its end.
+    """
+    for second in (OTHER, CLASSICAL):
+        solver = problem(law, second, lambda x1, x2: 0 * x1 * x2, period).solver
+        single, count = Grid(128, 4 / 128), np.arange(32)
+        rows = [(8, 12), (80, 40), (112 if period else 90, 90)]
+        middles = [tuple((np.array(first) + 16) / 32 - 2) for first in rows]
+        squares = Squares(tuple(Grid(32, 4 / 128, middle) for middle in middles), period)
+        bump = np.sin(np.pi * (count + 0.5) / 32) ** 3
+        f = np.arange(1, 1 + 3 * len(solver.offsets)).reshape(-1, 3, 1, 1) * np.multiply.outer(bump, bump)
+        cells = [np.ix_((count + i) % 128, (count + j) % 128) for i, j in rows]
+        H, together, whole = (
+            solver.flexibility(single),
+            solver.flexibility(squares),
+            np.zeros((len(f), 128, 128)),
+        )
+        for own, there in zip(f.swapaxes(0, 1), cells):
+            whole[(slice(None), *there)] = own
+        turned = [own.turned(forces, own.surface(forces)) for own, forces in ((H, whole), (together, f))]
+        pairs = [
+            (H @ whole, together @ f),
+            *zip(*turned),
+            (H.counter.above(whole)[None], together.counter.above(f)[None]),
+        ]
+        for one, other in pairs:
+            read = np.stack([one[(slice(None), *there)] for there in cells], axis=1)
+            assert other == pytest.approx(read, abs=(1e-2 if period else 1e-4) * np.abs(read).max())
 
 
 @pytest.mark.parametrize("period", [None, 1.0])

@@ -49,18 +49,16 @@ SQUARE = mb.FlatPunch(1.0, face="square")
 @pytest.mark.parametrize(
     "scene, load, rtol, words",
     [
-        (lambda: problem(waves, ell=0.005, period=1.0), 1e-6, 1e-2, "error"),
+        (lambda: problem(waves, ell=0.005, period=1.0), 1e-3, 1e-3, "cells"),
         (lambda: problem(window=(-100, 100)), 4 / 3, 1e-2, "error"),
-        (lambda: problem(law=BLOCKS, ell=100), 4 / 3, 1e-2, "cells.*window="),
-        (lambda: problem(summits((10, 0, 0), (-10, 0, 0))), 1e-3, 1e-2, "cells.*window="),
         (lambda: problem(SQUARE, BLOCKS), 1.0, 1e-2, "on (64 x 64|128 x 128) cells"),
         (lambda: problem(SQUARE, BLOCKS), 1.0, 0.3, "on (64 x 64|128 x 128|256 x 256) cells"),
     ],
-    ids=["wave", "wide window", "large blocks", "two far", "flat face", "flat face, loose"],
+    ids=["wave", "wide window", "flat face", "flat face, loose"],
 )
 def test_what_one_grid_cannot_resolve_is_refused(scene, load, rtol, words):
-    """Peaks were 5, 4 and 2 times too low under estimates below 1e-11, one of two contacts had all; of flat
-    faces the estimate falls too slowly for any grid, which few of them show.
+    """Peaks were 4 and 5 times too low under estimates below 1e-11; of flat faces the estimate falls slower
+    than grids get finer, which few of them show.
     """
     with pytest.raises(mb.NotConverged, match=words) as caught:
         scene().solve(load=load, rtol=rtol)
@@ -99,8 +97,8 @@ def test_pins_are_seen(away, turn, width):
     """At least as narrow as the promised width: they press, or a warning says where they would."""
     width = width or 1.05 * problem(nodes=64).solve(load=4 / 3).seen_width
     height, (x, y) = pinned(away, width, turn)
-    state = on_cells(problem(height, nodes=64).solve(load=4 / 3))
-    near = np.hypot(*np.meshgrid(state.x1 - x, state.x2 - y, indexing="ij")) < width + state.width
+    state = problem(height, nodes=64).solve(load=4 / 3)
+    near = np.hypot(*(state.points[:, :2] - (x, y)).T) < width + state.squares[0].width
     assert state.pressure[near].any() or "between cells" in str(state.warnings)
 
 
@@ -134,8 +132,8 @@ def test_equal_summits_carry_equal_loads(apart, ell, second):
     state = problem(mb.Deformable(mb.HalfSpace(solid(0.2)), pair) if second else pair, ell=ell).solve(
         0.1, rtol=0.1
     )
-    sides = state.pressure.reshape(state.shape).sum(axis=1)
-    assert sides[state.x1 < 0].sum() / sides.sum() == pytest.approx(0.5, abs=1e-3)  # cells at the edges
+    left = (state.weights * state.pressure)[state.points[:, 0] < 0].sum()
+    assert left / state.load == pytest.approx(0.5, abs=1e-3)  # cells at the edges
     if ell < 1e-3 and not second:
         assert state.approach == pytest.approx(a**2 + 0.05 / (np.pi * 2 * apart), rel=5e-3)
 
@@ -159,6 +157,110 @@ def test_a_window_that_cuts_the_contact_says_so():
     read = state.pressure_at(np.array([(-rim, state.x2[16], 0.0), (rim, state.x2[16], 0.0)]))
     assert any("cuts the contact" in words for words in state.warnings)
     assert 0 < last < 0.97 * first and read == pytest.approx([first, last], rel=1e-12)
+
+
+# --- contacts far apart have squares of cells of their own
+
+
+def cost(state):
+    """Products with the flexibility times cells."""
+    return state.iterations * len(state.points)
+
+
+@pytest.mark.parametrize("apart", [5, 30, 1000])
+def test_contacts_far_apart_are_those_of_hertz(apart):
+    """Heights are such that known loads act: point loads displace as contacts do up to (a/apart)^2/3. Two
+    equal spheres take some more steps than one to find their loads.
+    """
+    P, places = np.array([0.05, 0.04, 0.02]), np.array([(0, 0), (0.6, 0.8), (-0.8, 0.6)]) * apart
+    distances = np.hypot(*np.transpose(places[:, None] - places)) + np.diag([np.inf] * 3)
+    lowered = (0.75 * P) ** (2 / 3) + (P / distances).sum(axis=1) / np.pi
+    tips = np.column_stack((places, lowered.max() - lowered))
+    state = problem(summits(*tips), ell=1e-4).solve(load=P.sum(), rtol=0.02)
+    nearest = np.hypot(*np.transpose(state.points[:, None, :2] - places)).argmin(axis=0)
+    loads = np.bincount(nearest, state.weights * state.pressure)
+    assert len(state.squares) == 3 and loads == pytest.approx(P, rel=2e-3)
+    assert state.approach == pytest.approx(lowered.max(), rel=1e-3)
+    pair, single = (summits((0, 0, 0), *more) for more in ([(0, apart, 0)], []))
+    both, alone = (problem(own).solve(0.05 * (1 + (own is pair)), rtol=0.02) for own in (pair, single))
+    assert cost(both) < 4 * cost(alone)
+
+
+THREE = [
+    (0, 0, 0, 1),
+    (2.2, 0.5, 0.01, 0.3),
+    (-1.8, 1.1, 0.01, 0.1),
+]  # x1, x2, height, radius: the last a pin
+
+
+def spheres(x1, x2):
+    return np.min([((x1 - a) ** 2 + (x2 - b) ** 2) / (2 * R) + c for a, b, c, R in THREE], axis=0)
+
+
+@pytest.mark.parametrize(
+    "obstacle, law, ell, second, window, load",
+    [
+        (spheres, UNILATERAL, 0.05, None, (-2.2, 2.8), 0.05),
+        (spheres, LAWS[2], 0.05, 1.0, (-2.2, 2.8), 0.05),
+        (spheres, LAWS[3], 0.05, None, (-2.2, 2.8), 0.05),
+        (SPHERE, BLOCKS, 8.0, None, (-5, 5), 0.5),
+    ],
+    ids=["unilateral", "microclamped two", "microblocks", "large blocks"],
+)
+def test_squares_have_the_state_of_one_grid_that_covers_them(obstacle, law, ell, second, window, load):
+    """To the estimates of both, the approach to the square of these."""
+    shape = (
+        obstacle
+        if second is None
+        else mb.Deformable(mb.HalfSpace(mb.Cosserat(E=2, nu=0.2, ell=0.2, beta=second)), obstacle)
+    )
+    several = problem(shape, law, ell, nodes=64).solve(load=load)
+    single = problem(shape, law, ell, nodes=360, window=window, residual=1e-6).solve(load=load)
+    error = np.linalg.norm(several.pressure_at(single.points) - single.pressure) / np.linalg.norm(
+        single.pressure
+    )
+    assert len(several.squares) == 3 + (ell > 1) and len(single.squares) == 1
+    assert error < several.error_estimate + single.error_estimate < 0.3
+    assert several.approach == pytest.approx(single.approach, rel=2e-3)
+    if second is not None:
+        opposite = several.counter_displacement(several.points), single.counter_displacement(several.points)
+        assert opposite[0] == pytest.approx(opposite[1], abs=0.01 * several.opposite.max())
+
+
+@pytest.mark.parametrize("law, second", [(UNILATERAL, False), (LAWS[2], True)])
+def test_squares_on_a_period_have_the_state_of_one_grid(law, second):
+    """Two summits, one across the corners of the period; the approach counts from the mean of the surface. Of
+    one grid the contacts are 20 cells wide, whose edges are worth 1 %.
+    """
+
+    def height(x1, x2):
+        return np.minimum(waves(x1 - 0.5, x2 - 0.47), 2e-4 + waves(x1 - 0.05, x2))
+
+    shape = mb.Deformable(mb.HalfSpace(solid(0.2), 1.0), height) if second else height
+    several = problem(shape, law, 0.01, 1.0).solve(load=3e-5, rtol=0.05)
+    single = problem(shape, law, 0.01, 1.0, nodes=720, residual=1e-6).solve(load=3e-5)
+    error = np.linalg.norm(several.pressure_at(single.points) - single.pressure) / np.linalg.norm(
+        single.pressure
+    )
+    assert len(several.squares) == 2 and error < several.error_estimate + 0.01
+    assert several.approach == pytest.approx(single.approach, rel=1e-3)
+
+
+def test_several_squares_are_shown_and_written(tmp_path):
+    """Cells of all squares, one after the other; what one grid alone has is None."""
+    state = problem(spheres, BLOCKS, nodes=32).solve(load=0.05)
+    assert state.shape is state.x1 is state.x2 is state.width is None and len(state.points) == 3 * 32**2
+    assert np.all(
+        state.points[32**2 : 2 * 32**2, :2].mean(axis=0).round(9) == np.round(state.squares[1].middle, 9)
+    )
+    state.save(tmp_path / "state.npz")
+    again = mb.load(tmp_path / "state.npz")
+    assert again.squares == state.squares and np.array_equal(again.pressure, state.pressure)
+    assert again.to_dict() == state.to_dict() and len(state.along("x1")["x1"]) in (32, 64, 96)
+    (surface,) = mb.to_vtk(state, tmp_path / "state")
+    assert surface.exists() and state.to_xarray().sizes["point"] == 3 * 32**2
+    assert len(state.plot().axes[0].images) == 3
+    state.plot_blocks()
 
 
 # --- estimates, readings
