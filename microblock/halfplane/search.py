@@ -72,9 +72,9 @@ def _climb(problem, load, zones, rtol):
                 state = _beside(coarse, _amended(state, CONDITIONS_SHARE * rtol))
                 if state.estimate.total <= rtol:
                     return state
-            best, before = min(best, state.estimate.total), best
+            best = min(best, state.estimate.total)
             # rounding takes over, the more the higher the order
-            if state.estimate.total > before or state.estimate.kernel > max(rtol, state.estimate.total / 4):
+            if state.estimate.kernel > max(rtol, state.estimate.total / 4):
                 break
         coarse, zones = state, state.further
     raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead", met_again=False)
