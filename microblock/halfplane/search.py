@@ -73,10 +73,6 @@ def _climb(problem, load, zones, rtol):
                 if state.estimate.total <= rtol:
                     return state
             best = min(best, state.estimate.total)
-            # rounding takes over, the more the higher the order; of one level edges that are far off make it
-            rounding = min(coarse.estimate.kernel, state.estimate.kernel)
-            if rounding > max(rtol, state.estimate.total / 4):
-                break
         coarse, zones = state, state.further
     raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead", met_again=False)
 
