@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import label
 
+from .. import cost
 from ..corners.active_set import ContactState
 from ..corners.cell_solver import CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.surface_law import closed_corners, on_surface
+from ..cost import Cost
 from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
@@ -132,6 +134,11 @@ class SurfaceSolver(CellSolver):
                 return replace(state, seen_width=picture.seen)
             places = np.vstack((places, outside))
         raise NotConverged(search.NO_WINDOW)
+
+    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> Cost:
+        """Returns the Cost of cells whose edges leave rtol, on one square or on several together."""
+        count = self.options.nodes or 2.0 ** np.ceil(np.log2(2.5 / rtol))
+        return cost.of("cells in space", len(self.offsets) * count**2)
 
     def window_of(self, load: float) -> Grid:
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
