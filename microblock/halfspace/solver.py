@@ -137,7 +137,7 @@ class SurfaceSolver(CellSolver):
 
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> Cost:
         """Returns the Cost of cells whose edges leave rtol, on one square or on several together."""
-        count = self.options.nodes or 2.0 ** np.ceil(np.log2(2.5 / rtol))
+        count = self.options.nodes or 2.0 ** np.ceil(np.log2(2.5 / self.goal(rtol)))
         return cost.of("cells in space", len(self.offsets) * count**2)
 
     def window_of(self, load: float) -> Grid:
