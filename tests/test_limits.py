@@ -220,8 +220,8 @@ WIDTHS = np.sqrt([1, 0.75, 0.5, 0.25, 1 - 0.5 / 2, 1 - 1 / 2])  # of stick (Catt
     "method, beta, rtol, bar",
     [
         (mb.Panels(), 1e-8, 1e-7, 1e-7),
-        # cells at an edge are 2e-4 of the half-width, and fits leave 2e-5 of them
-        (mb.Cells(), 1.0, 1e-2, 1e-4),
+        # cells at an edge are 4e-4 and 1e-4 of the half-width, and fits leave some of that
+        (mb.Cells(), 1.0, 1e-2, 2e-4),
         (mb.Cells(), 1.0, 3e-3, 1e-4),
     ],
     ids=["panels", "cells", "fine cells"],
@@ -262,7 +262,7 @@ def spence(friction, nu=0.3):
 def test_pressed_alone_a_cylinder_sticks_as_spence_says(friction):
     """Stick grows, so that f p - |q| is a power 3/2 at its edge; cells as above."""
     state = classical(False, mb.Unilateral(friction=friction)).history(
-        [(np.pi / 4, 0.0)], coupled=False, rtol=3e-3
+        [(np.pi / 4, 0.0)], coupled=False, rtol=1e-3
     )
     (state,), part = state.states, spence(friction)
     assert state.half_width == pytest.approx(1, abs=1e-4)

@@ -300,12 +300,14 @@ def _estimates(changes, level):
 
 
 def _zone_errors(finer, coarser):
-    """Errors of the edges of zones, as of `State`: change from the level before plus doubt."""
+    """Errors of the edges of zones, as of `State`: change from the level before plus twice the doubt,
+    since two levels may agree and be off together.
+    """
     found = dict.fromkeys(finer.zones_by_name)
     for name, own in finer.zones_by_name.items():
         others = coarser.zones_by_name[name]
         if len(own) == len(others) == len(common(own, others)):
-            doubts = [[finer.doubts[edge] for edge in pair] for pair in own]
+            doubts = [[2 * finer.doubts[edge] for edge in pair] for pair in own]
             found[name] = [*map(tuple, (np.abs(np.subtract(own, others)) + doubts).tolist())]
     return found
 
