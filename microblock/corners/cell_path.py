@@ -6,6 +6,7 @@ and gone, or split and merged, between two loads of the scan is not seen.
 
 from dataclasses import replace
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from scipy.ndimage import label
@@ -34,10 +35,6 @@ class CellPath(SeenTwice):
         self._solver = solver
 
     @cached_property
-    def _window(self):
-        return self._solver.window_of(self.last)
-
-    @cached_property
     @bounded
     def first(self):
         """Load from which zones are followed; see `LoadPath`."""
@@ -51,10 +48,9 @@ class CellPath(SeenTwice):
     @bounded
     def _followed(self):
         """[(first load, events), ...] on a coarse and a fine grid."""
-        fine = self._solver.options.nodes or self._solver.followed
-        return [
-            _Followed(self._solver, self._window, count).down_from(self.last) for count in (fine // 2, fine)
-        ]
+        solver, window = self._solver, self._solver.window_of(self.last)
+        fine = solver.options.nodes or solver.followed
+        return [_Followed(solver, window, count).down_from(self.last) for count in (fine // 2, fine)]
 
     @cached_property
     def events(self):
@@ -91,21 +87,12 @@ class _Followed:
         between them, and full contact begins with another.
         """
         found, near = list(events), FEW * self.grid.width
-        for i, one in enumerate(events):
-            for j, other in enumerate(events):
-                both = {(one.kind, one.zone), (other.kind, other.zone)}
-                if (
-                    both in PASSINGS
-                    and i < j
-                    and abs(one.x - other.x) <= near
-                    and other.load < STEP * one.load
-                ):
-                    load, error = (one.load + other.load) / 2, one.load_error + other.load_error
-                    error += (other.load - one.load) / 2
-                    found[i], found[j] = (
-                        replace(event, load=load, load_error=error) for event in (one, other)
-                    )
-                    break
+        for (i, one), (j, other) in combinations(enumerate(events), 2):
+            both = {(one.kind, one.zone), (other.kind, other.zone)}
+            if both in PASSINGS and abs(one.x - other.x) <= near and other.load < STEP * one.load:
+                error = one.load_error + other.load_error + (other.load - one.load) / 2
+                middle = {"load": (one.load + other.load) / 2, "load_error": error}
+                found[i], found[j] = replace(one, **middle), replace(other, **middle)
         return found
 
     def steady(self, events):
@@ -153,8 +140,9 @@ class _Followed:
     def births(self, first):
         """Births up to a load: at first touch of the lowest cells, else between 0 and it."""
         gaps, zones, found = self.solver.prepared(self.grid)[1], self.zones[first], []
-        least = gaps.min() + EQUAL * np.ptp(gaps[:, zones["contact"] > 0])
-        own = dict(zip(self.solver.law.corners, gaps)) | {"contact": gaps.min(axis=0)}
+        lowest = gaps.min(axis=0)
+        least = lowest.min() + EQUAL * np.ptp(lowest[zones["contact"] > 0])
+        own = dict(zip(self.solver.law.corners, gaps)) | {"contact": lowest}
         for name, labels in zones.items():
             for number in np.unique(labels[labels > 0]):
                 spot = labels == number

@@ -145,12 +145,6 @@ class Microblock(_Coulomb):
     def even(self) -> bool:
         return not callable(self.psi0) and self.psi0 == 0
 
-    def levers(self, x: Array) -> dict[str, Array]:
-        """Returns the levers as `Law.levers`; of a constant psi0 those of one place: panels ask often."""
-        if callable(self.psi0):
-            return super().levers(x)
-        return {name: np.full(np.shape(x), own[0]) for name, own in super().levers(np.zeros(1)).items()}
-
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
         a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.

@@ -444,7 +444,6 @@ def refusals_of_spaces():
         "half-space rough on another period": lambda: contact(mb.RoughSurface(1.0, 0.1), period=0.7),
         "half-space rough of a line": lambda: contact(Rough(1.0, 0.1), period=1.0),
         "half-space nodes and rtol": lambda: contact().solve(load=1.0, rtol=0.1),
-        "half-space path": lambda: contact().path(load=1.0),
         "half-space history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
         "half-space load=0": lambda: contact().solve(load=0.0),
         "half-space approach above": lambda: contact().solve(approach=-0.1),
