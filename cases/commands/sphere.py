@@ -72,7 +72,7 @@ def solve(
 
 def row(state):
     """Returns what the JSON object has of a state."""
-    M, cell = p_Hz * state.problem.solid.ell, state.width / a_Hz
+    M, cell = p_Hz * state.problem.solid.ell, state.squares[0].width / a_Hz
     scales = {"x1": a_Hz, "pressure": p_Hz, "m1": M, "m2": M, "psi1": a_Hz, "psi2": a_Hz}
     axis, diagonal = (
         {name: values / scales[name] for name, values in state.along(cut).items()}
@@ -80,7 +80,7 @@ def row(state):
     )
     return {
         "load": state.load,
-        "pressure_centre": np.interp(0.0, axis["x1"], axis["pressure"]),
+        "pressure_centre": state.pressure_at(np.zeros((1, 2)))[0] / p_Hz,
         "pressure_max": state.pressure.max() / p_Hz,
         "radius": math.sqrt(state.contact_area / math.pi) / a_Hz,
         "radius_x": np.count_nonzero(axis["pressure"] > 0) * cell / 2,

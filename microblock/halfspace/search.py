@@ -118,7 +118,7 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     if solver.period:
         low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
     out = grid.beyond(*low[:, :2].T) > 0
-    outside, inside = _lowest(grid, low[out]), low[~out]
+    outside, inside = (low[out, :2] if isinstance(grid, Grid) else _lowest(grid, low[out])), low[~out]
     cells, (H, g0) = grid.nearest(*inside[:, :2].T), solver.prepared(grid)
     f, mode = g0.min(axis=0), "wrap" if state.is_whole else "nearest"
     near = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode=mode)[tuple(cells)]

@@ -62,7 +62,8 @@ class Cells(Checked):
     Parameters
     ----------
     nodes : int, optional
-        Number of cells, 32 to 2**26 (some 20 GB); without it rtol chooses.
+        Number of cells, 32 to 2**26 (some 20 GB), on half-spaces along the sides of squares and of a period;
+        without it rtol chooses.
     window : (left, right), optional
         Where the obstacle may touch (length), not on a period; without it wherever it is low enough.
     residual : float

@@ -186,6 +186,17 @@ def test_contacts_far_apart_are_those_of_hertz(apart):
     assert cost(both) < 4 * cost(alone)
 
 
+def test_corners_of_blocks_much_larger_than_the_contact_are_four_contacts_of_hertz():
+    """Each with a quarter of the load; short waves meet U and the rotation of a block on one corner. They
+    displace each other by the contact's width over ell.
+    """
+    state = problem(law=BLOCKS, ell=1e4).solve(load=4 / 3, rtol=0.02)
+    softer = 1 / (1 + 0.7) + 1 / (2 * state.solid.curvature * 0.7)
+    loads = (state.weights * state.pressure).reshape(4, -1).sum(axis=1)
+    assert state.approach == pytest.approx((softer / 4) ** (2 / 3), rel=1e-3)
+    assert loads == pytest.approx(1 / 3, rel=1e-6)
+
+
 THREE = [
     (0, 0, 0, 1),
     (2.2, 0.5, 0.01, 0.3),

@@ -320,7 +320,7 @@ def solved(s):
 def figures(state, s):
     """Approach, norm of the pressure and loads on the summits, in the scene's units."""
     stress, length = s.unit
-    x, y = (places.ravel() / length for places in np.meshgrid(state.x1, state.x2, indexing="ij"))
+    x, y = state.points[:, :2].T / length
     area, loads = np.ravel(state.weights) / length**2, np.zeros(len(s.summits))
     for name, force in state.pressures.items():
         arm = [{"-": -0.5, "+": 0.5}[c] * s.solid[3] for c in name] if len(name) == 2 else (0.0, 0.0)
