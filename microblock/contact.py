@@ -317,7 +317,8 @@ class Contact:
         load, rtol = plain(load), plain(rtol)
         self._check(load, None, rtol, None, progress)
         with counting("load path", progress):
-            solver = self._ordered(load, None, rtol)[0]
+            solvers = self._ordered(load, None, rtol)  # equal cells follow no events
+            solver = next((each for each in solvers if each.has_fitted_zones), solvers[0])
             if solver.has_fitted_zones:
                 from .path import ZonePath  # here: a single state does without
 

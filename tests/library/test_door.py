@@ -91,7 +91,7 @@ def test_values_are_shown_on_a_short_line(value, words):
 @pytest.mark.parametrize(
     "body, method, words",
     [
-        (mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-9)), None, "blocks wide, and up to"),
+        (mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-9)), mb.Panels(), "blocks wide, and up to"),
         (BLOCK, mb.Uniform(1e-9), "^h = 1e-09.*elements.*GB.*take h of"),
         (BLOCK, mb.Fitted(order=4, spacing=1e-9), "^spacing = 1e-09.*elements.*GB.*take spacing of"),
     ],
