@@ -76,7 +76,7 @@ class LineSolver(CellSolver):
     """States of a half-plane on uniform cells."""
 
     counter_bodies = (HalfPlane,)
-    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 0.01, LineCells
+    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 1e-4, LineCells
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
