@@ -40,6 +40,6 @@ def test_an_rtol_that_is_advised_is_obtained(kind, monkeypatch):
 
 
 def test_a_period_that_is_closed_throughout_is_solved_to_rounding():
-    """The residual that coarse grids were left with was larger than their error: 9e-6 was said to be the best."""
+    """Residuals of coarse grids were larger than their errors: 9e-6 was said to be the best."""
     _, problem, load = reach.drawn("cells", 4)
     assert problem.solve(load=load, rtol=1e-8).error_estimate <= 1e-8
