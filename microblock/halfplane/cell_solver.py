@@ -100,7 +100,7 @@ class LineSolver(CellSolver):
     """States of a half-plane on uniform cells."""
 
     counter_bodies = (HalfPlane,)
-    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 0.01, LineCells
+    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 1e-4, LineCells
     followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
 
