@@ -21,7 +21,7 @@ from ..model.zones import distance, distance_to_ends, runs
 from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, counter_short_waves, short_waves, symbol
+from .kernels import HalfPlane, at_rest, counter_short_waves, gap_kernel, short_waves, symbol
 from .kinks import corrections, logarithms
 from .sampled import left_open, said
 
@@ -94,6 +94,23 @@ class LineCells(CellSolution, LineSolution):
         """Whether x lies on a cell, boolean array (n,)."""
         left, right = self.x[[0, -1]] + self.grid.width / 2 * np.array((-1, 1))
         return (self.period is not None) | (x >= left) & (x <= right)
+
+    def gap(self, corner, x):
+        """Gap of a corner at x, array (n,), beside the cells that of all their forces."""
+        inside = self.reaches(x)
+        if np.all(inside) or self.opposite is not None:
+            return super().gap(corner, x)
+        problem, places, found = self.problem, x[~inside], np.empty_like(x)
+        found[inside] = super().gap(corner, x[inside])
+        gaps, target = problem.initial_gaps(places)[corner] - self.approach, problem.levers(places)[corner]
+        for pressures, arms in zip(self.pressures, problem.levers(self.x)):
+            pressed = np.flatnonzero(pressures)
+            for cells in np.array_split(pressed, 1 + len(pressed) * len(places) // 10**6):
+                apart = places[:, None] - self.x[cells]
+                response = gap_kernel(problem, apart, target[:, None], arms[cells])
+                gaps += response @ pressures[cells] * self.grid.width
+        found[~inside] = gaps
+        return found
 
 
 class LineSolver(CellSolver):
