@@ -14,7 +14,7 @@ from ..errors import SMALLEST, BadArgument, NotConverged, require
 from ..model import picture
 from ..model.deformable import second_solid, shape_of
 from ..model.law import levers, require_pure_force
-from ..model.obstacles import heights, repeated
+from ..model.obstacles import Samples, heights, repeated
 from ..model.problem import Problem
 from ..model.state import LineSolution
 from ..model.zones import distance, distance_to_ends, runs
@@ -215,7 +215,9 @@ class LineSolver(CellSolver):
         known = (self if load is None else self.contact.solver).picture(load)
         steps = f"must not jump, as its height does at x = {known.steps[0]:g}" if known.steps else ""
         require(not steps, "obstacle", self.obstacle, steps)
-        expected = cells_cost(known, rtol, 4 * self._coarsest(known))
+        sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
+        most = 4 * self.cheap if sampled else np.inf
+        expected = cells_cost(known, rtol, 4 * self._coarsest(known), most)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected
