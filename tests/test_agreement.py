@@ -76,8 +76,9 @@ def test_methods_have_the_pressures_of_panels(method, shape, law):
         x = np.linspace(-0.9, 0.9, 400) * panels.half_width
         off = found.pressure_at(x) - panels.pressure_at(x)
         assert np.linalg.norm(off) <= found.error_estimate * np.linalg.norm(panels.pressure_at(x))
-    else:
-        assert apart(panels, found) <= found.error_estimate + panels.error_estimate
+    else:  # beside a logarithm the mean over a cell is not the value at its centre
+        states = (found, panels) if shape == "wedge" else (panels, found)
+        assert apart(*states) <= found.error_estimate + panels.error_estimate
 
 
 @pytest.mark.parametrize("law", LAWS)
