@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from ..errors import BadArgument, out_of_reach
+from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import Solution
@@ -154,7 +155,7 @@ class CellSolver(Solver):
                     raise
             return None
 
-        for count, state, before, changes in levels(solved, sizes, self.change, progress):
+        for count, state, before, changes in levels(solved, sizes, self.change):
             if changes:
                 state = replace(state, error_estimate=self.estimate(changes, before, state))
             if count < sizes[-1] and (nodes or len(changes) < 2):
@@ -165,6 +166,7 @@ class CellSolver(Solver):
                 return state, outside
             if seen <= least:
                 least, reached = seen, state
+                kept(state, error=state.error_estimate)
             if self.hopeless(changes, before, goal, sizes[-1] // count):
                 break
         words = " x ".join([str(reached.grid.count)] * self.dimensions)

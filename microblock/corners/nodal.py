@@ -9,12 +9,12 @@ import numpy as np
 
 from ..errors import BadArgument
 from ..model.deformable import body_of, shape_of
-from ..model.events import Event, LoadPath
+from ..model.events import Event, LoadPath, following
 from ..model.problem import Problem
+from ..model.progress import counted, kept
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.zones import contact_zones, interrupted, runs, zone_changes
-from ..threads import bounded
 from . import active_set
 
 
@@ -266,7 +266,7 @@ class NodalPath(LoadPath):
         self._solver = (followed or problem).solver
 
     @cached_property
-    @bounded
+    @following
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
@@ -278,8 +278,10 @@ class NodalPath(LoadPath):
         flexibility, gaps, share = solver.system
         x, apart = solver.compliance.points[:, 0], solver.compliance.apart
         closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
+        kept(found)
         followed = active_set.path(flexibility, gaps, self.last, c=share)
         for load, changes in groupby(followed, key=lambda event: event.load):
+            counted(load=load)
             for change in changes:
                 closed[change.corner] ^= True
             after = zones_of(x, solver.together(closed), law, apart)

@@ -28,7 +28,7 @@ class BodySolver(FollowsFriction, NodalSolver):
     def solve(self, load, approach, rtol, initial=None, progress=False):
         self._require_given_mesh(rtol)
         if rtol is not None:
-            return refine_until(self, load, approach, rtol, progress)
+            return refine_until(self, load, approach, rtol)
         return self.at(load, approach, initial)
 
     @cached_property
@@ -53,7 +53,7 @@ class BodySolver(FollowsFriction, NodalSolver):
 
     def path(self, last, rtol, progress=False):
         self._require_given_mesh(rtol)
-        finest = self if rtol is None else refine_until(self, last, None, rtol, progress).solver
+        finest = self if rtol is None else refine_until(self, last, None, rtol).solver
         return NodalPath(self.contact, last, rtol, followed=finest.contact)
 
     @property

@@ -25,7 +25,7 @@ from ..model import picture
 from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights
 from ..model.problem import Problem
-from ..model.progress import counted
+from ..model.progress import counted, kept
 from ..model.zones import zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
@@ -148,6 +148,8 @@ class FittedSolver(MeshFitter):
             passes += count
             if mesh is not None and coarse is not None:
                 best = min(best, mesh.estimate.total)
+                if mesh.estimate.total == best:
+                    kept(self._state(mesh, mesh.part, passes), error=float(best))
             if best <= rtol or (mesh is not None and self.options.order is not None):
                 return mesh, passes
             outermost = max(map(abs, zone_edges(zones)), default=0.0)

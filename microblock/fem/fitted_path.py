@@ -5,8 +5,7 @@ from functools import cached_property
 
 from ..corners.nodal import NodalPath
 from ..halfplane.kernels import coalescence_exponent
-from ..model.events import LoadPath
-from ..threads import bounded
+from ..model.events import LoadPath, following
 
 
 class FittedPath(LoadPath):
@@ -38,7 +37,7 @@ class FittedPath(LoadPath):
         ]
 
     @cached_property
-    @bounded
+    @following
     def _seen(self):
         """[{(kind, zone, how many before): Event}] on two meshes."""
         found = {16: {}, 32: {}}

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
-from tqdm.auto import tqdm
 
 from ..errors import NotConverged, out_of_reach
+from ..model.progress import counted, kept
 from . import contact_term
 from .between import of_body
 from .facets import outward
@@ -129,7 +129,7 @@ def _traction(state, averaged):
     return ng.CF((-ng.InnerProduct(n, sigma * n), (m * n)[2] / solid.ell))
 
 
-def refine_until(solver, load, approach, rtol, progress=False):
+def refine_until(solver, load, approach, rtol):
     """The solution on a mesh that is cut until the estimate is at most rtol.
 
     Raises
@@ -138,26 +138,26 @@ def refine_until(solver, load, approach, rtol, progress=False):
         Beyond MOST unknowns or PASSES passes; `rtol_reached` is the smallest estimate.
     """
     best, found, besides, failed = math.inf, None, "raise the order of the body", None
-    with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
-        for passes in range(1, PASSES + 1):
-            try:
-                found = solver.at(load, approach, found)
-                parts = estimate(found)
-            except NotConverged as failure:
-                if best == math.inf:
-                    raise
-                besides, failed = f"take another mesh: on the next one, {failure}", failure
-                break
-            bar.update()
-            bar.set_postfix(estimate=f"{parts.total:.1e}", unknowns=found.unknowns)
-            best = min(best, parts.total)
-            if parts.total <= rtol:
-                return replace(found, error_estimate=parts.total)
-            if found.unknowns > MOST:
-                break
-            triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
-            # an rtol far away asks for all elements alike, and not for the worst ones first
-            solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
+    for passes in range(1, PASSES + 1):
+        try:
+            found = solver.at(load, approach, found)
+            parts = estimate(found)
+        except NotConverged as failure:
+            if best == math.inf:
+                raise
+            besides, failed = f"take another mesh: on the next one, {failure}", failure
+            break
+        counted(error=parts.total, unknowns=found.unknowns)
+        if parts.total <= best:
+            best = parts.total
+            kept(replace(found, error_estimate=best))
+        if parts.total <= rtol:
+            return replace(found, error_estimate=parts.total)
+        if found.unknowns > MOST:
+            break
+        triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
+        # an rtol far away asks for all elements alike, and not for the worst ones first
+        solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
     raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach) from failed
 

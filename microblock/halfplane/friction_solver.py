@@ -13,6 +13,7 @@ from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
+from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import levels
 from ..model.state import ErrorParts, State
@@ -171,7 +172,8 @@ class FrictionSolver:
         rtol, best = 1e-2 if rtol is None else rtol, np.inf
         numbers = range(5)
         try:
-            for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
+            for number, finer, coarser, changes in levels(self.level, numbers, _change):
+                kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
                 errors = changes[-1] if changes else [np.inf]
                 best = min(best, max(errors))
                 if best <= rtol:
