@@ -293,6 +293,7 @@ class Contact:
             if kind != self.solver.in_space:
                 raise BadArgument("initial", initial, "must be a State of the same kind of body")
 
+    @bounded
     def path(self, load: float, *, rtol: float | None = None, progress: bool | None = None) -> LoadPath:
         """Returns the load path from first touch to a load: its `events`, and states `at` any load.
 
