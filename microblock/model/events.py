@@ -156,9 +156,9 @@ def following(method: Callable[..., Any]) -> Callable[..., Any]:
     """Returns the method of a LoadPath with one BLAS thread inside, and the bar that the path asks for."""
 
     @wraps(method)
-    def followed(self: LoadPath, *given: Any) -> Any:
+    def followed(self: LoadPath, *given: Any, **named: Any) -> Any:
         with counting("load path", self.progress):
-            return method(self, *given)
+            return method(self, *given, **named)
 
     return bounded(followed)
 

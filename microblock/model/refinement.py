@@ -1,6 +1,6 @@
 """Levels of refinement."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
 from .progress import counted
@@ -11,7 +11,7 @@ Result = TypeVar("Result")
 
 def levels(
     solve: Callable[[Level, Result | None], Result],
-    sizes: Sequence[Level],
+    sizes: Iterable[Level],
     change: Callable[[Result, Result], float],
 ) -> Iterator[tuple[Level, Result, Any, list[float]]]:
     """Yields (level, result, result before, changes so far) of levels `sizes`, coarse to fine, which a bar
@@ -20,7 +20,7 @@ def levels(
     """
     before, changes = None, list[float]()
     for number, level in enumerate(sizes, 1):
-        counted(level=f"{number} of {len(sizes)}")
+        counted(level=number)
         result = solve(level, before)
         if before is not None:
             changes.append(change(before, result))
