@@ -135,7 +135,7 @@ class CellSolver(Solver):
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
         return self.usual_rtol if rtol is None else rtol
 
-    def within(self, window, load, approach, goal, missed, initial=None, progress=False):
+    def within(self, window, load, approach, goal, missed, initial=None):
         """The solution in a window on the first grid with an estimate below the goal, and places that a wider
         window must hold. `missed` returns such places of a solution, array (k, dimensions), notes, and
         whether something between cells would touch.

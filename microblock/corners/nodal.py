@@ -206,7 +206,7 @@ class NodalSolver(Solver):
         """Points, normals, weights and twins of the nodes."""
         return self.compliance
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         if rtol is not None:
             raise BadArgument(
                 "rtol", rtol, "needs a method that chooses its nodes: the compliance is given at some"
@@ -234,7 +234,7 @@ class NodalSolver(Solver):
         """The solution at a load, begun with a neighbour's closed corners."""
         return self.at(load, initial=initial)
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         return NodalPath(self.contact, last, None)
 
     @cached_property

@@ -25,7 +25,7 @@ class BodySolver(FollowsFriction, NodalSolver):
         require_pressed(self.body)
         self.counter  # which checks the second body
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         self._require_given_mesh(rtol)
         if rtol is not None:
             return refine_until(self, load, approach, rtol)
@@ -51,7 +51,7 @@ class BodySolver(FollowsFriction, NodalSolver):
         more = 0.0 if self.counter is None else self.counter.flexibility(gaps)
         return flexibility + more, gaps, share
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         self._require_given_mesh(rtol)
         finest = self if rtol is None else refine_until(self, last, None, rtol).solver
         return NodalPath(self.contact, last, rtol, followed=finest.contact)

@@ -52,7 +52,7 @@ class FittedSolver(MeshFitter):
         if known is not None:
             self.obstacle = picture.seen(self.obstacle, known)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         fixed = self.options.order is not None
         if fixed and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
@@ -71,7 +71,7 @@ class FittedSolver(MeshFitter):
             load, initial = state.load, state
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         return FittedPath(self.contact, last, rtol)
 
     def at(self, load, rtol=usual_rtol, near=None):

@@ -151,7 +151,7 @@ class FollowsFriction:
         """The FrictionFacets, of a rigid obstacle."""
         return FrictionFacets(self.body, self.law, self.obstacle)
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
         if body_of(self.obstacle) is not None:
             raise BadArgument(

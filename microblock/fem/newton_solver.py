@@ -32,7 +32,7 @@ class NewtonSolver(FollowsFriction, Solver):
         body = clamped_on_contact(self.body) if self.law.clamps_rotation else self.body
         return ContactFacets(body, self.law, self.obstacle, self.rule)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         if rtol is not None:
             words = (
                 "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
@@ -45,10 +45,10 @@ class NewtonSolver(FollowsFriction, Solver):
 
     of = of_newton
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         if self.options.kind != "al":
             raise BadArgument("kind", self.options.kind, 'does not follow friction: Newton("al") does')
-        return super().history(pairs, coupled, rtol, progress)
+        return super().history(pairs, coupled, rtol)
 
     @cached_property
     def newton(self):

@@ -36,7 +36,7 @@ class Solver3D(Solver):
             raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
         return gaps
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         if rtol is not None:
             words = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
             raise BadArgument("rtol", rtol, words)

@@ -21,7 +21,7 @@ from .newton_solver import NewtonSolver
 class UniformSolver(GroundSolver):
     """States of a Block on one mesh; its `options` are `Uniform`."""
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         if rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
@@ -38,7 +38,7 @@ class UniformSolver(GroundSolver):
         solver = self._reaching(load)
         return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         if self.domain == math.inf:
             raise BadArgument(
                 "body", self.body, "must have a size: histories know displacements, which the far end decides"

@@ -114,24 +114,24 @@ class LineSolver(CellSolver):
     def turned(self, own):
         return own[0]
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         if self.period is not None:
-            return super().history(pairs, coupled, rtol, progress)
+            return super().history(pairs, coupled, rtol)
         if self.options.nodes is not None or self.options.window is not None:
             raise BadArgument(
                 "method",
                 self.options,
                 "must be Cells() without nodes and window: along a history cells get smaller at all edges",
             )
-        return FrictionSolver(self, pairs, coupled).history(rtol, progress)
+        return FrictionSolver(self, pairs, coupled).history(rtol)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         window, goal = self.given_window(), self.goal(rtol)
         if window is None:
             found = self.picture(load)
             window = around(found, self.solid.ell)
             self.coarsest = self._coarsest(found)
-        return self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+        return self.within(window, load, approach, goal, self.missed, initial)[0]
 
     def predicted(self, load, approach, rtol):
         if self.period is not None or self.options.nodes is not None:

@@ -167,7 +167,7 @@ class FrictionSolver:
         plain = self.solver.problem
         return replace(plain, picture=picture.picture(plain, float(self.pairs[:, 0].max())))
 
-    def history(self, rtol, progress):
+    def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol, best = 1e-2 if rtol is None else rtol, np.inf
         numbers = range(5)

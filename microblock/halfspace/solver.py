@@ -96,12 +96,7 @@ class SurfaceSolver(CellSolver):
         return "fix Cells(nodes=...)" + apart * (self.period is None)
 
     def solve(
-        self,
-        load: float | None,
-        approach: float | None,
-        rtol: float | None,
-        initial: Any = None,
-        progress: bool = False,
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
         goal, fixed = self.goal(rtol), self.given_window()
@@ -112,7 +107,7 @@ class SurfaceSolver(CellSolver):
                 window = self._window(picture, load, approach, box)
                 picture.look_about(window)
             missed = partial(self.missed, picture)
-            state, outside = self.within(window, load, approach, goal, missed, initial, progress)
+            state, outside = self.within(window, load, approach, goal, missed, initial)
             if not len(outside):
                 # in a disc of so many rows there is a sample
                 return replace(state, seen_width=8**0.5 * window.side / FINE)

@@ -1,4 +1,4 @@
-"""Bars appear where someone looks, and Ctrl-C leaves what there was; the clock of these tests is a counter."""
+"""Bars appear where someone looks, and Ctrl-C leaves what there was; the clock of these tests counts calls."""
 
 import io
 import signal
