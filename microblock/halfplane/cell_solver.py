@@ -14,14 +14,14 @@ from ..errors import SMALLEST, BadArgument, NotConverged, require
 from ..model import picture
 from ..model.deformable import second_solid, shape_of
 from ..model.law import levers, require_pure_force
-from ..model.obstacles import heights, repeated
+from ..model.obstacles import Samples, heights, repeated
 from ..model.problem import Problem
 from ..model.state import LineSolution
 from ..model.zones import distance, distance_to_ends, runs
 from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, counter_short_waves, short_waves, symbol
+from .kernels import HalfPlane, at_rest, counter_short_waves, gap_kernel, short_waves, symbol
 from .kinks import corrections, logarithms
 from .sampled import left_open, said
 
@@ -95,12 +95,29 @@ class LineCells(CellSolution, LineSolution):
         left, right = self.x[[0, -1]] + self.grid.width / 2 * np.array((-1, 1))
         return (self.period is not None) | (x >= left) & (x <= right)
 
+    def gap(self, corner, x):
+        """Gap of a corner at x, array (n,), beside the cells that of all their forces."""
+        inside = self.reaches(x)
+        if np.all(inside) or self.opposite is not None:
+            return super().gap(corner, x)
+        problem, places, found = self.problem, x[~inside], np.empty_like(x)
+        found[inside] = super().gap(corner, x[inside])
+        gaps, target = problem.initial_gaps(places)[corner] - self.approach, problem.levers(places)[corner]
+        for pressures, arms in zip(self.pressures, problem.levers(self.x)):
+            pressed = np.flatnonzero(pressures)
+            for cells in np.array_split(pressed, 1 + len(pressed) * len(places) // 10**6):
+                apart = places[:, None] - self.x[cells]
+                response = gap_kernel(problem, apart, target[:, None], arms[cells])
+                gaps += response @ pressures[cells] * self.grid.width
+        found[~inside] = gaps
+        return found
+
 
 class LineSolver(CellSolver):
     """States of a half-plane on uniform cells."""
 
     counter_bodies = (HalfPlane,)
-    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 0.01, LineCells
+    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 1e-4, LineCells
     followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
 
@@ -198,7 +215,9 @@ class LineSolver(CellSolver):
         known = (self if load is None else self.contact.solver).picture(load)
         steps = f"must not jump, as its height does at x = {known.steps[0]:g}" if known.steps else ""
         require(not steps, "obstacle", self.obstacle, steps)
-        expected = cells_cost(known, rtol, 4 * self._coarsest(known))
+        sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
+        most = 4 * self.cheap if sampled else np.inf
+        expected = cells_cost(known, rtol, 4 * self._coarsest(known), most)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected

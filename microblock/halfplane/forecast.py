@@ -1,8 +1,8 @@
 """What panels and cells are expected to take under an obstacle, from its Picture.
 
 Panels are those of zones where the gap is no larger than the rise of a classical contact. On cells square
-roots at edges leave a relative error like cell/zone, logarithms at peaks and inverse roots at ends one like
-the root of cell/contact.
+roots at edges leave a relative error like cell/zone, inverse roots at ends, and logarithms at peaks that no
+one has named, one like the root of cell/contact.
 """
 
 import numpy as np
@@ -27,14 +27,16 @@ def panels_cost(problem, rtol, order=None):
     return cost.of("panels", order * len(make_panels(problem, problem.computed(by_corner), order).e))
 
 
-def cells_cost(picture, rtol, fewest):
-    """The Cost of equal cells under a picture, `fewest` at least."""
+def cells_cost(picture, rtol, fewest, most):
+    """The Cost of equal cells under a picture, between `fewest` and `most`."""
     valleys, ends = (np.count_nonzero(low(picture, np.array(x))) for x in (picture.minima, picture.ends))
     peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width
-    needed = width * (2 * max(valleys, 1) / rtol + (np.sum(slopes**2) / 2 + ends) / rtol**2)
-    return cost.of("cells", max(fewest, 2.0 ** np.ceil(np.log2(needed))))
+    needed = 2 * max(valleys, 1) / rtol + 8 * ends / rtol**2
+    # cells know the logarithms under named peaks
+    needed += np.sum(slopes**2) / 2 / rtol**2 if picture.found else 2 * np.sum(slopes) / rtol
+    return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)))
 
 
 def period_cost(gaps, corners, rtol, fewest):

@@ -167,8 +167,12 @@ class Problem:
         return laws.initial_gaps(self.law, *level_surface(x), self.solid.ell, self.obstacle)
 
     def initial_gap(self, corner: NDArray[np.integer], x: Array) -> Array:
-        """Returns initial gaps of the corners numbered `corner` at x, arrays (n,)."""
-        return np.choose(corner, self.initial_gaps(x))
+        """Returns initial gaps of the corners numbered `corner` at x, arrays (n,); inf beyond `ends_of`."""
+        gaps = np.choose(corner, self.initial_gaps(x))
+        for number in range(len(self.shifts)):
+            for end, way in zip(self.ends_of(number), (-1, 1)):  # places next to an end count as on it
+                gaps = np.where((corner == number) & (way * (x - end) > 0), np.inf, gaps)
+        return gaps
 
 
 def half_line(problem: Problem) -> bool:

@@ -62,3 +62,14 @@ def test_what_no_method_answers_is_said_by_the_usual_one():
     plan = problem.plan(approach=0.1)
     assert plan.candidates == () and [one.name for one in plan.refused] == ["panels", "cells"]
     assert "approach" in repr(plan) and plan.reason == "no method can answer"
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(0.01), mb.Unilateral(), mb.Microclamped()])
+def test_states_on_cells_have_gaps_beside_them(law):
+    """As those of panels, to 2e-8 of the largest gap: the relative residual of the cells is 1e-9."""
+    problem, x = mb.Contact(LINE, ROUND, law), np.array((-2.0, -0.6, -0.3, 0.1, 0.45, 0.55, 3.0))
+    cells = problem.with_(method=mb.Cells(nodes=2048, window=(-0.5, 0.5))).solve(load=1.0)
+    panels = problem.with_(method=mb.Panels()).solve(load=1.0, rtol=1e-6)
+    for corner in law.corners:
+        gaps = panels.gap_at(corner, x)
+        assert cells.gap_at(corner, x) == pytest.approx(gaps, rel=0, abs=2e-8 * np.abs(gaps).max())
