@@ -1,4 +1,4 @@
-"""Bars appear where someone looks, and Ctrl-C leaves what there was; the clock of bars counts calls here."""
+"""Bars appear where someone looks, and Ctrl-C leaves what there was; the clock of these tests is a count."""
 
 import io
 import signal
