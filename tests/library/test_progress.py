@@ -114,7 +114,7 @@ def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
 
 @pytest.mark.parametrize(
     "body, obstacle, calls, told",
-    [(GROUND, CYLINDER, 2, "load="), (mb.HalfSpace(SOLID), mb.Sphere(R=10), 6, "squares=1, level=")],
+    [(GROUND, CYLINDER, 2, "load="), (mb.HalfSpace(SOLID), mb.Sphere(R=10), 4, "squares=1, level=")],
 )
 def test_an_interrupted_path_on_cells_leaves_no_state_for_events(body, obstacle, calls, told, monkeypatch):
     """Whose errors need both grids; in space states of the window come first."""
