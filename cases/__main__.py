@@ -1,4 +1,6 @@
-"""`python -m cases`: list the cases, or run one. Exit status 0, 2 for a bad argument, 1 for a failure."""
+"""`python -m cases`: list the cases, or run one. Exit status 0, 2 for a bad argument, 1 for a failure,
+130 after Ctrl-C.
+"""
 
 import os
 
@@ -54,4 +56,8 @@ def _silence_libraries():
 
 if __name__ == "__main__":
     _silence_libraries()
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:  # before a case began
+        print(f"{PROGRAM}: interrupted", file=sys.stderr)
+        sys.exit(130)

@@ -15,6 +15,7 @@ for library in ("OPENBLAS", "OMP"):  # before numpy: kernels and examples comput
 
 DOCS = Path(__file__).parent
 sys.path[:0] = [str(DOCS / "_ext"), str(DOCS.parent)]  # the checkout comes before an installed copy
+os.environ["TQDM_DISABLE"] = "1"  # no bars in the outputs of notebooks
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(DOCS.parent), os.environ.get("PYTHONPATH"))))
 
 import microblock  # noqa: E402

@@ -3,6 +3,7 @@ from .data.export import to_csv as to_csv
 from .data.export import to_vtk as to_vtk
 from .data.sweeps import sweep as sweep
 from .errors import BadArgument as BadArgument
+from .errors import Interrupted as Interrupted
 from .errors import MicroblockError as MicroblockError
 from .errors import MissingExtra as MissingExtra
 from .errors import NotConverged as NotConverged

@@ -1,5 +1,5 @@
 """Functions as commands: options from the signature of a function, one JSON object, figures, and exit
-statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
+statuses: 0 done, 2 for a bad argument, 1 for a computation that failed, 130 after Ctrl-C.
 
 A command is a module with ``solve(**options)``; default values or annotations give the types of its options,
 the section "Parameters" of its docstring a line each. The module may have ``figure(result)``, a figure or
@@ -20,7 +20,16 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from .data.records import versions, write_text
-from .errors import BadArgument, MicroblockError, made_folder, require_place, require_size, shortened, shown
+from .errors import (
+    BadArgument,
+    MicroblockError,
+    made_folder,
+    replacing,
+    require_place,
+    require_size,
+    shortened,
+    shown,
+)
 from .model.results import plain_data
 
 
@@ -173,6 +182,8 @@ def run(program, module, words, setup=0.0):
         return _fail(2, program, _complaint(failure, known, named))
     except MicroblockError as failure:
         return _fail(1, program, failure)
+    except KeyboardInterrupt as stop:  # with the status that shells give
+        return _fail(130, program, str(stop) or "interrupted")
     except Exception as failure:  # of a script with its options, of NGSolve, of the machine
         place = traceback.extract_tb(failure.__traceback__)[-1]
         where = f"{Path(place.filename).name}, line {place.lineno}"
@@ -229,7 +240,8 @@ def _draw(module, result, folder, name):
         figures = drawn if isinstance(drawn, dict) else {name: drawn}
         files = [folder / f"{name}.{ending}" for name in figures for ending in ("png", "pdf")]
         for file in files:
-            figures[file.stem].savefig(file)
+            with replacing(file, "out") as part:
+                figures[file.stem].savefig(part, format=file.suffix[1:])
         pyplot.close("all")
     return files
 

@@ -30,9 +30,9 @@ from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.material import Cosserat, Elastic
-from .model.plan import Plan, first_answer, planned
+from .model.plan import Candidate, Plan, first_answer, planned
 from .model.problem import require_even
-from .model.progress import counting
+from .model.progress import counted, counting, kept
 from .model.results import line
 from .model.state import State
 from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
@@ -142,7 +142,7 @@ class Contact:
         (['panels', 'cells'], 'the least seconds')
         """
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
-        self._check(load, approach, rtol, None, False)
+        self._check(load, approach, rtol, None)
         return self._plan(load, approach, rtol)
 
     def _plan(self, load: float | None, approach: float | None, rtol: float | None) -> Plan:
@@ -152,11 +152,10 @@ class Contact:
         """Returns rtol, or the usual one of the body where several methods can answer."""
         return self.solver.usual_rtol if rtol is None and len(self._solvers) > 1 else rtol
 
-    def _ordered(self, load: float | None, approach: float | None, rtol: float | None) -> list[Solver]:
-        """Returns the Solvers in the order of their plan; the usual one if none can answer."""
-        if len(self._solvers) == 1:
-            return self._solvers
-        return [each.solver for each in self._plan(load, approach, rtol).candidates] or [self.solver]
+    def _ordered(self, load: float | None, approach: float | None, rtol: float | None) -> Sequence[Candidate]:
+        """Returns the candidates of the plan; the usual one if none can answer."""
+        several = len(self._solvers) > 1 and self._plan(load, approach, rtol).candidates
+        return several or (Candidate(self.solver),)
 
     def _solver_of(self, options: MethodLike) -> Solver:
         known = getattr(self.body, "solvers", {})
@@ -181,7 +180,7 @@ class Contact:
         approach: float | None = None,
         rtol: float | None = None,
         initial: State | None = None,
-        progress: bool = False,
+        progress: bool | None = None,
     ) -> State:
         """Returns the state at a load or at an approach.
 
@@ -197,8 +196,9 @@ class Contact:
             (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes; those refuse it.
         initial : State, optional
             A state of a similar problem to start from.
-        progress : bool
-            Whether a bar counts the steps.
+        progress : bool, optional
+            Whether a bar shows steps, error so far and expected seconds. Without an answer it appears after
+            one second in a terminal or a notebook, unless the environment has TQDM_DISABLE.
 
         Returns
         -------
@@ -210,6 +210,8 @@ class Contact:
             If an argument is out of range, or the method does not take it.
         NotConverged
             If the accuracy is out of reach or no zones are found.
+        Interrupted
+            At Ctrl-C; `reached` is the best State so far, or None.
 
         Examples
         --------
@@ -220,23 +222,29 @@ class Contact:
         True
         """
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
-        self._check(load, approach, rtol, initial, progress)
+        self._check(load, approach, rtol, initial)
         start: Any = getattr(initial, "solution", initial)
         goal = self._goal(rtol)
 
-        def answer(solver: Solver) -> State:
-            state = solver.state(solver.solve(load, approach, goal, start, progress))
+        def answer(candidate: Candidate) -> State:
+            solver, cost = candidate.solver, candidate.cost
+
+            def given(solution: Any) -> State:
+                return solver.state(solution).noting("interrupted: rtol was not reached")
+
+            with counting(f"solve by {type(solver.options).__name__}()", progress, given=given):
+                counted(0, **({"expected": f"{cost.seconds:.2g} s"} if cost else {}))
+                state = solver.state(solver.solve(load, approach, goal, start))
             if approach is not None and not state.load > 0:
                 raise BadArgument("approach", approach, NOT_YET)
             solver.require_solved(state, load, approach)
             return state
 
-        with counting("solve", progress):
-            _, state, instead = first_answer(self._ordered(load, approach, rtol), answer)
+        state, instead = first_answer(self._ordered(load, approach, rtol), answer)
         return state.noting(instead) if instead else state
 
     def states(
-        self, loads: Sequence[float], *, rtol: float | None = None, progress: bool = False
+        self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None
     ) -> list[State]:
         """Returns the states at many loads, each computed from the one before.
 
@@ -254,18 +262,16 @@ class Contact:
         >>> [state.load for state in problem.states([0.5, 1.0])]
         [0.5, 1.0]
         """
-        states: list[Any] = [None]
-        for load in require_values(loads=loads):
-            states.append(self.solve(load, rtol=rtol, initial=states[-1], progress=progress))
+        loads, states = require_values(loads=loads), list[Any]([None])
+        with counting("states", progress, total=len(loads), given=lambda states: states[1:]):
+            kept(states)
+            for load in loads:
+                states.append(self.solve(load, rtol=rtol, initial=states[-1]))
+                counted(load=load)
         return states[1:]
 
     def _check(
-        self,
-        load: float | None,
-        approach: float | None,
-        rtol: float | None,
-        initial: State | None,
-        progress: bool,
+        self, load: float | None, approach: float | None, rtol: float | None, initial: State | None
     ) -> None:
         friction = getattr(self.law, "friction", 0.0)
         if friction:
@@ -274,7 +280,6 @@ class Contact:
                 friction,
                 "makes states depend on what came before: follow the loads by history([(P, Q), ...])",
             )
-        require_flag(progress=progress)
         if (load is None) == (approach is None):
             raise BadArgument("load", load, "give either load or approach")
         if load is not None:
@@ -288,7 +293,8 @@ class Contact:
             if kind != self.solver.in_space:
                 raise BadArgument("initial", initial, "must be a State of the same kind of body")
 
-    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
+    @bounded
+    def path(self, load: float, *, rtol: float | None = None, progress: bool | None = None) -> LoadPath:
         """Returns the load path from first touch to a load: its `events`, and states `at` any load.
 
         Parameters
@@ -315,17 +321,19 @@ class Contact:
         0.25
         """
         load, rtol = plain(load), plain(rtol)
-        self._check(load, None, rtol, None, progress)
+        self._check(load, None, rtol, None)
         with counting("load path", progress):
-            solver = self._ordered(load, None, None)[0]  # events ask for more than states to a loose rtol
+            # events ask for more than states to a loose rtol
+            solver: Solver = self._ordered(load, None, None)[0].solver
             if solver.has_fitted_zones:
                 from .path import ZonePath  # here: a single state does without
 
                 path: LoadPath = ZonePath(self, load, rtol)
             else:
-                path = solver.path(load, self._goal(rtol), progress)
-            if progress:  # the events are what lasts
-                path.events
+                path = solver.path(load, self._goal(rtol))
+        path.progress = progress
+        if progress:  # the events are what lasts
+            path.events
         return path
 
     @bounded
@@ -335,7 +343,7 @@ class Contact:
         *,
         coupled: bool = True,
         rtol: float | None = None,
-        progress: bool = False,
+        progress: bool | None = None,
     ) -> History:
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
@@ -353,8 +361,8 @@ class Contact:
         rtol : float, optional
             As of `solve`. Without it half-planes take 5e-2 on cells (a second) and 1e-6 on panels; blocks
             stay on the mesh of their method; bodies on meshes of your own take none.
-        progress : bool
-            Whether a bar counts the steps.
+        progress : bool, optional
+            As of `solve`.
 
         Returns
         -------
@@ -381,13 +389,14 @@ class Contact:
             raise BadArgument(
                 "law", self.law, "has no friction: its states do not depend on a history, solve them"
             )
-        require_flag(coupled=coupled, progress=progress)
+        require_flag(coupled=coupled)
         rtol = require_tolerance(rtol)
         found = pairs_of(pairs, friction)
         followers = [solver for solver in self._solvers if solver.follows(found)] or [self.solver]
         with counting("history", progress):
-            _, history, instead = first_answer(
-                followers, lambda solver: solver.history(found, bool(coupled), rtol, progress)
+            history, instead = first_answer(
+                map(Candidate, followers),
+                lambda candidate: candidate.solver.history(found, bool(coupled), rtol),
             )
         if not instead:
             return history

@@ -107,6 +107,27 @@ class NotConverged(MicroblockError, RuntimeError):
         self.reached, self.iterations, self.rtol_reached = reached, iterations, rtol_reached
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C stopped a computation; a KeyboardInterrupt, and so none of the errors of `except Exception`.
+
+    Attributes
+    ----------
+    reached : State, History, list or None
+        What there was by then, of a looser accuracy than what was asked for: of `solve` the State with the
+        smallest error estimate, of `states` the list of those that are done, of `path` the events so far, of
+        `history` the History with the smallest error estimate; None of `sweep`, whose records go on.
+
+    Examples
+    --------
+    >>> issubclass(mb.Interrupted, KeyboardInterrupt), issubclass(mb.Interrupted, Exception)
+    (True, False)
+    """
+
+    def __init__(self, message: str, reached: Any = None) -> None:
+        super().__init__(message)
+        self.reached = reached
+
+
 class MissingExtra(MicroblockError, ImportError):
     """A package that an optional part needs is not installed.
 

@@ -22,13 +22,13 @@ from .halfplane.cell_solver import LineSolver
 from .halfplane.edges import fit
 from .halfplane.panel_solution import PanelSolution
 from .halfplane.panel_solver import PanelSolver
-from .model.events import Event, LoadPath, require_on_path
+from .model.events import Event, LoadPath, following, require_on_path
 from .model.methods import Cells
 from .model.problem import Problem
+from .model.progress import counted, kept
 from .model.state import State
 from .model.types import Array, ContactLike, Interval, Zones
 from .model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
-from .threads import bounded
 
 NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
@@ -45,14 +45,14 @@ class ZonePath(LoadPath):
         self._solver = cast(PanelSolver, problem.solver)
         super().__init__(problem, last, self._solver.usual_rtol if rtol is None else rtol)
 
-    @bounded
+    @following
     def at(self, load: float) -> State:
         require_on_path(load, self.last)
         near = min(self._scan, key=lambda one: abs(np.log(one.load / load)))
         return State(self._solver.at(load, self.rtol, near=near))
 
     @cached_property
-    @bounded  # here: whatever is read first, `first` or `events`, begins with it
+    @following  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
         """States at geometric loads, ascending. Where none is found at three in turn the path
         begins, if that is below a hundredth of its last load.
@@ -92,12 +92,14 @@ class ZonePath(LoadPath):
         return self._followed[2]
 
     @cached_property
-    @bounded
+    @following
     def _followed(self) -> tuple[float, list[Event], list[str]]:
         """(first load, events, warnings) of panels, or of uniform cells where panels fail."""
         try:
             found = _births(self._scan[0])
+            kept(found)
             for low, high in zip(self._scan, self._scan[1:]):
+                counted(load=low.load)
                 found += self._between(low, high)
         except NotConverged as failure:
             if self.problem.method is not None:

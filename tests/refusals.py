@@ -305,7 +305,7 @@ LEFT_OUT = {
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # results, which the program makes, and errors, which it raises
-        "State History LoadPath MicroblockError BadArgument NotConverged MissingExtra",
+        "State History LoadPath MicroblockError BadArgument NotConverged MissingExtra Interrupted",
         # abstract: those of panels, fitted meshes and nodes have rows
         "LoadPath.at",
     )

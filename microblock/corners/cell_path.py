@@ -11,8 +11,8 @@ from itertools import combinations
 import numpy as np
 from scipy.ndimage import label
 
-from ..model.events import Event, SeenTwice
-from ..threads import bounded
+from ..model.events import Event, SeenTwice, following
+from ..model.progress import counted
 from .cell_solver import EQUAL
 from .on_cells import Grid
 
@@ -35,7 +35,6 @@ class CellPath(SeenTwice):
         self._solver = solver
 
     @cached_property
-    @bounded
     def first(self):
         """Load from which zones are followed; see `LoadPath`."""
         return max(first for first, _ in self._followed)
@@ -45,7 +44,7 @@ class CellPath(SeenTwice):
         return [self.numbered(events) for _, events in self._followed]
 
     @cached_property
-    @bounded
+    @following
     def _followed(self):
         """[(first load, events), ...] on a coarse and a fine grid."""
         solver, window = self._solver, self._solver.window_of(self.last)
@@ -76,6 +75,7 @@ class _Followed:
         self.at(last)
         while high > EQUAL * last and wide > FEW:
             low = high / STEP
+            counted(load=low)
             found += self.between(low, high)
             high, wide = low, np.count_nonzero(self.zones[low]["contact"]) ** (1 / self.solver.dimensions)
         steady = self.steady(sorted(found, key=lambda event: (event.load, event.x)))

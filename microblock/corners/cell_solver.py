@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadArgument, out_of_reach
+from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import Solution
@@ -136,7 +137,7 @@ class CellSolver(Solver):
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
         return self.usual_rtol if rtol is None else rtol
 
-    def within(self, window, load, approach, goal, missed, initial=None, progress=False):
+    def within(self, window, load, approach, goal, missed, initial=None):
         """The solution in a window on the first grid with an estimate below the goal, and places that a wider
         window must hold. `missed` returns such places of a solution, array (k, dimensions), notes, and
         whether something between cells would touch.
@@ -157,7 +158,7 @@ class CellSolver(Solver):
                     raise
             return None
 
-        for count, state, before, changes in levels(solved, sizes, self.change, progress):
+        for count, state, before, changes in levels(solved, sizes, self.change):
             if changes:
                 state = replace(state, error_estimate=self.estimate(changes, before, state))
             if count < sizes[-1] and (nodes or len(changes) < 2):
@@ -168,6 +169,7 @@ class CellSolver(Solver):
                 return state, outside
             if seen <= least:
                 least, reached = seen, state
+                kept(state, error=state.error_estimate)
             if self.hopeless(changes, before, goal, sizes[-1] // count, least):
                 break
         words = " x ".join([str(reached.grid.count)] * self.dimensions)
@@ -178,7 +180,7 @@ class CellSolver(Solver):
         """The error that suffices where a state misses its goal."""
         return goal
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         from .cell_path import CellPath  # here: a single state does without
 
         self.goal(rtol)

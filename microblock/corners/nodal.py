@@ -10,12 +10,12 @@ import numpy as np
 from ..errors import BadArgument
 from ..model import law as laws
 from ..model.deformable import second_solid, shape_of
-from ..model.events import Event, LoadPath
+from ..model.events import Event, LoadPath, following
 from ..model.problem import Problem
+from ..model.progress import counted, kept
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.zones import borders, contact_zones, interrupted, runs, zone_changes
-from ..threads import bounded
 from . import active_set
 
 
@@ -200,7 +200,7 @@ class NodalSolver(Solver):
         """Points, normals, weights and twins of the nodes."""
         return self.compliance
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         if rtol is not None:
             raise BadArgument(
                 "rtol", rtol, "needs a method that chooses its nodes: the compliance is given at some"
@@ -228,7 +228,7 @@ class NodalSolver(Solver):
         """The solution at a load, begun with a neighbour's closed corners."""
         return self.at(load, initial=initial)
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         return NodalPath(self.contact, last, None)
 
     @cached_property
@@ -260,7 +260,7 @@ class NodalPath(LoadPath):
         self._solver = (followed or problem).solver
 
     @cached_property
-    @bounded
+    @following
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
@@ -272,8 +272,10 @@ class NodalPath(LoadPath):
         flexibility, gaps, share = solver.system
         x, apart = solver.compliance.points[:, 0], solver.compliance.apart
         closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
+        kept(found)
         followed = active_set.path(flexibility, gaps, self.last, c=share)
         for load, changes in groupby(followed, key=lambda event: event.load):
+            counted(load=load)
             for change in changes:
                 closed[change.corner] ^= True
             after = zones_of(x, solver.together(closed), law, apart)

@@ -31,6 +31,7 @@ from ..errors import (
     require_values,
     require_whole,
 )
+from ..model.progress import counted, counting
 from .provenance import digest, loaded, made_of
 from .records import write_text
 
@@ -67,7 +68,7 @@ def sweep(
     retry : bool
         Whether failed points are computed again.
     quiet : bool
-        Whether to leave out the progress bar and the number of outdated records.
+        Whether to leave out the bar, else as that of `Contact.solve`, and the number of outdated records.
 
     Returns
     -------
@@ -108,14 +109,13 @@ def sweep(
     known = {} if folder is None else _known(folder, keys, quiet)
     known = {key: record for key, record in known.items() if not (retry and record["error"])}
     missing = {key: point for key, point in zip(keys, points) if key not in known}
-    done = len({*keys}) - len(missing)
-    with tqdm(total=len({*keys}), initial=done, disable=quiet, unit="point") as progress:
+    with counting("sweep", False if quiet else None, total=len(missing)):
         for key, outcome in _outcomes(executor, workers, function, missing, folder is not None):
             known[key] = {"point": missing[key], **outcome}
             if folder is not None:  # of a process that died, the modules of this one
                 record = known[key] | {"modules": outcome["modules"] or loaded()}
                 write_text(folder / f"{key}.json", json.dumps(record, default=str), "records")
-            progress.update()
+            counted()
     return _rows(points, [known[key] for key in keys])
 
 
@@ -183,7 +183,8 @@ def _attempt(function, point, recorded):
     """{answer, error, seconds, modules} of a point."""
     start = time.perf_counter()
     try:
-        answer, error = _answer(function(**point), point), None
+        with counting("point", False):  # the sweep has a bar
+            answer, error = _answer(function(**point), point), None
     except Exception as failure:  # whatever it is, the others go on
         answer, error = None, _told(failure)
     seconds, modules = time.perf_counter() - start, loaded() if recorded else None

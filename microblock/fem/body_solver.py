@@ -6,6 +6,7 @@ from ..corners.nodal import NodalPath, NodalSolver
 from ..errors import BadArgument
 from ..halfplane.kernels import coalescence_exponent
 from ..model.deformable import body_of
+from ..model.progress import counting
 from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
@@ -26,10 +27,10 @@ class BodySolver(FollowsFriction, NodalSolver):
         require_pressed(self.body)
         self.counter  # which checks the second body
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         self._require_given_mesh(rtol)
         if rtol is not None:
-            return refine_until(self, load, approach, rtol, progress)
+            return refine_until(self, load, approach, rtol)
         return self.at(load, approach, initial)
 
     def predicted(self, load, approach, rtol):
@@ -56,9 +57,10 @@ class BodySolver(FollowsFriction, NodalSolver):
         more = 0.0 if self.counter is None else self.counter.flexibility(gaps)
         return flexibility + more, gaps, share
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         self._require_given_mesh(rtol)
-        finest = self if rtol is None else refine_until(self, last, None, rtol, progress).solver
+        with counting("mesh"):  # its states are not what a path leaves
+            finest = self if rtol is None else refine_until(self, last, None, rtol).solver
         return NodalPath(self.contact, last, rtol, followed=finest.contact)
 
     @property

@@ -25,7 +25,7 @@ from ..model import picture
 from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights
 from ..model.problem import Problem
-from ..model.progress import counted
+from ..model.progress import counted, kept
 from ..model.zones import common, zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
@@ -53,7 +53,7 @@ class FittedSolver(MeshFitter):
         if known is not None:
             self.obstacle = picture.seen(self.obstacle, known)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         fixed = self.options.order is not None
         if fixed and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
@@ -65,8 +65,7 @@ class FittedSolver(MeshFitter):
             mesh, iterations = solver._fitted(load, wanted, initial)
             part = mesh.part if given else mesh.solved(approach=approach)
             carried = load if given else part.load / self.share(1.0)
-            errors = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total}
-            state = of_block(solver, part, carried, mesh.zones, "fitted", iterations=iterations, **errors)
+            state = solver._state(mesh, part, carried, iterations)
             # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
             # of a low order may go to and fro
             if abs(carried - load) <= wanted / 100 * load or (fixed and number == 8):
@@ -79,8 +78,13 @@ class FittedSolver(MeshFitter):
             load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
         return fitted_cost(self._pictured(load).picture, len(self.law.corners), rtol)
 
-    def path(self, last, rtol, progress=False):
+    def path(self, last, rtol):
         return FittedPath(self.contact, last, rtol)
+
+    def _state(self, mesh, part, load, iterations):
+        """The MeshSolution of what was solved on a mesh."""
+        more = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total, "iterations": iterations}
+        return of_block(self, part, load, mesh.zones, "fitted", **more)
 
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""
@@ -146,6 +150,8 @@ class FittedSolver(MeshFitter):
             passes += count
             if mesh is not None and coarse is not None:
                 best = min(best, mesh.estimate.total)
+                if mesh.estimate.total == best:
+                    kept(self._state(mesh, mesh.part, load, passes), error=float(best))
             if best <= rtol or (mesh is not None and self.options.order is not None):
                 return mesh, passes
             outermost = max(map(abs, zone_edges(zones)), default=0.0)

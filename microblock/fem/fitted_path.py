@@ -5,8 +5,7 @@ from functools import cached_property
 
 from ..corners.nodal import NodalPath
 from ..halfplane.kernels import coalescence_exponent
-from ..model.events import SeenTwice
-from ..threads import bounded
+from ..model.events import SeenTwice, following
 
 
 class FittedPath(SeenTwice):
@@ -28,7 +27,7 @@ class FittedPath(SeenTwice):
         return sorted(found, key=lambda event: event.load)
 
     @cached_property
-    @bounded
+    @following
     def _seen(self):
         solvers = (self.problem.solver.evenly(self.last, count) for count in (16, 32))
         return [self.numbered(NodalPath(self.problem, self.last, None, own).events) for own in solvers]

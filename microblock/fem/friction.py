@@ -14,6 +14,7 @@ from ..errors import BadArgument, out_of_reach, require_kind
 from ..model import law as laws
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
+from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.state import State
 from ..model.zones import borders
@@ -148,7 +149,7 @@ class FollowsFriction:
         """The FrictionFacets, of a rigid obstacle."""
         return FrictionFacets(self.body, self.law, self.obstacle)
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
         if body_of(self.obstacle) is not None:
             raise BadArgument(
@@ -179,6 +180,7 @@ def history_to(rtol, solvers, pairs, coupled):
 
     best = np.inf
     for _, finer, _, known in levels(lambda own, _: own.history(pairs, coupled, None), solvers, changes):
+        kept(finer)
         if len(known) > 1:
             before, last = known[-2:]
             order = np.clip(np.log2(before.max() / last.max()), 0.5, 1)

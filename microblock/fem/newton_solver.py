@@ -30,7 +30,7 @@ class NewtonSolver(FollowsFriction, Solver):
         body = clamped_on_contact(self.body) if self.law.clamps_rotation else self.body
         return ContactFacets(body, self.law, self.obstacle)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         self._require_given_mesh(rtol)
         known = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         known = known and len(initial.forces) == len(self.law.corners)
@@ -52,10 +52,10 @@ class NewtonSolver(FollowsFriction, Solver):
         how = {"method": "newton", "found": state.fields, "gaps": self.nodes.g0, "closed": state.closed}
         return MeshSolution(self, state.load, state.approach, *surface, *counts, **how)
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         if self.options.kind != "al":
             raise BadArgument("kind", self.options.kind, 'does not follow friction: Newton("al") does')
-        return super().history(pairs, coupled, rtol, progress)
+        return super().history(pairs, coupled, rtol)
 
     @cached_property
     def newton(self):

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 
 import ngsolve as ng
 import numpy as np
-from tqdm.auto import tqdm
 
 from ..errors import NotConverged, out_of_reach
 from ..model import law as laws
+from ..model.progress import counted, kept
 from . import contact_term
 from .between import of_body
 from .facets import outward
@@ -135,7 +135,7 @@ def _traction(state, averaged):
     return ng.CF((-ng.InnerProduct(n, sigma * n), (m * n)[2] / solid.ell))
 
 
-def refine_until(solver, load, approach, rtol, progress=False):
+def refine_until(solver, load, approach, rtol):
     """The solution on a mesh that is cut until the estimate is at most rtol.
 
     Raises
@@ -145,28 +145,28 @@ def refine_until(solver, load, approach, rtol, progress=False):
         smallest estimate.
     """
     best, found, besides, failed, before = math.inf, None, "raise the order of the body", None, ()
-    with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
-        for passes in range(1, PASSES + 1):
-            try:
-                found = solver.at(load, approach, found)
-                parts = estimate(found)
-            except NotConverged as failure:
-                if best == math.inf:
-                    raise
-                besides, failed = f"take another mesh: on the next one, {failure}", failure
-                break
-            bar.update()
-            bar.set_postfix(estimate=f"{parts.total:.1e}", unknowns=found.unknowns)
-            best = min(best, parts.total)
-            if parts.total <= rtol:
-                return replace(found, error_estimate=parts.total)
-            now = (found.unknowns, parts.energy, parts.surface)
-            if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, *before, *now)):
-                break
-            before = now
-            triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
-            # an rtol far away asks for all elements alike, and not for the worst ones first
-            solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
+    for passes in range(1, PASSES + 1):
+        try:
+            found = solver.at(load, approach, found)
+            parts = estimate(found)
+        except NotConverged as failure:
+            if best == math.inf:
+                raise
+            besides, failed = f"take another mesh: on the next one, {failure}", failure
+            break
+        counted(error=parts.total, unknowns=found.unknowns)
+        if parts.total <= best:
+            best = parts.total
+            kept(replace(found, error_estimate=best))
+        if parts.total <= rtol:
+            return replace(found, error_estimate=parts.total)
+        now = (found.unknowns, parts.energy, parts.surface)
+        if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, *before, *now)):
+            break
+        before = now
+        triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
+        # an rtol far away asks for all elements alike, and not for the worst ones first
+        solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
     where = {"load": load, "approach": approach}
     raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **where) from failed

@@ -34,7 +34,7 @@ class Solver3D(Solver):
         """Array (corners, n); inf where a corner cannot touch."""
         return initial_gaps(self.law, self.nodes, self.obstacle)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         self._require_given_mesh(rtol)
         H, residual = Flexibility3D(self.directions(self.nodes.points), self.nodes), 1e-9
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)

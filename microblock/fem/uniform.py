@@ -21,7 +21,7 @@ from .newton import usual_rho
 class UniformSolver(GroundSolver):
     """States of a Block on one mesh; its `options` are `Uniform`."""
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         if rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
@@ -34,7 +34,7 @@ class UniformSolver(GroundSolver):
             tried.append(solver)
         return tried[-1]._unfolded(load, found)
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         if self.domain == math.inf:
             raise BadArgument(
                 "body", self.body, "must have a size: histories know displacements, which the far end decides"

@@ -182,20 +182,20 @@ class LineSolver(CellSolver):
     def turned(self, own):
         return own[0]
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         if self.period is not None:
-            return super().history(pairs, coupled, rtol, progress)
+            return super().history(pairs, coupled, rtol)
         if self.options.nodes is not None or self.options.window is not None:
             raise BadArgument(
                 "method",
                 self.options,
                 "must be Cells() without nodes and window: along a history cells get smaller at all edges",
             )
-        return FrictionSolver(self, pairs, coupled).history(rtol, progress)
+        return FrictionSolver(self, pairs, coupled).history(rtol)
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         window, goal = self.window_of(load), self.goal(rtol)
-        state = self.within(window, load, approach, goal, self.missed, initial, progress)[0]
+        state = self.within(window, load, approach, goal, self.missed, initial)[0]
         return state if self.options.nodes else said(self, state, goal)
 
     def window_of(self, load):

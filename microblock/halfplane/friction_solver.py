@@ -14,6 +14,7 @@ from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
 from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
+from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import levels
 from ..model.state import ErrorParts, State
@@ -167,12 +168,13 @@ class FrictionSolver:
         plain = self.solver.problem
         return replace(plain, picture=picture.picture(plain, float(self.pairs[:, 0].max())))
 
-    def history(self, rtol, progress):
+    def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol, best = 5e-2 if rtol is None else rtol, np.inf
         numbers = range(6)
         try:
-            for number, finer, coarser, changes in levels(self.level, numbers, _change, progress):
+            for number, finer, coarser, changes in levels(self.level, numbers, _change):
+                kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
                 errors = _estimates(changes, finer)
                 best = min(best, max(errors))
                 if best <= rtol:

@@ -39,7 +39,7 @@ class PanelSolver(Solver):
         require_pure_force(self.law, self.solid.ell)
         self.require_lowest()
 
-    def solve(self, load, approach, rtol, initial=None, progress=False):
+    def solve(self, load, approach, rtol, initial=None):
         self._require_load(approach)
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
@@ -66,7 +66,7 @@ class PanelSolver(Solver):
         except BadArgument:
             return False
 
-    def history(self, pairs, coupled, rtol, progress=False):
+    def history(self, pairs, coupled, rtol):
         return FrictionPanels(self, pairs).history(rtol)
 
     def _neighbour(self, initial):

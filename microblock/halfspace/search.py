@@ -19,6 +19,7 @@ from scipy.ndimage import find_objects, label, map_coordinates, minimum_filter
 from ..corners.cell_solver import EQUAL
 from ..corners.on_cells import Grid
 from ..errors import NotConverged
+from ..model.progress import counted
 from ..model.types import AnyArray as Array
 from .picture import Picture
 from .squares import Squares, nodes, of_corners, of_nodes, on_rows
@@ -42,6 +43,7 @@ def window(
     for number in range(TRIES):
         if found is solver.whole:
             return found
+        counted(squares=len(found.grids))
         state, before = solver.solved(found, load, approach, solver.loose / FEW), found
         outside = touching(state, picture)[0]
         places = np.vstack((places, outside))

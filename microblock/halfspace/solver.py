@@ -26,6 +26,7 @@ from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
 from ..model.material import Cosserat, joint_modulus
 from ..model.obstacles import heights, repeated
+from ..model.progress import counting
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
@@ -112,12 +113,7 @@ class SurfaceSolver(CellSolver):
         return "fix Cells(nodes=...)"
 
     def solve(
-        self,
-        load: float | None,
-        approach: float | None,
-        rtol: float | None,
-        initial: Any = None,
-        progress: bool = False,
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
         goal, fixed = self.goal(rtol), self.whole or self.given_window()
@@ -129,7 +125,7 @@ class SurfaceSolver(CellSolver):
                 window = search.window(self, picture, load, approach, places)
                 picture.look_about(window)
             missed = partial(self.missed, picture)
-            state, outside = self.within(window, load, approach, goal, missed, initial, progress)
+            state, outside = self.within(window, load, approach, goal, missed, initial)
             if not len(outside):
                 return replace(state, seen_width=picture.seen)
             places = np.vstack((places, outside))
@@ -145,7 +141,8 @@ class SurfaceSolver(CellSolver):
         fixed: Grid | None = self.whole or self.given_window()
         if fixed is not None:
             return fixed
-        grids = self.solve(load, None, None).grid.grids
+        with counting("window"):  # of a path, whose results are events
+            grids = self.solve(load, None, None).grid.grids
         reaches = [np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)]
         low, high = np.min(reaches, axis=0), np.max(reaches, axis=0)
         return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))

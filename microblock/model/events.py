@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
+from ..threads import bounded
+from .progress import counting
 from .results import PlainData, line, number, saved
 from .types import Axes, ContactLike, Figure, Target
 
@@ -87,6 +90,8 @@ class LoadPath(PlainData):
         Zones that are born, merge, split or vanish, ascending in load.
     warnings : list of str
         What `events` may leave out.
+    progress : bool or None
+        As of `Contact.path`, for what is computed later.
 
     Examples
     --------
@@ -102,6 +107,7 @@ class LoadPath(PlainData):
 
     first: Any = 0.0  # a float; a subclass may have properties
     warnings: Any = ()
+    progress: bool | None = None
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None, **known: Any) -> None:
         vars(self).update(known, problem=problem, last=last, rtol=rtol)
@@ -119,7 +125,7 @@ class LoadPath(PlainData):
         NotConverged as `Contact.solve`.
         """
         require_on_path(load, self.last)
-        return self.problem.solve(load=load, rtol=self.rtol)
+        return self.problem.solve(load=load, rtol=self.rtol, progress=self.progress)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the events: their loads over their places.
@@ -171,6 +177,17 @@ class SeenTwice(LoadPath):
             "left out; look at states around it"
             for event in sorted(alone, key=lambda event: event.load)
         ]
+
+
+def following(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns the method of a LoadPath with one BLAS thread inside, and the bar that the path asks for."""
+
+    @wraps(method)
+    def followed(self: LoadPath, *given: Any, **named: Any) -> Any:
+        with counting("load path", self.progress):
+            return method(self, *given, **named)
+
+    return bounded(followed)
 
 
 def require_on_path(load: float, last: float) -> None:

@@ -98,20 +98,21 @@ def planned(solvers: Iterable[Any], load: float | None, approach: float | None, 
     return Plan(tuple(candidate for _, candidate in able), tuple(refused))
 
 
-def first_answer(solvers: Iterable[Any], answer: Callable[[Any], Answer]) -> tuple[Any, Answer, str]:
-    """Returns the first Solver that converges, its answer, and a sentence on those before that did not;
+def first_answer(
+    candidates: Iterable[Candidate], answer: Callable[[Candidate], Answer]
+) -> tuple[Answer, str]:
+    """Returns the answer of the first Candidate that converges, and a sentence on those before that did not;
     raises NotConverged if none does.
     """
     failures: dict[str, NotConverged] = {}
-    for solver in solvers:
-        name = type(solver.options).__name__.lower()
+    for candidate in candidates:
         try:
-            found = answer(solver)
+            found = answer(candidate)
         except NotConverged as failure:
-            failures[name] = failure
+            failures[candidate.name] = failure
             continue
         before = "; ".join(f"{other} ({why})" for other, why in failures.items())
-        return solver, found, f"{name} instead of {before}" if before else ""
+        return found, f"{candidate.name} instead of {before}" if before else ""
     first, *others = failures.values()
     if not others:
         raise first

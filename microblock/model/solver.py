@@ -100,12 +100,7 @@ class Solver:
         check_lowest(self.obstacle, self.solid.ell)
 
     def solve(
-        self,
-        load: float | None,
-        approach: float | None,
-        rtol: float | None,
-        initial: Solution | None = None,
-        progress: bool = False,
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Solution | None = None
     ) -> Solution:
         """Returns the Solution at a load (force per thickness) or an approach (length), the other being None;
         `initial` is a solution of a similar problem. Raises BadArgument if the method does not take an
@@ -149,7 +144,7 @@ class Solver:
         """Whether gaps of closed corners are those of a penalty."""
         return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
 
-    def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
+    def path(self, last: float, rtol: float | None) -> LoadPath:
         """Returns the LoadPath up to a load; raises BadArgument without events."""
         raise BadArgument(
             "method",
@@ -162,7 +157,7 @@ class Solver:
         """Returns whether the method follows a history, array (n, 2)."""
         return True
 
-    def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         """Returns the History through pairs (P, Q), array (n, 2); raises BadArgument if it cannot."""
         raise BadArgument(
             "method",

@@ -32,7 +32,7 @@ PROBLEMS = {
 }
 ASKED = {  # what shows its progress under which word
     **{
-        kind: (lambda kind=kind, **more: PROBLEMS[kind].solve(load=0.1, **more), "solve:")
+        kind: (lambda kind=kind, **more: PROBLEMS[kind].solve(load=0.1, **more), "solve by")
         for kind in PROBLEMS
     },
     **{

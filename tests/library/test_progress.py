@@ -1,0 +1,142 @@
+"""Bars appear where someone looks, and Ctrl-C leaves what there was; the clock of these tests is a count."""
+
+import io
+import signal
+import sys
+from itertools import count
+
+import pytest
+
+import microblock as mb
+from cases.__main__ import main
+from microblock.corners.cell_solver import CellSolver
+from microblock.corners.follower import Follower
+from microblock.halfplane.panel_solver import PanelSolver
+from microblock.model.progress import counted, counting
+
+SOLID, CYLINDER, LAW = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1), mb.Cylinder(R=10), mb.Microblock()
+GROUND = mb.HalfPlane(SOLID)
+CELLS = mb.Contact(GROUND, CYLINDER, LAW, mb.Cells())
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(
+    "screen, progress, modules, environment, seconds, shown",
+    [
+        (Terminal, None, {}, {}, 1.0, True),
+        (Terminal, None, {}, {}, 0.01, False),  # five steps of it last less than a second
+        (Terminal, True, {}, {}, 0.01, True),
+        (Terminal, False, {}, {}, 1.0, False),
+        (Terminal, None, {}, {"TQDM_DISABLE": "1"}, 1.0, False),
+        (io.StringIO, None, {}, {}, 1.0, False),
+        (io.StringIO, True, {}, {}, 1.0, True),
+        (io.StringIO, None, {"ipykernel": None}, {}, 1.0, True),
+    ],
+)
+def test_a_bar_appears_where_someone_looks(
+    screen, progress, modules, environment, seconds, shown, monkeypatch
+):
+    written, ticks = screen(), count()
+    monkeypatch.setattr("sys.stderr", written)
+    monkeypatch.setattr("tqdm.std.time", lambda: seconds * next(ticks))
+    monkeypatch.delenv("TQDM_DISABLE", raising=False)
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    for name, value in modules.items():
+        monkeypatch.setitem(sys.modules, name, value)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    with counting("outside", progress, total=5):
+        for number in range(5):
+            with counting("inside", True):  # the outermost decides
+                counted(error=0.1 / (1 + number))
+            counted()
+    assert ("outside" in written.getvalue() and "error=0.02" in written.getvalue()) == shown
+    assert shown or not written.getvalue()
+    assert "inside" not in written.getvalue()
+
+
+def interrupting(monkeypatch, owner, name, calls):
+    """Ctrl-C after so many calls of a method."""
+    method, left = getattr(owner, name), count(calls, -1)
+
+    def called(self, *given, **more):
+        if not next(left):
+            signal.raise_signal(signal.SIGINT)
+        return method(self, *given, **more)
+
+    monkeypatch.setattr(owner, name, called)
+
+
+def test_an_interrupted_solve_leaves_its_best_state(monkeypatch):
+    """Which is that of a solve on as many cells, and says that it is not what was asked for."""
+    interrupting(monkeypatch, CellSolver, "solved", 4)
+    with pytest.raises(mb.Interrupted, match=r"^solve by Cells\(\): interrupted, level=5") as stop:
+        CELLS.solve(load=1.0, rtol=1e-9)
+    monkeypatch.undo()
+    left = stop.value.reached
+    assert not isinstance(stop.value, Exception) and left.load == 1.0
+    assert any("interrupted" in words for words in left.warnings)
+    fine = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels()).solve(load=1.0, rtol=1e-5)
+    # what it says of its error bounds that of the largest pressure against another method
+    assert 1e-9 < left.error_estimate < 0.5
+    assert abs(left.pressure.max() / fine.pressure.max() - 1) < left.error_estimate
+    with counting("afterwards"):  # nothing of it is left
+        assert CELLS.solve(load=1.0, rtol=0.1).error_estimate <= 0.1
+
+
+def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
+    panels = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels())
+    whole, events = panels.states([0.5, 1.0]), panels.path(1.0).events
+    interrupting(monkeypatch, PanelSolver, "at", 2)
+    with pytest.raises(mb.Interrupted, match=r"^states: interrupted, .*load=1") as stop:
+        panels.states([0.5, 1.0, 2.0])
+    assert [state.half_width for state in stop.value.reached] == [state.half_width for state in whole]
+    monkeypatch.undo()
+    path = panels.path(1.0)
+    path.at(1.0)  # the scan of loads, before events are looked for
+    interrupting(monkeypatch, type(path), "_between", 2)
+    with pytest.raises(mb.Interrupted, match="^load path: interrupted") as stop:
+        path.events
+    known = stop.value.reached
+    assert 0 < len(known) < len(events) and known == events[: len(known)]
+    monkeypatch.undo()
+    rubbed = mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3), mb.Cells())
+    interrupting(monkeypatch, Follower, "to", 3)  # in the middle of the second level
+    with pytest.raises(mb.Interrupted, match="^history: interrupted, level=2") as stop:
+        rubbed.history([(1.0, 0.0), (1.0, 0.1)], rtol=1e-3)
+    loads = [(state.load, state.shear, state.error_estimate) for state in stop.value.reached.states]
+    assert loads == [(1.0, 0.0, None), (1.0, 0.1, None)]
+
+
+@pytest.mark.parametrize(
+    "body, obstacle, calls, told",
+    [(GROUND, CYLINDER, 2, "load="), (mb.HalfSpace(SOLID), mb.Sphere(R=10), 4, "squares=1, level=")],
+)
+def test_an_interrupted_path_on_cells_leaves_no_state_for_events(body, obstacle, calls, told, monkeypatch):
+    """Whose errors need both grids; in space states of the window come first."""
+    path = mb.Contact(body, obstacle, LAW, mb.Cells()).path(0.01)
+    interrupting(monkeypatch, CellSolver, "solved", calls)
+    with pytest.raises(mb.Interrupted, match=f"^load path: interrupted, {told}") as stop:
+        path.events
+    assert stop.value.reached is None
+
+
+def test_an_interrupted_command_leaves_no_half_of_a_file(tmp_path, monkeypatch, capsys):
+    words = ["sphere", "--json", str(tmp_path / "result.json"), "--out", str(tmp_path)]
+    interrupting(monkeypatch, CellSolver, "solved", 1)
+    assert main(words) == 130
+    told = capsys.readouterr()
+    assert "python -m cases sphere: solve by Cells(): interrupted, squares=1" in told.err and not told.out
+    monkeypatch.undo()
+
+    def half(figure, place, **how):
+        place.write_bytes(b"half")
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", half)
+    assert main(words) == 130
+    assert not [*tmp_path.iterdir()]
