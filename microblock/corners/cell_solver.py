@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadArgument, out_of_reach
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.solver import Solver
@@ -150,13 +150,18 @@ class CellSolver(Solver):
 
         def solved(count, before):
             grid, last = window.of(count), count == sizes[-1]
-            residual = self.options.residual if last else self.loose / count
-            try:
-                return self.solved(grid, load, approach, residual, before or near)
-            except BadArgument:  # an approach above the mean height that so few cells see
-                if last or count > 8 * sizes[0]:
-                    raise
-            return None
+            # rounding may keep a coarse grid from what it would gain from, where ell is very small
+            coarse = self.loose / count, 100 * self.loose / count
+            for residual in (self.options.residual,) if last else coarse:
+                try:
+                    return self.solved(grid, load, approach, residual, before or near)
+                except BadArgument:  # an approach above the mean height that so few cells see
+                    if last or count > 8 * sizes[0]:
+                        raise
+                    return None
+                except NotConverged as failure:
+                    missed = failure
+            raise missed
 
         for count, state, before, changes in levels(solved, sizes, self.change):
             if changes:
