@@ -27,13 +27,25 @@ def panels_cost(problem, rtol, order=None):
     return cost.of("panels", order * len(make_panels(problem, problem.computed(by_corner), order).e))
 
 
+def bends(picture):
+    """Norm of the curvature where it is convex and would touch, over that of a classical contact of 1/2."""
+    x, index = np.unique(picture.sites, return_index=True)
+    slopes, middles = np.diff(picture.heights[index]) / np.diff(x), (x[1:] + x[:-1]) / 2
+    curvature, lengths = np.diff(slopes) / np.diff(middles), np.diff(middles)
+    away = np.abs(np.subtract.outer(x[1:-1], picture.kinks)).min(axis=1, initial=np.inf)
+    bent = (curvature > 0) & low(picture, x[1:-1]) & (away > 1e-3 * picture.half_width)
+    square = picture.half_width**3 / picture.rise**2 * (lengths[bent] @ curvature[bent] ** 2)
+    return float(np.sqrt(square)) / 2
+
+
 def cells_cost(picture, rtol, fewest, most):
     """The Cost of equal cells under a picture, between `fewest` and `most`."""
     valleys, ends = (np.count_nonzero(low(picture, np.array(x))) for x in (picture.minima, picture.ends))
     peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width
-    needed = 2 * max(valleys, 1) / rtol + 8 * ends / rtol**2
+    smooth = max(2 * valleys, bends(picture) if np.isfinite(picture.lengths).any() else 0.0, 2)
+    needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
     needed += np.sum(slopes**2) / 2 / rtol**2 if picture.found else 2 * np.sum(slopes) / rtol
     return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)))
