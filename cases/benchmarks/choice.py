@@ -65,6 +65,10 @@ def answered(kind, k):
     with suppress(mb.MicroblockError):
         plan = problem.plan(load=load, rtol=rtol)
     rows = [{"words": words, "rtol": rtol, "method": "chosen", "planning": time.process_time() - start}]
+    for known in () if plan is None else plan.candidates:  # imports and the kernels of the solid
+        simple = mb.Sphere(1.0) if kind == "space" else mb.Cylinder(1.0)
+        with suppress(mb.MicroblockError):
+            problem.with_(obstacle=simple, method=known.method).solve(load=load)
     if plan is not None and plan.candidates and plan.candidates[0].cost:
         cost = plan.candidates[0].cost
         rows[0] |= {
