@@ -54,6 +54,15 @@ def test_a_method_that_is_named_answers_alone():
     assert problem.plan(load=0.5).reason == "the only method"
 
 
+def test_what_would_take_too_much_memory_is_not_begun(memory):
+    """Whatever memory the machine has: the choice is the same everywhere."""
+    memory(1e15)
+    x = np.linspace(-1, 1, 5001)
+    plan = mb.Contact(LINE, mb.Obstacle.from_samples(x, x**2 / 20), mb.Microblock()).plan(load=0.5)
+    assert [candidate.name for candidate in plan.candidates] == ["cells"]
+    assert "GB of memory would be needed" in plan.refused[0].refusal
+
+
 def test_what_no_method_answers_is_said_by_the_usual_one():
     """And the plan says why each cannot."""
     problem = mb.Contact(LINE, ROUND, mb.Microblock())
