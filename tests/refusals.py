@@ -177,7 +177,7 @@ FEW = "None '1' 'x' nan -1 0 2.0 (1,0) (1,9) SOLID CYLINDER SPHERE 10**400"
 NAMED = {
     "positive": (
         "E ell side stiffness curvature R P R1 R2 half_width amplitude wavelength slope size period load "
-        "approach residual spacing rho h reach far depth step growth width"
+        "approach residual spacing rho h reach far depth step growth width noise"
     ),
     "number": "nu tilt level alpha_prime beta_prime x load_error Event.shear",
     "not negative": "beta eta mu_c friction hurst",
@@ -240,6 +240,7 @@ CALLS = {
     "Contact": "body=GROUND, obstacle=CYLINDER, law=LAW",
     **{f"PROBLEMS['{kind}'].solve": "load=0.1" for kind in PROBLEMS if not kind.startswith("rubbed")},
     "PROBLEMS['panels'].states": "loads=[0.1]",
+    "PROBLEMS['panels'].plan": "load=0.1",
     **{f"PROBLEMS['{kind}'].path": "load=0.1" for kind in ("panels", "fitted", "condensed")},
     **{f"PROBLEMS['{kind}'].history": "pairs=[(1, 0)]" for kind in ("rubbed", "rubbed body")},
     **{f"PROBLEMS['{kind}'].with_": "" for kind in ("panels", "condensed", "half-space", "space")},
@@ -296,7 +297,7 @@ LEFT_OUT = {
         "Body.energy",
         # parts of solvers, which call them with what is checked
         "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
-        "Body.once "
+        "Body.once Body.on.changes State.noting "
         "HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_gaps Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
