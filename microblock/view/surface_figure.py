@@ -95,7 +95,9 @@ def _from_above(axis, state, values, label, **look):
             own = own.reshape(square.count, square.count)
             shown = axis.imshow(own.T, extent=box, origin="lower", **look)
         lows, highs = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
-        axis.set(xlim=(lows[0], highs[0]), ylim=(lows[1], highs[1]))
+        middle, half = (lows + highs) / 2, np.max(highs - lows) / 2  # a row of squares has room above it
+        sides = half * np.array((-1, 1))
+        axis.set(xlim=middle[0] + sides, ylim=middle[1] + sides)
     elif "norm" in look:  # numbers have nothing between nodes
         shown = axis.scatter(state.x1, state.x2, c=values, s=5, linewidths=0, **look)
     else:
