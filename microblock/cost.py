@@ -44,9 +44,9 @@ class Rate(NamedTuple):
 
 
 RATES = {
-    "panels": Rate(0.015, 1.1e-5, 1.5, 45, 2),
+    "panels": Rate(0.015, 1.1e-5, 1.5, 120, 2),
     "cells": Rate(0.01, 3e-6, 1.06, 280, 1),
-    "fitted": Rate(0.08, 1.2e-5, 1.15, 1.5e4, 1.05),
+    "fitted": Rate(0.08, 2.4e-5, 1.15, 1.5e4, 1.05),
     "condensed": Rate(0.02, 8e-6, 1.05, 5e3, 1.05),
     "newton": Rate(0.02, 4e-5, 1.07, 5e3, 1.05),
     "condensed in space": Rate(0.05, 4e-6, 1.4, 1e3, 1.33),
@@ -55,10 +55,10 @@ RATES = {
 }
 
 
-def of(method, unknowns):
-    """The Cost of a method with so many unknowns."""
+def of(method, unknowns, times=1.0):
+    """The Cost of a method with so many unknowns, which are solved for so many times as often as usual."""
     rate = RATES[method]
-    seconds, memory = rate.each * unknowns**rate.power, rate.memory * unknowns**rate.spread
+    seconds, memory = times * rate.each * unknowns**rate.power, rate.memory * unknowns**rate.spread
     return Cost(float(rate.fixed + seconds), float(memory), float(unknowns))
 
 

@@ -1,4 +1,6 @@
-"""Does the program take the fastest method? Processor time of the chosen method over the best one's.
+"""Does the program take the fastest method?
+
+The method that the program takes is the fastest, or nearly so, of those that can answer.
 
 :Geometry:  200 seeded problems on half-planes, periods, blocks, meshes and half-spaces, as in `verification`
 :Equations: those of the paper, with a second body and with friction where a problem has them
@@ -129,7 +131,7 @@ def figure(runs=None):
     axis.step([1, *ratios], [0, *shares], where="post", color="C0")
     axis.axvline(1.5, color="0.6", linestyle=":")
     axis.set(xscale="log", xlim=(0.95, 30), ylim=(0, 1.02), ylabel="share of problems")
-    axis.set_xlabel("time of the chosen method over the fastest one's")
+    axis.set_xlabel("time of the method over the least time")
     axis.set_xticks([1, 1.5, 3, 10, 30], ["1", "1.5", "3", "10", "30"])
     axis.minorticks_off()
     return drawing

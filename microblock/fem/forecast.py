@@ -21,5 +21,5 @@ def body_cost(method, body, rtol):
     """The Cost of a method on a body's mesh, or on finer ones to rtol."""
     unknowns = body.space.FreeDofs().NumSet()
     if rtol is not None:  # errors of recovery fall like the elements of edges and of the surface
-        unknowns = max(unknowns, 60 / rtol)
+        unknowns = max(unknowns, 600 / rtol)
     return cost.of(f"{method} in space" if body.in_space else method, unknowns)

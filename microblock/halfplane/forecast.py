@@ -24,7 +24,12 @@ def panels_cost(problem, rtol, order=None):
         for corner, shift in enumerate(problem.shifts)
     }
     order = order or orders(problem.picture.simple, rtol)[-1]
-    return cost.of("panels", order * len(make_panels(problem, problem.computed(by_corner), order).e))
+    count = len(make_panels(problem, problem.computed(by_corner), order).e)
+    # zones are searched for again and again where peaks part them
+    peaks = np.count_nonzero(
+        low(problem.picture, np.array(problem.picture.kinks)) & (np.array(problem.picture.jumps) > 0)
+    )
+    return cost.of("panels", order * count, 1 + peaks / 4)
 
 
 def bends(picture):
