@@ -74,8 +74,7 @@ class FittedSolver(MeshFitter):
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
 
     def predicted(self, load, approach, rtol):
-        if load is None:
-            load = self.solid.E_star * (approach - self.require_approach(approach)) / 2
+        load = self.first_load(approach) if load is None else load
         return fitted_cost(self._pictured(load).picture, len(self.law.corners), rtol)
 
     def path(self, last, rtol):

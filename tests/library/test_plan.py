@@ -48,6 +48,14 @@ def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
     assert f"{method}" in repr(plan).splitlines()[0]
 
 
+def test_an_approach_is_planned_as_its_load():
+    """Of a block an approach asks for the mesh of about its load."""
+    problem = mb.Contact(mb.Block(SOLID, 4.0), ROUND, mb.Microblock())
+    approach = problem.solve(load=0.5, rtol=1e-2).approach
+    by_load, by_approach = problem.plan(load=0.5, rtol=1e-2), problem.plan(approach=approach, rtol=1e-2)
+    assert by_approach.candidates[0].cost.unknowns == by_load.candidates[0].cost.unknowns
+
+
 def test_a_method_that_is_named_answers_alone():
     problem = mb.Contact(LINE, ripples, mb.Microblock(), mb.Panels())
     assert [one.name for one in problem.plan(load=0.5).candidates] == ["panels"]
