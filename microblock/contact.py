@@ -192,8 +192,9 @@ class Contact:
             Approach of the obstacle (length), in place of the load; not of an unbounded body without a
             period, whose rigid-body constant is arbitrary.
         rtol : float, optional
-            Relative error, that of `State.error_estimate`. Without it the usual one of the method is taken
-            (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes; those refuse it.
+            Relative error, that of `State.error_estimate`. Without it the usual one of the body is taken
+            (1e-3; 1e-2 where it has cells alone), or the discretisation that the method or the mesh fixes;
+            those refuse it.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool, optional

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from .errors import NotConverged
 
-LARGEST = 20 * 2.0**30  # bytes of a method that is chosen
+MOST_MEMORY = 20 * 2.0**30  # bytes of a method that is chosen
 LITTLE = 2e8  # bytes that are tried anyway: others may be about to give memory back
 ENTRY = 12  # bytes of an entry of a sparse matrix
 

@@ -159,9 +159,9 @@ class CellSolver(Solver):
                     if last or count > 8 * sizes[0]:
                         raise
                     return None
-                except NotConverged as failure:
-                    missed = failure
-            raise missed
+                except NotConverged as objection:
+                    failure = objection
+            raise failure
 
         for count, state, before, changes in levels(solved, sizes, self.change):
             if changes:

@@ -12,7 +12,7 @@ def fitted_cost(picture, corners, rtol):
     """The Cost of fitted meshes under a picture."""
     # edges of zones and slope discontinuities have elements that shrink towards them; more where corners
     # meet them apart
-    valleys, kinks = (np.count_nonzero(low(picture, np.array(x))) for x in (picture.minima, picture.kinks))
+    valleys, kinks = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.kinks))
     places = (3 + corners) / 4 * max(valleys, 1) + (1.4 * corners - 0.6) * kinks
     return cost.of("fitted", 370 * places * math.log10(rtol) ** 2)
 

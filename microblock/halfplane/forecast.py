@@ -27,7 +27,7 @@ def panels_cost(problem, rtol, order=None):
     count = len(make_panels(problem, problem.computed(by_corner), order).e)
     # zones are searched for again and again where peaks part them
     peaks = np.count_nonzero(
-        low(problem.picture, np.array(problem.picture.kinks)) & (np.array(problem.picture.jumps) > 0)
+        low(problem.picture, problem.picture.kinks) & (np.array(problem.picture.jumps) > 0)
     )
     return cost.of("panels", order * count, 1 + peaks / 4)
 
@@ -45,7 +45,7 @@ def bends(picture):
 
 def cells_cost(picture, rtol, fewest, most):
     """The Cost of equal cells under a picture, between `fewest` and `most`."""
-    valleys, ends = (np.count_nonzero(low(picture, np.array(x))) for x in (picture.minima, picture.ends))
+    valleys, ends = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.ends))
     peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width

@@ -13,6 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import BOUNDED, require
 from .obstacles import Obstacle, heights
@@ -143,9 +144,9 @@ def within(
     )
 
 
-def low(found: Picture, places: Array) -> Flags:
+def low(found: Picture, places: ArrayLike) -> Flags:
     """Returns whether a classical contact would reach places, boolean array (m,)."""
-    heights = np.interp(places, found.sites, found.heights)
+    heights = np.interp(np.asarray(places, float), found.sites, found.heights)
     return np.asarray(heights <= found.heights.min() + found.rise)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ..cost import LARGEST, Cost
+from ..cost import MOST_MEMORY, Cost
 from ..errors import MicroblockError, NotConverged, shortened
 from .types import MethodLike
 
@@ -82,13 +82,13 @@ class Plan:
 def planned(solvers: Iterable[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
     """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol: by their seconds if
     all predict them. Seconds of others count twice, since states of the usual method know more: on a
-    half-plane edges of zones and fields below the surface. What would take more than LARGEST is refused.
+    half-plane edges of zones and fields below the surface. What would take more than MOST_MEMORY is refused.
     """
     able, refused = [], []
     for number, solver in enumerate(solvers):
         try:
             cost = solver.predicted(load, approach, solver.usual_rtol if rtol is None else rtol)
-            if cost and cost.memory > LARGEST:
+            if cost and cost.memory > MOST_MEMORY:
                 raise NotConverged(f"some {cost.memory / 1e9:.2g} GB of memory would be needed")
         except MicroblockError as failure:
             refused.append(Candidate(solver, refusal=str(failure)))
