@@ -61,6 +61,8 @@ EQUIVALENT = {
     "on_cells.py:181: index: 0 -> 1": "a preconditioner of rotated blocks: other steps to the same state",
     "factor: (slope + ahead) / 2 -> ": "of a line search: other steps to the same state",
     "factor: turned * np.sign(np.nanmedian(turned)) -> ": "the least sine of an angle: no mesh is between",
+    "newton.py:125: index: 0 -> 1": "another unknown that holds a free translation",
+    "solver.py:230: index: 1 -> 2": "the shape of zeros that are added alone",
     "path.py:188: factor: (high.load": "bounds a step of differences, which moves loads within their errors",
 }
 

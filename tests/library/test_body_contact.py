@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import math
 import pickle
+from types import SimpleNamespace
 
 import netgen.occ as occ
 import ngsolve as ng
@@ -291,7 +292,7 @@ def test_a_contact_that_fills_its_boundary_and_would_go_on_says_so():
     on_top = pressed(flat(), obstacle=mb.Plane())  # ends where the surface does
     assert not any(words in text for text in on_top.warnings)
     with pytest.raises(mb.NotConverged, match="or name all of the surface.*" + words):
-        problem.solve(load=8 * P, rtol=1e-3)
+        problem.solve(load=8 * P, rtol=1e-2)
 
 
 def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
@@ -304,6 +305,14 @@ def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
         problem.solve(load=P, rtol=1e-4)
     # 1.3e-4 both, where 3.7e-3 was said of 1e-9: other meshes may be a third apart
     assert far.value.rtol_reached < 1.5 * near.value.rtol_reached
+
+
+def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
+    """Corner A ends half a block later than the contact point, B earlier."""
+    ends = {0: (-0.9, 1.1), 1: (-1.1, 0.9)}
+    state = SimpleNamespace(law=BLOCKS, problem=SimpleNamespace(ends=ends))
+    squares = recovery._beyond(state, np.array([[3.0], [5.0]]), np.array([-1.2, -1.0, 0.0, 1.0, 1.2]))
+    assert squares[0].tolist() == [34, 9, 0, 25, 34] and squares[1] == pytest.approx(squares[0] / 4)
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -118,6 +118,7 @@ def test_a_narrow_bump_between_two_contacts_is_found_as_soon_as_it_touches():
         assert len(bump.zones["contact"]) == count
 
 
+@pytest.mark.nightly
 def test_a_corner_that_touches_where_the_other_one_follows_a_rough_obstacle_is_found():
     """There the surface is as rough as the obstacle; an overlap on 0.04 was worth 1e-2 of the pressure."""
     _, problem, load, *_ = drawn(61, 48, mb)

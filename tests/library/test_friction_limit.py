@@ -125,7 +125,7 @@ def cylinder(f, body, method=None, coupled=True):
 
 def test_a_mesh_on_which_no_way_goes_on_says_so():
     """Blocks three times as long as the contact: from a friction of 5 on no rates hold somewhere."""
-    tall = on_ground(TALL, 0.2, 2, far=4.0, reach=1.6)
+    tall = on_ground(TALL, 0.4, 1, far=4.0, reach=1.6)
     with pytest.raises(mb.NotConverged, match="no rates"):
         cylinder(6.0, tall, NEWTON)
     for f, coupled in ((3.0, True), (6.0, False)):  # what it advises

@@ -186,3 +186,21 @@ def test_blocks_that_are_rotated_are_those_of_the_library():
     assert own.law.shifts(0.3) == pytest.approx(known.law.shifts(0.3), rel=1e-15)
     # one problem, to rounding and what edges leave
     assert own.half_width == pytest.approx(known.half_width, rel=1e-6)
+
+
+def test_places_follow_a_rotation_that_differs_from_block_to_block():
+    class Wavy(Law):
+        corners = ("A", "B")
+
+        def initial_rotation(self, x):
+            return 0.1 * x
+
+        def arms(self, points, normals):
+            along, psi0 = tangents(normals), 0.1 * points[:, :1]
+            return np.array(
+                [s * (along + psi0 * normals) + (normals - psi0 * along) / 2 for s in (-0.5, 0.5)]
+            )
+
+    points, normals = np.array([(0.3, -0.7), (-0.2, 0.5)]), np.array([(0.0, 1.0), (0.6, 0.8)])
+    side = tangents(normals) + 0.1 * points[:, :1] * normals  # (20), to rounding
+    assert Wavy().places(points, normals) == pytest.approx(np.array((-side, side)) / 2, abs=1e-15)

@@ -64,7 +64,7 @@ RIPPLES = {
     "obstacle, law, last",
     [
         ("valleys", mb.Unilateral(), 1.0),
-        ("valleys", mb.Microblock(), 1.5),
+        pytest.param("valleys", mb.Microblock(), 1.5, marks=pytest.mark.nightly),
         ("cylinder", mb.Microblock(psi0=0.01), 1.0),
     ],
 )

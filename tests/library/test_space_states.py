@@ -52,7 +52,13 @@ SQUARE = mb.FlatPunch(1.0, face="square")
         (lambda: problem(waves, ell=0.005, period=1.0), 1e-3, 1e-3, "cells"),
         (lambda: problem(window=(-100, 100)), 4 / 3, 1e-2, "error"),
         (lambda: problem(SQUARE, BLOCKS), 1.0, 1e-2, "on (64 x 64|128 x 128) cells"),
-        (lambda: problem(SQUARE, BLOCKS), 1.0, 0.3, "on (64 x 64|128 x 128|256 x 256) cells"),
+        pytest.param(
+            lambda: problem(SQUARE, BLOCKS),
+            1.0,
+            0.3,
+            "on (64 x 64|128 x 128|256 x 256) cells",
+            marks=pytest.mark.nightly,
+        ),
     ],
     ids=["wave", "wide window", "flat face", "flat face, loose"],
 )

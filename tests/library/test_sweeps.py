@@ -44,7 +44,9 @@ def picky(x):
 
 def test_processes_answer_in_order_with_one_thread_each(tmp_path):
     over = {"x": (3.0, 1.0, 2.0), "y": (0.5, 10.0)}
+    start = time.monotonic()
     rows = mb.sweep(partial(called, str(tmp_path / "log")), over, workers=2, quiet=True)
+    assert all(0 < row["seconds"] <= time.monotonic() - start for row in rows)
     assert [(row["x"], row["y"]) for row in rows] == [(3, 0.5), (3, 10), (1, 0.5), (1, 10), (2, 0.5), (2, 10)]
     assert [row["sum"] for row in rows] == [3.5, 13, 1.5, 11, 2.5, 12] and not any(
         row["error"] for row in rows
