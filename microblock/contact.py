@@ -31,7 +31,7 @@ from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.material import Cosserat, Elastic
 from .model.plan import Candidate, Plan, first_answer, planned
-from .model.problem import require_even
+from .model.problem import require_even, require_jumps
 from .model.progress import counted, counting, kept
 from .model.results import line
 from .model.state import State
@@ -97,6 +97,7 @@ class Contact:
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
         if not in_space:
             require_even(self.law, self.obstacle, self.body.solid.ell)
+            require_jumps(self.obstacle, self.body.solid.ell)
         self.solver  # which checks what it is given
 
     @cached_property

@@ -175,9 +175,8 @@ def require_pressed(body, followed=False):
         )
         raise BadArgument("body", body, f"must not be periodic: {words}")
     if body.prescribed:
-        raise BadArgument(
-            "prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0"
-        )
+        words = "in space" if body.mesh.dim == 3 else "but with Newton() and without friction"
+        raise BadArgument("prescribed", body.prescribed, f"must be empty {words}: supports hold 0")
     supports.pressed(body)
     supports.require_held(body)
 

@@ -47,7 +47,8 @@ class Absent:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise BadArgument("file", repr(self), f"is not in it as data: there is no {name}; solve it again")
+        words = "solve the problem again, of which a loaded state may be the `initial` one"
+        raise BadArgument("file", repr(self), f"is not kept in files, and has no {name}: {words}")
 
 
 def save(result: Any, file: str | os.PathLike[str]) -> None:
@@ -92,7 +93,8 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
             arrays = dict(found)
         result: State | LoadPath | History = _unpacked(json.loads(arrays["text"].item()), arrays)
     except (OSError, ValueError, TypeError, EOFError, BadZipFile, *lacking) as failure:
-        raise BadArgument("file", file, f"must be one that save() has written ({failure})") from failure
+        cause = str(failure).partition(". ")[0]  # NumPy goes on to advise loading pickles
+        raise BadArgument("file", file, f"must be one that save() has written ({cause})") from failure
     return result
 
 

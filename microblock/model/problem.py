@@ -193,3 +193,23 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
         one, other = (laws.levers(law, places) for places in (x, -x))
         words = "says that it is even, but its levers are not those of a mirror image"
         require(np.allclose(one, -other[::-1], rtol=same, atol=same), "law", law, words)
+
+
+def require_jumps(obstacle: ObstacleLike, ell: float) -> None:
+    """Raises BadArgument where the slope of an obstacle does not jump by what its `jumps` say."""
+    named = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
+    kinks, jumps = np.reshape([(kink, jump) for kink, jump in named if jump], (-1, 2)).T
+    if not len(kinks):
+        return
+    width, errors = np.diff(np.unique(kinks)).min(initial=ell) / 4, []
+    for step in width * np.array((1e-1, 1e-3)):
+        places = np.concatenate((kinks - step, kinks, kinks + step))
+        left, middle, right = heights(obstacle, places).reshape(3, -1)
+        with np.errstate(invalid="ignore"):  # inf - inf, at an edge
+            change = (left - 2 * middle + right) / step
+        errors.append(np.abs(change - jumps) - 1e-15 * np.abs(middle) / step)  # less what rounding makes
+    # beside a jump as given the height may curve: that shrinks with the step
+    wrong = (errors[1] > 0.01 * np.abs(jumps)) & (errors[1] > errors[0] / 2)
+    n = np.argmax(wrong)
+    words = f"must be those of the slope of the height, which jumps by {change[n]:.3g} at x = {kinks[n]:.4g}"
+    require(not wrong.any(), "jumps", tuple(jumps.tolist()), words)

@@ -53,6 +53,22 @@ def test_kinks_between_samples_are_named_with_a_curve_that_has_none(body, method
     assert not sentences(mb.Obstacle.from_samples(X, 0.01 * X + 0.3))
 
 
+def test_jumps_that_the_slope_does_not_have_are_refused():
+    """Methods take them as given: of the other sign a pressure was off by 0.9, with an estimate of 0.01."""
+    kinks, jumps = (0.26, 0.3, 0.34), np.array([-0.05, 0.1, -0.05])
+
+    def tent(given, slope=0.05):
+        def height(x):
+            return x**2 / 20 - np.maximum(0, 0.04 - abs(x - 0.3)) * slope
+
+        return mb.Contact(PLACES[0][0], mb.Obstacle(height, kinks, given), mb.Microblock())
+
+    tent(jumps), tent(None), tent(1e-4 * jumps, 5e-6)  # a jump below what curvature does from side to side
+    for given in (-jumps, jumps * (1, 0.5, 1)):
+        with pytest.raises(mb.BadArgument, match="jumps by (-0.05 at x = 0.26|0.1 at x = 0.3)$"):
+            tent(given)
+
+
 PRESS = MakeStructured2DMesh(nx=4, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
 CUBE = MakeStructured3DMesh(hexes=False, nx=2, mapping=lambda x, y, z: (x, y, z - 1))
 CUBOID = mb.Body(CUBE, SOLID, 1, fixed="bottom", contact="top")
