@@ -319,7 +319,7 @@ def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
     RESULTS["functions"]().save(tmp_path / "state.npz")
     back = mb.load(tmp_path / "state.npz")
     assert back.solid == SOLID and "lambda" in repr(back.obstacle)
-    with pytest.raises(mb.BadArgument, match="there is no solve"):
+    with pytest.raises(mb.BadArgument, match="has no solve: solve the problem again"):
         back.problem.solve(load=1.0)
     assert PROBLEM.solve(load=0.5, initial=back).load == 0.5  # passed over, as every other kind
 
