@@ -28,7 +28,6 @@ from ..errors import BadArgument
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
-from .images import Response
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
@@ -143,21 +142,6 @@ class Counter:
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
 
 
-def response(solid: Cosserat, period: float | None) -> Response:
-    """Returns the Response u2 to a force."""
-    scale = (1 - solid.nu) / solid.mu
-
-    def alone(r: Array) -> Array:
-        if is_classical(solid):
-            return scale / (2 * np.pi * r[None])
-        return kernels(solid)(r / solid.ell)[:1] * scale / solid.ell
-
-    def waves(k: Array) -> Array:
-        return np.asarray(normal_symbol(solid, k)[None])
-
-    return Response(alone, waves, (0,), lambda values, x, y: values, np.array([False]), np.zeros(1), period)
-
-
 def _smooth(solid: Cosserat, length: int, width: float) -> Array:
     k = wavenumbers(length, width, 2)[1]
     return normal_symbol(solid, k.ravel()).reshape(k.shape) / width**2
@@ -196,8 +180,7 @@ def _without_images(solid: Cosserat, count: int, width: float) -> Array:
         whole = _love(edges[:, None], edges[None, :])
         quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
     else:
-        scale = (1 - solid.nu) / solid.mu / solid.ell
-        quarter = kernels(solid).cells(count, width / solid.ell)[0] * scale
+        quarter = kernels(solid).cells(count, width)[0]
     return embedded(quarter, next_fast_len(2 * count, real=True), False, False)
 
 

@@ -32,10 +32,9 @@ from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from . import search
 from .counter import Counter
-from .counter import response as second_response
 from .half_space import HalfSpace
+from .images import Response
 from .kernels import kernels
-from .kernels import response as first_response
 from .picture import FINE, Picture
 from .search import TRIES
 from .squares import Counters, Coupled, Squares
@@ -216,11 +215,11 @@ class SurfaceSolver(CellSolver):
 
     @cached_property
     def response(self) -> Any:
-        return first_response(self.solid, self.surface_law.clamped, self.period)
+        return Response(self.solid, self.surface_law.clamped, self.period)
 
     @cached_property
     def second_response(self) -> Any:
-        return second_response(self.second, self.period)
+        return Response(self.second, False, self.period)
 
     def completed(self, state: SurfaceCells, H: Flexibility, found: ContactState) -> SurfaceCells:
         """Returns a state with pressures of least norm, closed corners and a second body."""
@@ -269,10 +268,8 @@ def flexibility(
     """Returns the Flexibility of corners on as many cells as there are tilts."""
 
     def cells() -> Array:
-        found = kernels(solid).cells(tilt.shape[-1], width / solid.ell, clamped)
-        found *= (1 - solid.nu) / solid.mu / solid.ell
-        if clamped:
-            found[1:] *= width**2 / solid.ell * solid.mu / (1 - solid.nu)
+        found = kernels(solid).cells(tilt.shape[-1], width, clamped)
+        found[1:] *= width**2 if clamped else 1.0
         return found
 
     rest = at_rest(solid) if periodic else None

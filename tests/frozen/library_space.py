@@ -262,14 +262,19 @@ def of_kernels():
     names, parts = ("u", "v", "w0", "w2", "u clamped", "m clamped"), ("u", "v1", "v2", "w11", "w12", "w22")
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
-        table = kernels.kernels(solid)
-        cells = {"free": table.cells(14, 0.2), "clamped": table.cells(14, 0.2, clamped=True)}
+        table, ell = kernels.kernels(solid), solid.ell
+        # over c/ell, moments of psi = 0 over 1/ell^2
+        scale = np.array([ell * solid.mu / (1 - solid.nu)] * 5 + [ell**2])
+        cells = {
+            "free": (table.cells(14, 0.2 * ell).T * scale[0]).T,
+            "clamped": (table.cells(14, 0.2 * ell, clamped=True).T * scale[[4, 5, 5]]).T,
+        }
         symbols = zip(("U", "V", "W", "W along"), symbol.symbol(solid, k))
         found |= {
             **{f"symbol {name} {part} at k={at:g}": x for part, own in symbols for at, x in zip(k, own)},
             **{
                 f"kernel {name} {part} at r={at:g}": x
-                for part, own in zip(names, table(r))
+                for part, own in zip(names, (table(r * ell).T * scale).T)
                 for at, x in zip(r, own)
                 if part != "w2" or at > 1e-3  # w2 vanishes there, a difference of equal numbers
             },
