@@ -39,7 +39,7 @@ class Response:
         self._long = Radial(long, period)
         ways = 2 * np.pi / period * (np.indices((11, 11)).reshape(2, -1) - 5)
         self.ways = ways[:, : ways.shape[1] // 2]  # the others are their opposites
-        self.spectrum = 2 * along_axes(long(np.hypot(*self.ways)), *self.ways, clamped=clamped)
+        self.spectrum = 2 * along_axes(long(np.hypot(*self.ways)), self.ways[0], self.ways[1], clamped)
         mean = (0, 0, 0) if clamped else (0, 0, 0, 1, 0, 1)
         self.mean = np.array(mean)[:, None] * at_rest(solid)  # its integral over a period
         self.odd = np.isin(np.arange(len(mean)), (1, 2))[:, None]  # change their sign with the distance
