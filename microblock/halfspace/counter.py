@@ -25,7 +25,7 @@ from scipy.sparse import csr_array
 from ..corners.convolution import Waves, embedded
 from ..corners.on_cells import NONE, wavenumbers
 from ..errors import BadArgument
-from ..halfplane.kernels import is_classical, normal_symbol, short_waves
+from ..halfplane.kernels import normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
 from .kernels import kernels
@@ -87,7 +87,8 @@ class Counter:
             whole = _smooth(solid, count, width)
             whole[0, 0] = 0
         else:
-            whole = _without_images(solid, count + 2 * self.beyond, width)
+            quarter = kernels(solid).cells(count + 2 * self.beyond, width)[0]
+            whole = embedded(quarter, next_fast_len(2 * len(quarter), real=True), False, False)
         self.response = Waves((len(whole), len(whole)), [[whole]])
         self.held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
         self.twisted = self.held + float(np.max(whole * twist**2))
@@ -172,18 +173,3 @@ def _shares(shift: float, count: int, beyond: int) -> Any:
     found = csr_array((np.tile(weights, count), places), shape=(m, count))
     found.eliminate_zeros()
     return found
-
-
-def _without_images(solid: Cosserat, count: int, width: float) -> Array:
-    if is_classical(solid):
-        edges = (np.arange(count + 1) - 0.5) * width
-        whole = _love(edges[:, None], edges[None, :])
-        quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
-    else:
-        quarter = kernels(solid).cells(count, width)[0]
-    return embedded(quarter, next_fast_len(2 * count, real=True), False, False)
-
-
-def _love(x: Array, y: Array) -> Array:
-    """Returns the integral of 1/r over the rectangle from 0 to (x, y), both nonzero."""
-    return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
