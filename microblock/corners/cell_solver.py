@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import label
 
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.progress import kept
@@ -259,3 +260,14 @@ def halvings(nodes, few=1024):
     while sizes[-1] > 2 * few or len(sizes) < 3:
         sizes.append((sizes[-1] + 1) // 2)
     return sizes[::-1]
+
+
+def spots(flags, periodic):
+    """Labels of connected cells, from 1; on a period across its ends."""
+    labels = label(flags, np.ones((3,) * flags.ndim))[0]
+    for axis in range(flags.ndim if periodic else 0):
+        first, last = (np.moveaxis(labels, axis, 0)[end] for end in (slice(1), slice(-1, None)))  # views
+        for place in zip(*np.nonzero((first > 0) & (last > 0))):
+            if first[place] != last[place]:
+                labels[labels == last[place]] = first[place]
+    return labels

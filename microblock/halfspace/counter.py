@@ -7,7 +7,7 @@ them along each axis, which keep force and moment, and
     gaps = S^T U2 S forces
 
 is positive. U2 is on a period the symbol, else the displacement at the centre of a cell under pressure on
-another, of a classical solid in closed form (Love 1929).
+another.
 
 Forces 1, -1, -1, 1 on a small block hardly displace the second body. These gaps get 0.003 of what short waves
 displace besides.

@@ -120,7 +120,7 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     if solver.period:
         low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
     out = grid.beyond(*low[:, :2].T) > 0
-    outside, inside = (low[out, :2] if isinstance(grid, Grid) else _lowest(grid, low[out])), low[~out]
+    outside, inside = low[out, :2] if isinstance(grid, Grid) else _lowest(grid, low[out]), low[~out]
     cells, (H, g0) = grid.nearest(*inside[:, :2].T), solver.prepared(grid)
     f, mode = g0.min(axis=0), "wrap" if state.is_whole else "nearest"
     near = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode=mode)[tuple(cells)]
@@ -154,10 +154,9 @@ def beyond(state: Any, places: Array) -> Array:
         near, wide = window.near(grid, *places.T), Grid(2 * FEW, grid.side / FEW, grid.middle)
         beside = wide.beyond(*near) < -wide.width / 2
         if beside.any():
-            added, where = (
-                solver.alone(wide, False) @ _shared(wide, grid, own[0]),
-                wide.steps(*near[:, beside]),
-            )
+            applied = np.zeros((len(forces), wide.count, wide.count))
+            np.add.at(applied, (slice(None), *wide.nearest(*grid.places)), own[0])
+            added, where = solver.alone(wide, False) @ applied, wide.steps(*near[:, beside])
             found[:, beside] += [map_coordinates(one, where, order=1) for one in added]
         for there, itself in ((~beside, False), (beside & bool(solver.period), True)):
             if there.any():
@@ -182,17 +181,6 @@ def _afar(solver: Any, grid: Grid, applied: Sequence[Array], places: Array, itse
     return np.asarray(found)
 
 
-def _shared(wide: Grid, grid: Grid, forces: Array) -> Array:
-    """Returns forces on a grid in shares at the four cells of a wider one next to each."""
-    steps, loads = wide.steps(*grid.places), np.zeros((len(forces), wide.count, wide.count))
-    first = np.floor(steps).astype(int)
-    for way in np.ndindex(2, 2):
-        share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
-        index: Any = slice(None), first[0] + way[0], first[1] + way[1]
-        np.add.at(loads, index, share * forces)
-    return loads
-
-
 def spots(state: Any) -> list[list[Array]]:
     """Returns the rectangles of connected cells that press, arrays (2, 2), of each square."""
     found = []
@@ -205,11 +193,11 @@ def spots(state: Any) -> list[list[Array]]:
     return found
 
 
-def reach_of(state: Any, rim: int) -> list[bool]:
-    """Returns of each square whether cells at its rim press, never on the whole of a period."""
+def reach_of(state: Any, rim: int) -> Array:
+    """Returns whether cells at the rims of squares press, never on the whole of a period: bool (squares,)."""
     closed = state.closed.reshape(len(state.grid.grids), state.grid.count, -1) > 0
     inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2))
-    return [not state.is_whole and bool(one < whole) for one, whole in zip(inner, closed.sum(axis=(1, 2)))]
+    return np.asarray((inner < closed.sum(axis=(1, 2))) & (not state.is_whole))
 
 
 def _around(places: Array) -> Array:
