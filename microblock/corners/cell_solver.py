@@ -144,8 +144,8 @@ class CellSolver(Solver):
         whether something between cells would touch.
         """
         nodes, least, reached = self.options.nodes, np.inf, None
-        most = self.most / len(window.grids) ** 0.5
-        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, most)
+        finer = np.log2(self.most / self.coarsest / len(window.grids) ** 0.5)
+        sizes = halvings(nodes, self.few) if nodes else [self.coarsest * 2**n for n in range(1 + int(finer))]
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
 
@@ -247,11 +247,6 @@ class CellSolver(Solver):
     def weights(self, *x):
         """Weights of the norm at places."""
         return np.ones(1)
-
-
-def doublings(first, last):
-    """Numbers of cells along an axis, each twice the one before."""
-    return [int(first) * 2**n for n in range(1 + int(np.log2(last / first)))]
 
 
 def halvings(nodes, few=1024):

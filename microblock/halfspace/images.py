@@ -39,10 +39,10 @@ class Response:
         self._long = Radial(long, period)
         ways = 2 * np.pi / period * (np.indices((11, 11)).reshape(2, -1) - 5)
         self.ways = ways[:, : ways.shape[1] // 2]  # the others are their opposites
-        self.spectrum = 2 * along_axes(long(np.hypot(*self.ways)), self.ways[0], self.ways[1], clamped)
+        self.spectrum = (2 + 0j) * along_axes(long(np.hypot(*self.ways)), self.ways[0], self.ways[1], clamped)
+        self.spectrum[1:3] *= -1j  # odd
         mean = (0, 0, 0) if clamped else (0, 0, 0, 1, 0, 1)
         self.mean = np.array(mean)[:, None] * at_rest(solid)  # its integral over a period
-        self.odd = np.isin(np.arange(len(mean)), (1, 2))[:, None]  # change their sign with the distance
 
     def __call__(self, x: Array, y: Array, itself: bool) -> Array:
         """Returns components at distances, array (parts, ...), on a period with images; of a square and
@@ -53,12 +53,9 @@ class Response:
         shape, away = np.shape(x), np.array((np.ravel(x), np.ravel(y)))
         if not itself:
             away -= self.period * np.rint(away / self.period)
-        found = np.zeros((len(self.odd), away.shape[1])) + self.mean
+        found = np.zeros((len(self.mean), away.shape[1])) + self.mean
         for block in in_blocks(away.shape[1], self.ways.shape[1]):
-            phases = self.ways.T @ away[:, block]
-            found[:, block] += np.where(
-                self.odd, self.spectrum @ np.sin(phases), self.spectrum @ np.cos(phases)
-            )
+            found[:, block] += (self.spectrum @ np.exp(1j * self.ways.T @ away[:, block])).real
         found /= self.period**2
         for image in np.ndindex(3, 3):
             x, y = away - self.period * (np.array(image)[:, None] - 1)

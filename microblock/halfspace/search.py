@@ -41,7 +41,7 @@ def window(
     reach = 3 * picture.radius
     found = _about(solver, [(box, reach) for box in _clusters(places, 1.5 * reach)], 1.5, 0.0)
     for number in range(TRIES):
-        if found is solver.whole:
+        if found == solver.given_window():
             return found
         counted(squares=len(found.grids))
         state, before = solver.solved(found, load, approach, solver.loose / FEW), found
@@ -82,7 +82,7 @@ def _about(solver: Any, parts: list[Part], times: float, width: float, most: int
     if len(parts) > most or (len(parts) > 1 and 3 * len(parts) * least**2 > single[1] ** 2):
         parts, widest = [single], single[1]
     if period and widest > period / 2:
-        return solver.whole
+        return solver.given_window()
     grids = []
     for box, side in parts:
         # few widths share tables, and those of the widest cells come first: their curvatures are least
@@ -135,11 +135,10 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     return negative(outside, beyond(state, outside)), negative(inside[tip, :2], added)
 
 
-def _lowest(window: Any, low: Array) -> Array:
+def _lowest(window: Squares, low: Array) -> Array:
     """Returns the lowest sample, of an array (m, 3), in each cell of squares twice as wide: array (k, 2)."""
-    low, sides = low[np.argsort(low[:, 2])], np.array([grid.side for grid in window.grids])
-    number = np.argmin([grid.beyond(*window.near(grid, *low[:, :2].T)) for grid in window.grids], axis=0)
-    cells = np.floor(low[:, :2] / (sides / FEW)[number, None])
+    low = low[np.argsort(low[:, 2])]
+    cells = np.floor(low[:, :2] / (window.side / FEW)[window.nearest(*low[:, :2].T)[0], None])
     return np.asarray(low[np.unique(cells, axis=0, return_index=True)[1], :2])
 
 

@@ -119,7 +119,7 @@ class SurfaceSolver(CellSolver):
         self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        goal, fixed = self.goal(rtol), self.whole or self.given_window()
+        goal, fixed = self.goal(rtol), self.given_window()
         picture = self._picture(load, approach, fixed)
         places = picture.deepest
         for _ in range(TRIES):
@@ -141,7 +141,7 @@ class SurfaceSolver(CellSolver):
 
     def window_of(self, load: float) -> Grid:
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
-        fixed: Grid | None = self.whole or self.given_window()
+        fixed: Grid | None = self.given_window()
         if fixed is not None:
             return fixed
         with counting("window"):  # of a path, whose results are events
@@ -251,11 +251,6 @@ class SurfaceSolver(CellSolver):
             return False
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
         return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
-
-    @cached_property
-    def whole(self) -> Grid | None:
-        """The period as a Grid, or None."""
-        return self.given_window() if self.period else None
 
 
 def flexibility(
