@@ -82,8 +82,7 @@ class Kernels(Radial):
         reach = width / 2 / np.cos(angle)
         r = reach[:, None] * radii**2  # a logarithm of r, in r u, is flattened
         whole = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
-        averages: Array = 2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2
-        return averages
+        return np.asarray(2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2)
 
 
 def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:
