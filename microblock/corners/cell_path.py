@@ -9,11 +9,10 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from scipy.ndimage import label
 
 from ..model.events import Event, SeenTwice, following
 from ..model.progress import counted
-from .cell_solver import EQUAL
+from .cell_solver import EQUAL, spots
 from .on_cells import Grid
 
 STEP = 1.5  # from load to load of the scan
@@ -122,7 +121,7 @@ class _Followed:
             residual = self.solver.loose / self.grid.count / 100
             state = self.solver.solved(self.grid, load, None, residual, self.states.get(near))
             self.states[load] = state
-            self.zones[load] = {name: _spots(own, self.periodic) for name, own in state.touching.items()}
+            self.zones[load] = {name: spots(own, self.periodic) for name, own in state.touching.items()}
         return self.zones[load]
 
     def between(self, low, high):
@@ -177,14 +176,3 @@ class _Followed:
         apart, n = cells - cells[0], self.grid.count
         apart = apart - n * np.rint(apart / n) if self.periodic else apart
         return float(self.grid.axes[0][0] + self.grid.width * (cells[0] + apart.mean(axis=0))[0])
-
-
-def _spots(flags, periodic):
-    """Labels of connected cells, from 1; on a period across its ends."""
-    labels = label(flags, np.ones((3,) * flags.ndim))[0]
-    for axis in range(flags.ndim if periodic else 0):
-        first, last = (np.moveaxis(labels, axis, 0)[end].reshape(-1) for end in (0, -1))
-        for i in np.flatnonzero((first > 0) & (last > 0)):
-            ends = [np.moveaxis(labels, axis, 0)[end].reshape(-1)[i] for end in (0, -1)]
-            labels[labels == ends[1]] = ends[0]
-    return labels

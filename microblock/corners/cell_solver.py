@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import label
 
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.progress import kept
@@ -143,8 +144,8 @@ class CellSolver(Solver):
         whether something between cells would touch.
         """
         nodes, least, reached = self.options.nodes, np.inf, None
-        most = self.most / len(window.grids) ** 0.5
-        sizes = halvings(nodes, self.few) if nodes else doublings(self.coarsest, most)
+        finer = np.log2(self.most / self.coarsest / len(window.grids) ** 0.5)
+        sizes = halvings(nodes, self.few) if nodes else [self.coarsest * 2**n for n in range(1 + int(finer))]
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
 
@@ -248,14 +249,20 @@ class CellSolver(Solver):
         return np.ones(1)
 
 
-def doublings(first, last):
-    """Numbers of cells along an axis, each twice the one before."""
-    return [int(first) * 2**n for n in range(1 + int(np.log2(last / first)))]
-
-
 def halvings(nodes, few=1024):
     """Numbers of cells along an axis up to a given one, three at least."""
     sizes = [nodes]
     while sizes[-1] > 2 * few or len(sizes) < 3:
         sizes.append((sizes[-1] + 1) // 2)
     return sizes[::-1]
+
+
+def spots(flags, periodic):
+    """Labels of connected cells, from 1; on a period across its ends."""
+    labels = label(flags, np.ones((3,) * flags.ndim))[0]
+    for axis in range(flags.ndim if periodic else 0):
+        first, last = (np.moveaxis(labels, axis, 0)[end] for end in (slice(1), slice(-1, None)))  # views
+        for place in zip(*np.nonzero((first > 0) & (last > 0))):
+            if first[place] != last[place]:
+                labels[labels == last[place]] = first[place]
+    return labels

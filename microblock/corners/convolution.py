@@ -37,8 +37,7 @@ class Waves:
         found[self.even[0] :] *= -1j
         for axis, count in enumerate(shape[:-1], start=1):
             found = ifft(found, axis=axis, **threads)[(slice(None),) * axis + (slice(count),)]
-        answer: Array = irfft(found, self.length[-1], **threads)[..., : shape[-1]]
-        return answer
+        return np.asarray(irfft(found, self.length[-1], **threads)[..., : shape[-1]])
 
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:

@@ -157,10 +157,6 @@ class Flexibility:
         found += (self.tilt * surface[1:]).sum(axis=0)
         return found if self.counter is None else found + self.counter @ forces
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return len(self.offsets), *self.tilt.shape[1:]
-
     @cached_property
     def _rows(self) -> Array:
         """(1, -s) of the corners, array (corners, 1 + d); of one corner (1,)."""
@@ -185,12 +181,9 @@ class Flexibility:
         both = np.zeros_like(beside), beside
         return both if self.clamped else both[::-1]
 
-    def precondition(self, gaps: Array) -> Array:
-        """Forces of least norm that leave about these gaps."""
-        return self.on_face(np.ones(gaps.shape, bool))(gaps)
-
     def on_face(self, there: Array) -> Callable[[Array], Array]:
-        """The preconditioner of some corners, boolean (corners, ...); of fewer than four that of all.
+        """From gaps to forces of least norm on some corners, boolean (corners, ...); of
+        fewer than four on all.
 
         C^-1 acts between B = D E^T (E D E^T)^+ and its transpose, E = (1, -s) of these corners, or with a
         second body (1, a b, -a, -b) for s = (a, b).

@@ -40,9 +40,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
     Parameters
     ----------
-    flexibility : object with ``@`` and ``precondition`` of arrays like g0; optionally ``on_face(there)``, the
-        preconditioner of some corners, and ``settled(forces, g0, slope)``, forces of lower q, of the same
-        gaps unless ``settling_displaces``
+    flexibility : object with ``@`` of arrays like g0, and ``on_face(there)``, a preconditioner of some
+        corners; optionally ``settled(forces, g0, slope)``, forces of lower q, of the same gaps unless
+        ``settling_displaces``
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -107,7 +107,7 @@ class _Problem:
         """Forces without displacement, or None."""
         if len(self.g0) < self.touch.size:
             return None
-        forces = self.H.precondition(np.ones(self.touch.shape))[self.touch]
+        forces = self.preconditioner(True)(np.ones(len(self.g0)))
         displaced = np.abs(self.displacement(forces)).max() > LEAST * self.unit * forces.max()
         return None if displaced or forces.min() < 0 else forces / forces.sum()
 
@@ -132,7 +132,7 @@ class _Problem:
         return (self.H @ self.spread(forces))[self.touch]
 
     def preconditioner(self, face):
-        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
+        on_face = self.H.on_face(self.spread(face) > 0)
         return lambda values: on_face(self.spread(values))[self.touch] * face
 
     def settled(self, forces, slope):

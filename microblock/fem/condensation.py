@@ -148,8 +148,11 @@ class Flexibility3D:
         """(u, phi1, phi2) at the nodes, array (3, n), under corner forces."""
         return self.nodes.surface(np.einsum("cin,cn->in", self.directions, forces))
 
-    def precondition(self, gaps):
-        """Forces of least norm that leave about these gaps."""
+    def on_face(self, there):
+        """A function from gaps to forces of least norm that leave about these; on all corners."""
+        return self._precondition
+
+    def _precondition(self, gaps):
         loads, factor = np.zeros(len(self._there)), self.nodes.factor
         wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
         held = factor @ (factor.T @ self._inverse.solve(wanted))

@@ -7,7 +7,7 @@ them along each axis, which keep force and moment, and
     gaps = S^T U2 S forces
 
 is positive. U2 is on a period the symbol, else the displacement at the centre of a cell under pressure on
-another, of a classical solid in closed form (Love 1929).
+another.
 
 Forces 1, -1, -1, 1 on a small block hardly displace the second body. These gaps get 0.003 of what short waves
 displace besides.
@@ -25,10 +25,9 @@ from scipy.sparse import csr_array
 from ..corners.convolution import Waves, embedded
 from ..corners.on_cells import NONE, wavenumbers
 from ..errors import BadArgument
-from ..halfplane.kernels import is_classical, normal_symbol, short_waves
+from ..halfplane.kernels import normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
-from .images import Response
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
@@ -88,7 +87,8 @@ class Counter:
             whole = _smooth(solid, count, width)
             whole[0, 0] = 0
         else:
-            whole = _without_images(solid, count + 2 * self.beyond, width)
+            quarter = kernels(solid).cells(count + 2 * self.beyond, width)[0]
+            whole = embedded(quarter, next_fast_len(2 * len(quarter), real=True), False, False)
         self.response = Waves((len(whole), len(whole)), [[whole]])
         self.held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
         self.twisted = self.held + float(np.max(whole * twist**2))
@@ -108,8 +108,7 @@ class Counter:
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        found: Array = self.response(self.pressed(forces)[None])[0]
-        return found
+        return np.asarray(self.response(self.pressed(forces)[None])[0])
 
     def above(self, forces: Array) -> Array:
         """Returns u2 at the contact points, array (n, n)."""
@@ -143,21 +142,6 @@ class Counter:
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
 
 
-def response(solid: Cosserat, period: float | None) -> Response:
-    """Returns the Response u2 to a force."""
-    scale = (1 - solid.nu) / solid.mu
-
-    def alone(r: Array) -> Array:
-        if is_classical(solid):
-            return scale / (2 * np.pi * r[None])
-        return kernels(solid)(r / solid.ell)[:1] * scale / solid.ell
-
-    def waves(k: Array) -> Array:
-        return np.asarray(normal_symbol(solid, k)[None])
-
-    return Response(alone, waves, (0,), lambda values, x, y: values, np.array([False]), np.zeros(1), period)
-
-
 def _smooth(solid: Cosserat, length: int, width: float) -> Array:
     k = wavenumbers(length, width, 2)[1]
     return normal_symbol(solid, k.ravel()).reshape(k.shape) / width**2
@@ -188,19 +172,3 @@ def _shares(shift: float, count: int, beyond: int) -> Any:
     found = csr_array((np.tile(weights, count), places), shape=(m, count))
     found.eliminate_zeros()
     return found
-
-
-def _without_images(solid: Cosserat, count: int, width: float) -> Array:
-    if is_classical(solid):
-        edges = (np.arange(count + 1) - 0.5) * width
-        whole = _love(edges[:, None], edges[None, :])
-        quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
-    else:
-        scale = (1 - solid.nu) / solid.mu / solid.ell
-        quarter = kernels(solid).cells(count, width / solid.ell)[0] * scale
-    return embedded(quarter, next_fast_len(2 * count, real=True), False, False)
-
-
-def _love(x: Array, y: Array) -> Array:
-    """Returns the integral of 1/r over the rectangle from 0 to (x, y), both nonzero."""
-    return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))

@@ -41,7 +41,7 @@ def window(
     reach = 3 * picture.radius
     found = _about(solver, [(box, reach) for box in _clusters(places, 1.5 * reach)], 1.5, 0.0)
     for number in range(TRIES):
-        if found is solver.whole:
+        if found == solver.given_window():
             return found
         counted(squares=len(found.grids))
         state, before = solver.solved(found, load, approach, solver.loose / FEW), found
@@ -82,7 +82,7 @@ def _about(solver: Any, parts: list[Part], times: float, width: float, most: int
     if len(parts) > most or (len(parts) > 1 and 3 * len(parts) * least**2 > single[1] ** 2):
         parts, widest = [single], single[1]
     if period and widest > period / 2:
-        return solver.whole
+        return solver.given_window()
     grids = []
     for box, side in parts:
         # few widths share tables, and those of the widest cells come first: their curvatures are least
@@ -120,7 +120,7 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     if solver.period:
         low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
     out = grid.beyond(*low[:, :2].T) > 0
-    outside, inside = (low[out, :2] if isinstance(grid, Grid) else _lowest(grid, low[out])), low[~out]
+    outside, inside = low[out, :2] if isinstance(grid, Grid) else _lowest(grid, low[out]), low[~out]
     cells, (H, g0) = grid.nearest(*inside[:, :2].T), solver.prepared(grid)
     f, mode = g0.min(axis=0), "wrap" if state.is_whole else "nearest"
     near = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode=mode)[tuple(cells)]
@@ -135,11 +135,10 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     return negative(outside, beyond(state, outside)), negative(inside[tip, :2], added)
 
 
-def _lowest(window: Any, low: Array) -> Array:
+def _lowest(window: Squares, low: Array) -> Array:
     """Returns the lowest sample, of an array (m, 3), in each cell of squares twice as wide: array (k, 2)."""
-    low, sides = low[np.argsort(low[:, 2])], np.array([grid.side for grid in window.grids])
-    number = np.argmin([grid.beyond(*window.near(grid, *low[:, :2].T)) for grid in window.grids], axis=0)
-    cells = np.floor(low[:, :2] / (sides / FEW)[number, None])
+    low = low[np.argsort(low[:, 2])]
+    cells = np.floor(low[:, :2] / (window.side / FEW)[window.nearest(*low[:, :2].T)[0], None])
     return np.asarray(low[np.unique(cells, axis=0, return_index=True)[1], :2])
 
 
@@ -154,10 +153,9 @@ def beyond(state: Any, places: Array) -> Array:
         near, wide = window.near(grid, *places.T), Grid(2 * FEW, grid.side / FEW, grid.middle)
         beside = wide.beyond(*near) < -wide.width / 2
         if beside.any():
-            added, where = (
-                solver.alone(wide, False) @ _shared(wide, grid, own[0]),
-                wide.steps(*near[:, beside]),
-            )
+            applied = np.zeros((len(forces), wide.count, wide.count))
+            np.add.at(applied, (slice(None), *wide.nearest(*grid.places)), own[0])
+            added, where = solver.alone(wide, False) @ applied, wide.steps(*near[:, beside])
             found[:, beside] += [map_coordinates(one, where, order=1) for one in added]
         for there, itself in ((~beside, False), (beside & bool(solver.period), True)):
             if there.any():
@@ -182,17 +180,6 @@ def _afar(solver: Any, grid: Grid, applied: Sequence[Array], places: Array, itse
     return np.asarray(found)
 
 
-def _shared(wide: Grid, grid: Grid, forces: Array) -> Array:
-    """Returns forces on a grid in shares at the four cells of a wider one next to each."""
-    steps, loads = wide.steps(*grid.places), np.zeros((len(forces), wide.count, wide.count))
-    first = np.floor(steps).astype(int)
-    for way in np.ndindex(2, 2):
-        share = np.prod([np.abs(1 - one - part) for one, part in zip(way, steps - first)], axis=0)
-        index: Any = slice(None), first[0] + way[0], first[1] + way[1]
-        np.add.at(loads, index, share * forces)
-    return loads
-
-
 def spots(state: Any) -> list[list[Array]]:
     """Returns the rectangles of connected cells that press, arrays (2, 2), of each square."""
     found = []
@@ -205,11 +192,11 @@ def spots(state: Any) -> list[list[Array]]:
     return found
 
 
-def reach_of(state: Any, rim: int) -> list[bool]:
-    """Returns of each square whether cells at its rim press, never on the whole of a period."""
+def reach_of(state: Any, rim: int) -> Array:
+    """Returns whether cells at the rims of squares press, never on the whole of a period: bool (squares,)."""
     closed = state.closed.reshape(len(state.grid.grids), state.grid.count, -1) > 0
     inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2))
-    return [not state.is_whole and bool(one < whole) for one, whole in zip(inner, closed.sum(axis=(1, 2)))]
+    return np.asarray((inner < closed.sum(axis=(1, 2))) & (not state.is_whole))
 
 
 def _around(places: Array) -> Array:

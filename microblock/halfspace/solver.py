@@ -13,15 +13,14 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import label
 
 from .. import cost
 from ..corners.active_set import ContactState
-from ..corners.cell_solver import CellSolution, CellSolver
+from ..corners.cell_solver import CellSolution, CellSolver, spots
 from ..corners.on_cells import Flexibility, Grid
-from ..corners.surface_law import closed_corners, on_surface
+from ..corners.surface_law import SurfaceLaw, closed_corners, on_surface
 from ..cost import Cost
-from ..errors import NOT_YET, BadArgument, NotConverged
+from ..errors import NOT_YET, BadArgument, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
 from ..model.material import Cosserat, joint_modulus
@@ -32,10 +31,9 @@ from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from . import search
 from .counter import Counter
-from .counter import response as second_response
 from .half_space import HalfSpace
+from .images import Response
 from .kernels import kernels
-from .kernels import response as first_response
 from .picture import FINE, Picture
 from .search import TRIES
 from .squares import Counters, Coupled, Squares
@@ -73,10 +71,15 @@ class SurfaceCells(CellSolution):
 
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
-        return self.between(self.pressures[corner], places)
+        return self.interpolated(self.pressures[corner], *places.T[:2])
 
     def between(self, values: Array, places: Array) -> Array:
-        """Returns values on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        """Returns values on cells, array (n, n), at places, array (k, 2) or (k, 3); raises BadArgument beside
+        the cells where that is not 0.
+        """
+        vanishes = not values.any() if values is self.opposite else not self.solver.surface_law.clamped
+        inside = vanishes or self.is_whole or np.all(self.grid.beyond(*places.T[:2]) <= 0)
+        require(inside, "points", places, "must lie in the squares, beside which this is not known")
         return self.interpolated(values, *places.T[:2])
 
     def counter_displacement(self, places: Array) -> Array:
@@ -116,7 +119,7 @@ class SurfaceSolver(CellSolver):
         self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> Any:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        goal, fixed = self.goal(rtol), self.whole or self.given_window()
+        goal, fixed = self.goal(rtol), self.given_window()
         picture = self._picture(load, approach, fixed)
         places = picture.deepest
         for _ in range(TRIES):
@@ -138,7 +141,7 @@ class SurfaceSolver(CellSolver):
 
     def window_of(self, load: float) -> Grid:
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
-        fixed: Grid | None = self.whole or self.given_window()
+        fixed: Grid | None = self.given_window()
         if fixed is not None:
             return fixed
         with counting("window"):  # of a path, whose results are events
@@ -204,10 +207,8 @@ class SurfaceSolver(CellSolver):
         return Coupled(grid, owns, law.tilt(*grid.places), self.response, counter)
 
     def alone(self, grid: Grid, periodic: bool) -> Flexibility:
-        law, second = self.surface_law, self.second
-        cells = grid.width, periodic
-        counter = second and Counter(second, self.solid.ell, law.offsets, grid.width, grid.count, periodic)
-        return flexibility(self.solid, law.offsets, law.tilt(*grid.places), *cells, law.clamped, counter)
+        """Returns the Flexibility of one square."""
+        return flexibility(self.solid, self.surface_law, grid, periodic, self.second)
 
     @cached_property
     def second(self) -> Any:
@@ -216,11 +217,11 @@ class SurfaceSolver(CellSolver):
 
     @cached_property
     def response(self) -> Any:
-        return first_response(self.solid, self.surface_law.clamped, self.period)
+        return Response(self.solid, self.surface_law.clamped, self.period)
 
     @cached_property
     def second_response(self) -> Any:
-        return second_response(self.second, self.period)
+        return Response(self.second, False, self.period)
 
     def completed(self, state: SurfaceCells, H: Flexibility, found: ContactState) -> SurfaceCells:
         """Returns a state with pressures of least norm, closed corners and a second body."""
@@ -251,44 +252,30 @@ class SurfaceSolver(CellSolver):
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
         return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
 
-    @cached_property
-    def whole(self) -> Grid | None:
-        """The period as a Grid, or None."""
-        return self.given_window() if self.period else None
-
 
 def flexibility(
-    solid: Cosserat,
-    offsets: Array,
-    tilt: Array,
-    width: float,
-    periodic: bool,
-    clamped: bool,
-    counter: Counter | None = None,
+    solid: Cosserat, law: SurfaceLaw, grid: Grid, periodic: bool, second: Cosserat | None = None
 ) -> Flexibility:
-    """Returns the Flexibility of corners on as many cells as there are tilts."""
+    """Returns the Flexibility of the corners of a law on a Grid, with a second body."""
+    count, width = grid.count, grid.width
 
     def cells() -> Array:
-        found = kernels(solid).cells(tilt.shape[-1], width / solid.ell, clamped)
-        found *= (1 - solid.nu) / solid.mu / solid.ell
-        if clamped:
-            found[1:] *= width**2 / solid.ell * solid.mu / (1 - solid.nu)
+        found = kernels(solid).cells(count, width, law.clamped)
+        found[1:] *= width**2 if law.clamped else 1.0
         return found
 
-    rest = at_rest(solid) if periodic else None
-
-    return Flexibility(offsets, tilt, clamped, width, rest, partial(symbol, solid), cells, counter)
+    rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
+    counter = second and Counter(second, solid.ell, law.offsets, width, count, periodic)
+    return Flexibility(law.offsets, law.tilt(*grid.places), law.clamped, width, rest, waves, cells, counter)
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:
     """Returns the load's share on spots of fewer cells."""
-    # on a period spots go on beyond its rim
-    n, repeats = state.grid.count, 1 + state.is_whole
-    pressed, forces = state.total.reshape(-1, n, n) > 0, (state.total * state.grid.area).reshape(-1, n, n)
-    cross = np.array((np.zeros((3, 3)), np.ones((3, 3)), np.zeros((3, 3))))
-    labels = label(np.tile(pressed, (1, repeats, repeats)), cross)[0]
-    sizes = np.bincount(labels.ravel())[labels].reshape(-1, repeats, n, repeats, n).max(axis=(1, 3))
-    return float(forces[(sizes < least) & pressed].sum() / forces.sum())
+    load = 0.0
+    for forces in state.total.reshape(-1, *[state.grid.count] * 2) * np.reshape(state.grid.area, (-1, 1, 1)):
+        labels = spots(forces > 0, state.is_whole)
+        load += forces[(np.bincount(labels.ravel())[labels] < least) & (labels > 0)].sum()
+    return float(load / state.load)
 
 
 def _of_changes(changes: list[float]) -> float:

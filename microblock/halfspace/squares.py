@@ -58,9 +58,9 @@ class Squares:
 
     def near(self, grid: Grid, *x: Array) -> Array:
         """Returns the images of places next to the middle of a square, array (2, ...)."""
-        apart = np.array([along - middle for along, middle in zip(x, grid.middle)])
-        apart -= (self.period or 0.0) * np.rint(apart / (self.period or 1.0))
-        return np.array([part + middle for part, middle in zip(apart, grid.middle)])
+        middle = np.reshape(grid.middle, (2, *[1] * np.ndim(x[0])))
+        images = np.rint((x - middle) / (self.period or np.inf))
+        return np.asarray(x - images * (self.period or 0.0))
 
     def nearest(self, *x: Array) -> Array:
         """Returns the square and the cell next to places, array (3, ...) of int."""

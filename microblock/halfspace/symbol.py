@@ -9,9 +9,9 @@ modes solve the field equations,
     w = beta exp(s x3), psi = curl(exp(s x3) e2),   s^2 = k^2 + 1/L^2,  1/L^2 = 2 beta/(ell^2 gamma')
 
 (each with ``exp(i k x1)``), and ``sigma_23 = m_33 = 0`` at the surface leaves, with ``g = gamma' + beta'``,
-``tau = 2 beta/ell^2`` and ``T = g k^2 + tau``,
+``G = alpha' + beta' + gamma'`` and ``tau = 2 beta/ell^2``,
 
-    psi1/M1 = (1 + eta) tau s/(mu ell^2 [(1 + eta) T^2 - g^2 k^2 s (eta k + s1)]).
+    psi1/M1 = s/(mu ell^2 {2 g k^2 + tau - g^2 k^2 [s/(G (s1 + k)) + k/(gamma' (s + k))]}).
 
 With ``phi = ell psi/2`` and ``m = 2 M/ell`` this is W_par = (ell^2/4) psi1/M1.
 """
@@ -35,24 +35,13 @@ def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
     return U, V, W, along(solid, k)
 
 
-def along(solid: Cosserat, k: Array, shear: Array | None = None, spread: Array | None = None) -> Array:
-    """Returns W_par at wavenumbers k (1/length), also complex, without cancellation; `shear` and `spread`,
-    arrays like k, are s and s1.
-    """
-    eta, ell = solid.eta, solid.ell
-    g, tau = solid.curvature + solid.beta_prime, 2 * solid.beta / ell**2
-    rate, rate1 = 2 * solid.beta / (ell**2 * solid.curvature), spread_rate(solid)
-    s = np.sqrt(k**2 + rate) if shear is None else shear
-    s1 = np.sqrt(k**2 + rate1) if spread is None else spread
-    d, d1 = rate / (s + k), rate1 / (s1 + k)  # s - k, s1 - k
-    lost = k * d1 + (1 + eta) * k * d + d * d1  # s (eta k + s1) - (1 + eta) k^2
-    whole = (1 + eta) * (2 * g * tau * k**2 + tau**2) - g**2 * k**2 * lost
-    return (1 + eta) * tau * s / (4 * solid.mu * whole)
-
-
-def spread_rate(solid: Cosserat) -> float:
-    """Returns s1^2 - k^2 (1/length^2)."""
-    return 4 * solid.eta / (solid.ell**2 * (solid.alpha_prime + solid.beta_prime + solid.curvature))
+def along(solid: Cosserat, k: Array) -> Array:
+    """Returns W_par at wavenumbers k (1/length)."""
+    g, tau = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2
+    G = g + solid.alpha_prime
+    s, s1 = np.sqrt(k**2 + tau / solid.curvature), np.sqrt(k**2 + 4 * solid.eta / (solid.ell**2 * G))
+    held = s / (G * (s1 + k)) + k / (solid.curvature * (s + k))
+    return s / (4 * solid.mu * (2 * g * k**2 + tau - (g * k) ** 2 * held))
 
 
 def require_stable(solid: Cosserat) -> None:

@@ -123,7 +123,10 @@ class _Dense:
     def __matmul__(self, forces):
         return (self._H @ forces.ravel()).reshape(forces.shape)
 
-    def precondition(self, values):
+    def on_face(self, there):
+        return self._precondition
+
+    def _precondition(self, values):
         return values / np.diag(self._H).reshape(values.shape)
 
 

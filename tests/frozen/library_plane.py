@@ -101,7 +101,8 @@ def of_averages():
 
 def as_matrix(flexibility):
     """A product as a matrix, by unit forces."""
-    forces = np.eye(np.prod(flexibility.shape)).reshape(-1, *flexibility.shape)
+    shape = len(flexibility.offsets), *flexibility.tilt.shape[1:]
+    forces = np.eye(np.prod(shape)).reshape(-1, *shape)
     return np.array([(flexibility @ one).ravel() for one in forces]).T
 
 
@@ -116,7 +117,7 @@ def of_products():
                 own = flexibility(line, law, grid, second)
                 values = {
                     "": own @ forces,
-                    " back": own.precondition(own @ forces),
+                    " back": own.on_face(np.ones(forces.shape, bool))(own @ forces),
                     " matrix": as_matrix(own) if count < 300 else None,
                 }
                 values[" aside"] = own.aside and own.aside(forces)

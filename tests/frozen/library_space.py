@@ -11,6 +11,7 @@ import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
+from microblock.corners.on_cells import Grid
 from microblock.corners.surface_law import on_surface
 from microblock.fem import meshes, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
@@ -262,14 +263,19 @@ def of_kernels():
     names, parts = ("u", "v", "w0", "w2", "u clamped", "m clamped"), ("u", "v1", "v2", "w11", "w12", "w22")
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
-        table = kernels.kernels(solid)
-        cells = {"free": table.cells(14, 0.2), "clamped": table.cells(14, 0.2, clamped=True)}
+        table, ell = kernels.kernels(solid), solid.ell
+        # over c/ell, moments of psi = 0 over 1/ell^2
+        scale = np.array([ell * solid.mu / (1 - solid.nu)] * 5 + [ell**2])
+        cells = {
+            "free": (table.cells(14, 0.2 * ell).T * scale[0]).T,
+            "clamped": (table.cells(14, 0.2 * ell, clamped=True).T * scale[[4, 5, 5]]).T,
+        }
         symbols = zip(("U", "V", "W", "W along"), symbol.symbol(solid, k))
         found |= {
             **{f"symbol {name} {part} at k={at:g}": x for part, own in symbols for at, x in zip(k, own)},
             **{
                 f"kernel {name} {part} at r={at:g}": x
-                for part, own in zip(names, table(r))
+                for part, own in zip(names, (table(r * ell).T * scale).T)
                 for at, x in zip(r, own)
                 if part != "w2" or at > 1e-3  # w2 vanishes there, a difference of equal numbers
             },
@@ -304,13 +310,13 @@ def of_second_bodies():
 
 def of_products():
     """The flexibility of cells on a field of forces, and its preconditioner."""
-    found, solid, x = {}, mb.Cosserat(**given.TWISTED), 0.11 * np.arange(8)
+    found, solid, grid = {}, mb.Cosserat(**given.TWISTED), Grid(8, 0.11, (0.385, 0.385))
     for name, pair in {**given.LAWS, "varying": given.VARYING}.items():
         law = on_surface(_made(pair))
-        own, tilt = FORCES[: len(law.offsets)], law.tilt(*np.meshgrid(x, x, indexing="ij"))
+        own = FORCES[: len(law.offsets)]
         for where, periodic in (("alone", False), ("on a period", True)):
-            H = flexibility(solid, law.offsets, tilt, 0.11, periodic, law.clamped)
-            parts = {"gap": H @ own, "preconditioned": H.precondition(own)}
+            H = flexibility(solid, law, grid, periodic)
+            parts = {"gap": H @ own, "preconditioned": H.on_face(np.ones(own.shape, bool))(own)}
             beside = {} if len(own) > 1 else dict(enumerate(H.aside(own)[:, 3, 5], 1))
             values = {f"{part} {i}": one[3, 5] for part, each in parts.items() for i, one in enumerate(each)}
             values |= {f"beside {i}": value for i, value in beside.items()}

@@ -43,6 +43,28 @@ def drawn(seed, least=-0.5):
     )
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_nodes_at_one_place_share_what_one_carries(seed):
+    """Half of their pivots are singular, and are left out."""
+    single = drawn(seed, -1.5)
+    n = single.nodes
+    both = np.tile(np.arange(n), 2)
+    whole = np.ix_(both, both)
+    double = replace(
+        single,
+        normal=single.normal[whole],
+        cross=single.cross[whole],
+        tangential=single.tangential[whole],
+        gaps=single.gaps[both],
+    )
+    for shear in (0.0, 0.8 * single.friction):
+        alone, shared = (Follower(contact).to(5.0, 5.0 * shear) for contact in (single, double))
+        for name in ("normal", "tangential"):
+            forces = getattr(shared, name).reshape(2, n).sum(axis=0)
+            assert forces == pytest.approx(getattr(alone, name), abs=1e-12)
+        assert shared.residual < 1e-12
+
+
 def all_rates(contact, now, way):
     """All rates of (n, t) at a Moment while the loads go on by `way`: each node that may is open, sticks or
     slips either way, from the compliances alone.

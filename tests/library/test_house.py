@@ -39,7 +39,6 @@ INSIDE = {  # what tests may name of the library beside its public names, and wh
 PRIVATE = {  # modules of which tests take private names: there no public call reaches what is tested
     "microblock.corners.active_set": "pivoting alone, and a tableau that is spoilt",
     "microblock.halfspace.solver": "cells of a state that are made finer, and loads beyond them",
-    "microblock.halfspace.kernels": "a pole of the symbol",
     "microblock.path": "returns on a path",
 }
 

@@ -263,6 +263,19 @@ def test_squares_on_a_period_have_the_state_of_one_grid(law, second):
     assert several.approach == pytest.approx(single.approach, rel=1e-3)
 
 
+def test_what_squares_do_not_know_beside_them_is_refused():
+    """A pressure there is 0, the displacement of a second body and the moments that hold psi = 0 are not."""
+    far, other = np.array([(50.0, 0.0)]), mb.HalfSpace(mb.Cosserat(E=2, nu=0.2, ell=0.2, beta=1))
+    clamped = problem(SPHERE, LAWS[2], nodes=32).solve(load=0.05)
+    pressed = problem(mb.Deformable(other, SPHERE), BLOCKS, nodes=32).solve(load=0.05)
+    for state, asked in ((clamped, clamped.micromoment_at), (pressed, pressed.counter_displacement)):
+        assert state.pressure_at(far) == 0 and np.isfinite(asked(state.points)).all()
+        for refused in (lambda: asked(far), lambda: state.gap_at(list(state.pressures)[0], far)):
+            with pytest.raises(mb.BadArgument):
+                refused()
+    assert not clamped.counter_displacement(far).any() and not pressed.micromoment_at(far).any()
+
+
 def test_several_squares_are_shown_and_written(tmp_path):
     """Cells of all squares, one after the other; what one grid alone has is None."""
     state = problem(spheres, BLOCKS, nodes=32).solve(load=0.05)
