@@ -61,7 +61,7 @@ EQUIVALENT = {
     "on_cells.py:181: index: 0 -> 1": "a preconditioner of rotated blocks: other steps to the same state",
     "factor: (slope + ahead) / 2 -> ": "of a line search: other steps to the same state",
     "factor: turned * np.sign(np.nanmedian(turned)) -> ": "the least sine of an angle: no mesh is between",
-    "path.py:188: factor: (high.load": "bounds a step of differences, which moves loads within their errors",
+    "zone_path.py:214: factor: (high.load": "bounds a step of differences: loads move within their errors",
 }
 
 
