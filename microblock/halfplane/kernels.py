@@ -15,12 +15,9 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike
 
-from ..corners.compliance import Compliance
-from ..errors import BadArgument, require_numbers
+from ..errors import BadArgument
 from ..model.bodies import Unbounded
-from ..model.law import level_surface
 from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
 from ..model.quadrature import gauss_rule
@@ -199,35 +196,6 @@ class HalfPlane(Unbounded):
     def methods(self) -> tuple[type[Panels | Cells], ...]:
         """The methods that solve on it, the usual one first."""
         return (Panels, Cells) if self.period is None else (Cells,)
-
-    def compliance(self, x: ArrayLike, clamped: bool = False) -> Compliance:
-        """Returns the Compliance of equal cells of constant pressure and micromoment.
-
-        Parameters
-        ----------
-        x : array (n,), n >= 2
-            Centres of the cells, ascending and equally spaced (lengths).
-        clamped : bool
-            Whether psi = 0 on the whole surface.
-
-        Raises
-        ------
-        BadArgument
-            If x is not equally spaced, or the half-plane has a period.
-        """
-        if self.period is not None:
-            raise BadArgument("period", self.period, "has no dense compliance: solve on Cells()")
-        places = require_numbers(x=x)
-        width = np.diff(places)
-        if len(places) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
-            raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
-        own = self.cells(len(places), width[0], (3,) if clamped else (0, 1, 2))
-        apart = np.arange(len(places))[:, None] - np.arange(len(places))
-        U, V, W = (*own[:, np.abs(apart)], 0 * apart, 0 * apart)[:3]
-        # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
-        sign, half = np.sign(apart), self.solid.ell / 2
-        matrix = np.block([[U, sign * V / half], [-sign * V / half, W / half**2]])
-        return Compliance(*level_surface(places), np.full(len(places), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array

@@ -52,8 +52,7 @@ def of_shear_kernels():
     for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
         found[f"normal kernel {name}"] = digest(kernels.normal_kernel(own, places))
         found[f"normal symbol {name}"] = digest(kernels.normal_symbol(own, np.abs(places)))
-    matrix = mb.HalfPlane(solid).compliance(np.linspace(-0.1, 0.1, 4), clamped=True).matrix
-    return found | {"compliance clamped": digest(matrix)}
+    return found
 
 
 def of_averages():
@@ -338,7 +337,6 @@ def refusals():
             mb.HalfPlane(solid, 1.0), deformable, mb.Microblock()
         ).solve(1.0),
         "fields at points above the surface": lambda: library.solve(given.PANELS[1]).fields([0.0], [0.1]),
-        "compliance of a text": lambda: half.compliance("x"),
         "noise": lambda: mb.Contact(
             half, lambda x: x**2 + np.random.default_rng(0).random(np.shape(x)), mb.Microblock()
         ).solve(1.0),
