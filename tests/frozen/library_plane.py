@@ -8,7 +8,6 @@ from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
 from microblock.halfplane import averages, carried, first_zones, kernels, shear_cells
-from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_panels import Memory
@@ -50,7 +49,7 @@ def of_shear_kernels():
             **{f"cells {name} {part}": digest(values[few]) for part, values in cells},
         }
     for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
-        found[f"normal kernel {name}"] = digest(kernels.normal_kernel(own, places))
+        found[f"normal kernel {name}"] = digest(kernels.on_the_line(own, places, (0,))[0])
         found[f"normal symbol {name}"] = digest(kernels.normal_symbol(own, np.abs(places)))
     return found
 
@@ -66,7 +65,7 @@ def of_averages():
     ):
         solid = solid_of(**other)
         apart, both = middle[:, None] - middle, (width, width[:, None])
-        normal = averages.normal_averages(solid, apart, *both)
+        normal = averages.averaged(solid, apart, *both, (0,))[0]
         alike = shear_cells.averages(solid, edges, which)
         shifted = averages.averaged(solid, apart + solid.ell, *both, which)
         found |= {
@@ -77,7 +76,7 @@ def of_averages():
             },
             f"normal averages {name}": digest(normal),
             f"normal averages {name} of a cell": normal[3, 3],
-            f"normal averages {name} far": float(averages.normal_averages(solid, [40.0], 0.1, 0.2)[0]),
+            f"normal averages {name} far": float(averages.averaged(solid, [40.0], 0.1, 0.2, (0,))[0, 0]),
         }
     for name, law in LAWS.items():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
@@ -104,6 +103,12 @@ def as_matrix(flexibility):
     return np.array([(flexibility @ one).ravel() for one in forces]).T
 
 
+def flexibility(line, law, grid, second=None):
+    flat = mb.Obstacle(lambda x: 0 * x) if line.period else mb.Cylinder(R=10.0)
+    obstacle = flat if second is None else mb.Deformable(second, flat)
+    return mb.Contact(line, obstacle, law, mb.Cells()).solver.flexibility(grid)
+
+
 def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
     found, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
@@ -112,7 +117,7 @@ def of_products():
         for name, law in LAWS.items():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
             for body, second in bodies.items():
-                own = flexibility(line, law, grid, second)
+                own = flexibility(line, law, grid, second and mb.HalfPlane(second, period))
                 values = {
                     "": own @ forces,
                     " back": own.precondition(own @ forces),
