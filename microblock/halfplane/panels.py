@@ -99,7 +99,7 @@ def make_panels(problem, zones, order):
     rows = [
         (corner, *part)
         for corner, intervals in zones.items()
-        for row in _rows(problem, zones, order, problem.kinks, intervals)
+        for row in _rows(problem, zones, problem.kinks, intervals)
         for part in short_enough(problem, *row)
     ]
     corner, e, h, root = map(np.array, zip(*rows))
@@ -114,14 +114,14 @@ def panels_outside(problem, zones, order):
     for left, right in reduce(common, zones.values()):
         rest = without(rest, left, right)
     rows = []
-    for anchor, length, root in _rows(problem, zones, order, kinks, rest):
+    for anchor, length, root in _rows(problem, zones, kinks, rest):
         beside = contains(touched, np.array([anchor + length / 2])).any()
         rows += short_enough(problem, anchor, length, root) if beside else [(anchor, length, root)]
     e, h, root = np.reshape(rows, (-1, 3)).T
     return Panels(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
 
 
-def _rows(problem, zones, order, kinks, intervals):
+def _rows(problem, zones, kinks, intervals):
     edges = zone_edges(problem.all_zones(zones))
     singular = {*edges, *kinks}
     for left, right in intervals:
@@ -131,12 +131,7 @@ def _rows(problem, zones, order, kinks, intervals):
         breaks = sorted({start, right, *(x for x in singular if start < x < right)})
         for pair in zip(breaks, breaks[1:]):
             roots = tuple(x in singular for x in pair)
-            # at a tip p has a power of r below 1, which short panels bear
-            shorter = 64 ** ((6 - order) / 4)
-            longest = [problem.solid.ell * (shorter if x in problem.tips else 1.0) for x in pair]
-            first = tuple(
-                min([most, *(abs(x - edge) for edge in edges if edge != x)]) for x, most in zip(pair, longest)
-            )
+            first = [min([problem.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair]
             yield from _between(*pair, roots, first)
 
 

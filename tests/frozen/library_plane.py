@@ -197,9 +197,9 @@ def of_pictures():
     """What is detected of obstacles from their heights: (name, value, how far it may move)."""
     for name, shape in SHAPES.items():
         own = picture.picture(Problem(solid_of(), mb.Microblock(), shape), 1.0)
-        parts = "kinks", "ends", "steps", "tips", "stretches", "minima"
+        parts = "kinks", "ends", "steps", "stretches", "minima"
         counts = [f"{len(getattr(own, part))} {part}" for part in parts if len(getattr(own, part))]
-        values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps", "tips")}
+        values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps")}
         values["end"] = np.clip(own.ends, -9, 9)
         yield f"picture {name}", f"{', '.join(counts)}{', simple' if own.simple else ''}", "outcome"
         yield f"picture {name} rise", own.rise, "definition"

@@ -19,7 +19,7 @@ def slanted(x):
 
 
 def test_of_small_blocks_the_contact_is_that_of_hertz_with_both_moduli():
-    """Bodies differ by a multiple of ell, so that two sizes extrapolate to Hertz: 1e-4, a few cells, is left."""
+    """Bodies differ by a multiple of ell: two sizes extrapolate to Hertz, to 1e-4, a few cells."""
     hertz, found = np.sqrt(40 / np.pi * (1 / OTHER.E_star + (1 - 0.3**2) / 100)), []
     for ell in (0.008, 0.004):
         body = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1))
