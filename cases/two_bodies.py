@@ -9,7 +9,7 @@ block's side away.
             per thickness
 :Equations: (10)-(18) in both, corner gaps (20)-(22), contact conditions (26); a corner presses the second
             body half a block beside the contact point
-:Method:    cells on the contact line, under the rigid body panels, no mesh
+:Method:    panels on the contact line, no mesh
 :Reference: Hertz for small blocks, with :math:`1/E^* = 1/E_1^* + 1/E_2^*`; a rigid second body
 :Units:     those of Hertz with both moduli: lengths over :math:`a_\\mathrm{Hz}`, pressures over
             :math:`p_\\mathrm{Hz}`

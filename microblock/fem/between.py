@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..halfplane.singular import log_sizes
+from ..halfplane.carried import log_sizes
 from ..halfplane.survey import Violation
 from ..model import law as laws
 from ..model import picture
@@ -121,10 +121,10 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     edges : places where pressures are singular
     reach : length, below which r0 stays
     """
-    sizes = log_sizes(replace(problem, mirror=False), zones)
+    sizes = log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
         for corner, K in sizes.get(place, {}).items():
-            if K >= 0 or corner not in problem.kinks[place] or not x[0] <= place <= x[-1]:
+            if K >= 0 or not x[0] <= place <= x[-1]:
                 continue
             far = min([reach, *(0.4 * abs(edge - place) for edge in edges if edge != place)])
             r, sides = np.abs(x - place), np.count_nonzero([(x < place).any(), (x > place).any()])

@@ -21,10 +21,9 @@ from ..model.zones import distance, distance_to_ends, runs
 from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, gap_kernel, symbol
+from .kernels import HalfPlane, at_rest, counter_short_waves, gap_kernel, short_waves, symbol
 from .kinks import corrections, logarithms
 from .sampled import left_open, said
-from .singular import log_strengths, slope_jumps
 
 
 class LineCells(CellSolution, LineSolution):
@@ -76,7 +75,12 @@ class LineCells(CellSolution, LineSolution):
         cells = self.grid.steps(x)[0]
         numbers = np.clip(np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None], 0, self.grid.count - 1)
         closed = np.all(self.pressures[:, numbers] > 0, axis=1)
-        return cells, log_strengths(self.problem, x, jumps, closed)
+        problem, levers = self.problem, self.problem.levers(x)
+        displacement, rotation = short_waves(problem.solid)
+        between, alone = displacement + rotation * levers * levers[:, None], np.eye(len(levers))[..., None]
+        between = between + counter_short_waves(problem.counter) * alone
+        between = np.where(closed & closed[:, None], between, alone)
+        return cells, np.linalg.solve(between.T, (closed * jumps).T[..., None])[..., 0].T / np.pi
 
     @cached_property
     def _logarithms(self):
@@ -131,8 +135,7 @@ class LineSolver(CellSolver):
 
     @property
     def besides(self):
-        alone = self.has_level or (self.problem.counter and len(self.offsets) > 1)  # and no panels
-        return "" if alone else "take Panels() under a smooth obstacle"
+        return "" if self.has_level else "take Panels() under a smooth obstacle"  # none on a period
 
     @cached_property
     def problem(self):
@@ -154,7 +157,10 @@ class LineSolver(CellSolver):
 
     @cached_property
     def kinks(self):
-        return slope_jumps(self.problem)
+        """Contact points at which the slope of a gap jumps, array (k,), and jumps, array (corners, k)."""
+        known, corners = self.problem.kinks, range(len(self.law.corners))
+        jumps = [[known[x].get(corner, 0.0) for x in sorted(known)] for corner in corners]
+        return np.array(sorted(known)), np.array(jumps)
 
     def change(self, coarse, fine):
         if not len(self.kinks[0]):

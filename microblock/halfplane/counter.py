@@ -9,18 +9,19 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from ..corners.on_cells import wavenumbers
 from .averages import averaged
-from .kernels import gap_kernel, normal_symbol, on_the_line
-
-
-def joint_kernel(problem, distance, target, source):
-    """`gap_kernel` and, of a problem with one corner, what a second body adds (length/force)."""
-    own = gap_kernel(problem, distance, target, source)
-    return own if problem.counter is None else own + counter_kernel(problem, distance, target, source)
+from .kernels import normal_symbol, on_the_line
 
 
 def counter_kernel(problem, distance, target, source):
     """Displacement of the second body under a unit force (length/force)."""
     return on_the_line(problem.counter, distance, (0,))[0]
+
+
+def counter_flexibility(problem, x, widths):
+    """Gaps of all corners from pressures of cells by way of the second body: array (corners n, corners n)."""
+    places = np.concatenate([x - shift for shift in problem.shifts])
+    widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
+    return averaged(problem.counter, places[:, None] - places, widths, widths[:, None], (0,))[0]
 
 
 class CounterCells:

@@ -15,7 +15,9 @@ from ..model.progress import counted
 from ..model.quadrature import gauss_rule
 from ..model.zones import zone_edges
 from ..threads import released
-from .counter import joint_kernel
+from .carried import decay
+from .counter import counter_kernel
+from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import make_panels, response
 
@@ -31,7 +33,12 @@ def solve_zones(problem, panels, load):
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
     lever = problem.lever(corner, x)
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, 2))
-    system[:count, :count], raised = response(problem, panels, x, lever, joint_kernel)
+    system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
+    if problem.counter is not None:
+        places = x - np.array(problem.shifts)[corner]
+        by_counter = response(problem, panels, places, 0 * x, counter_kernel, problem.shifts)
+        system[:count, :count] += by_counter[0]
+        raised = raised + by_counter[1]
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
     right[:count, 0] = -(problem.initial_gap(corner, x) + raised)
@@ -107,6 +114,7 @@ def fit(problem, load, zones, order, tolerance):
             f"edges of the zones still off by {best.estimate.edges:.1e} of the pressure at load {load:g}",
             iterations=iterations,
         )
+    _require_finite_chain(problem, best.zones)
     return best
 
 
@@ -178,3 +186,18 @@ def _annihilated(edges):
             edges[i : i + 2, 2:] = (middle - half, 0), (middle + half, 0)
         else:
             edges = np.delete(edges, (i, i + 1), axis=0)
+
+
+def _require_finite_chain(problem, zones):
+    """NotConverged where a corner touches an edge of the second body."""
+    touched = [
+        edge
+        for corner, intervals in zones.items()
+        for edge in np.ravel(intervals)
+        if edge in problem.ends.get(corner, ())
+    ]
+    if touched and decay(problem):
+        raise NotConverged(
+            f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's "
+            "side apart, which panels do not follow: take Cells()"
+        )

@@ -6,7 +6,7 @@ from ..corners import active_set
 from ..errors import NotConverged
 from ..model.quadrature import gauss_rule
 from ..model.zones import runs
-from .averages import averaged
+from .counter import counter_flexibility
 from .kernels import cell_rule, on_the_line
 from .panels import short_enough
 
@@ -100,7 +100,7 @@ def _flexibility(problem, x, widths):
         (U, V, W), levers = found, [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
         matrix = np.block([[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers])
     if problem.counter is not None:
-        matrix = matrix + averaged(problem.counter, x[:, None] - x, widths, widths[:, None], (0,))[0]
+        matrix = matrix + counter_flexibility(problem, x, widths)
     return (matrix + matrix.T) / 2
 
 

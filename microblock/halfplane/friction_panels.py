@@ -327,6 +327,9 @@ class PanelFriction(OnPanels):
     def work(self):
         return self.energy + self.dissipation
 
+    def gap(self, corner, x):
+        return self.own.gap(corner, x)  # shear moves both surfaces alike
+
     def _sheared(self, x):
         none = np.zeros_like(x)
         parts = (factor * one._response(x, none, both_shear_kernels) for factor, one in self.parts)

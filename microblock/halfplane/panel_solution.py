@@ -13,7 +13,8 @@ from ..model.state import ErrorParts, LineSolution
 from ..model.types import CornerZones
 from ..model.zones import contains, distance, without
 from ..threads import bounded
-from .counter import counter_kernel, joint_kernel
+from .carried import carried
+from .counter import counter_kernel
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, response
 from .subsurface import fields_at
@@ -91,8 +92,9 @@ class OnPanels(LineSolution):
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends if np.isfinite(end)]
         ends += [-end for end in ends if self.problem.mirror]
+        infinite = carried(self.problem, dict.fromkeys(ends, 1.0), panels.order)
         values = rows @ lagrange(panels.points[0], np.zeros(1))[0]
-        return np.where(panels.root & ~np.isin(panels.e, ends), values, 0.0)
+        return np.where(panels.root & ~np.isin(panels.e, infinite), values, 0.0)
 
     def pressure(self, corner, x):
         x = np.asarray(x, float)
@@ -152,8 +154,8 @@ class OnPanels(LineSolution):
         without, with_lever = self._response(x, none, both_gap_kernels)
         return without, 2 / self.problem.solid.ell * (with_lever - without)
 
-    def _response(self, x, lever, kernel):
-        matrix, known = response(self.problem, self.panels, x, lever, kernel)
+    def _response(self, x, *kernel):
+        matrix, known = response(self.problem, self.panels, x, *kernel)
         return matrix @ self.q + known
 
     def gap(self, corner, x):
@@ -161,12 +163,15 @@ class OnPanels(LineSolution):
         return (
             self.problem.initial_gap(numbers, x)
             - self.approach
-            + self._response(x, self.problem.lever(numbers, x), joint_kernel)
+            + self._response(x, self.problem.lever(numbers, x), gap_kernel)
+            + self.counter_displacement(x - self.problem.shifts[corner])
         )
 
     def counter_displacement(self, x):
         none = np.zeros_like(x)
-        return none if self.problem.counter is None else self._response(x, none, counter_kernel)
+        if self.problem.counter is None:
+            return none
+        return self._response(x, none, counter_kernel, self.problem.shifts)
 
     @bounded
     def surface(self, window=None):

@@ -92,13 +92,6 @@ class PanelSolver(Solver):
         return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter)
 
     def _pictured_problem(self, load):
-        if self.problem.counter is not None and self.problem.shifts != (0.0,):
-            raise BadArgument(
-                "method",
-                self.options,
-                "takes a second body under laws with one corner at its contact point alone: what one corner "
-                "leaves in it others feel a block's side away; Cells() take all",
-            )
         found = self.picture(load)
         if found.steps:
             raise BadArgument(

@@ -13,8 +13,8 @@ from scipy.special import beta, betainc, eval_legendre
 
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.zones import common, contains, joined, without, zone_edges
-from .singular import log_sizes
+from ..model.zones import common, contains, joined, without
+from .carried import carried_edges, log_sizes
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,11 @@ def _log_weights(order):
 
 def make_panels(problem, zones, order):
     """Panels on the zones {corner: ((left, right), ...)}, broken at edges and kinks."""
-    sizes = log_sizes(problem, zones)
+    sizes = log_sizes(problem, zones, order)
     rows = [
         (corner, *part)
         for corner, intervals in zones.items()
-        for row in _rows(problem, zones, problem.kinks, intervals)
+        for row in _rows(problem, zones, order, {*problem.kinks, *sizes}, intervals)
         for part in short_enough(problem, *row)
     ]
     corner, e, h, root = map(np.array, zip(*rows))
@@ -109,20 +109,20 @@ def make_panels(problem, zones, order):
 
 def panels_outside(problem, zones, order):
     """Panels of corner 0 where a corner out of contact could touch."""
-    kinks, touched = log_sizes(problem, zones), joined(pair for own in zones.values() for pair in own)
+    kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
     rest = [problem.reach]
     for left, right in reduce(common, zones.values()):
         rest = without(rest, left, right)
     rows = []
-    for anchor, length, root in _rows(problem, zones, kinks, rest):
+    for anchor, length, root in _rows(problem, zones, order, {*kinks}, rest):
         beside = contains(touched, np.array([anchor + length / 2])).any()
         rows += short_enough(problem, anchor, length, root) if beside else [(anchor, length, root)]
     e, h, root = np.reshape(rows, (-1, 3)).T
     return Panels(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
 
 
-def _rows(problem, zones, kinks, intervals):
-    edges = zone_edges(problem.all_zones(zones))
+def _rows(problem, zones, order, kinks, intervals):
+    edges = carried_edges(problem, zones, order)
     singular = {*edges, *kinks}
     for left, right in intervals:
         if half_line(problem) and right < 0:
@@ -161,12 +161,13 @@ def short_enough(problem, anchor, length, root):
     return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
 
 
-def response(problem, panels, x, lever, kernel):
+def response(problem, panels, x, lever, kernel, shifts=(0.0, 0.0)):
     """Integrals of a kernel against q, (n, m) or (values, n, m), and against the known logarithms, (n,) or
-    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation.
+    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation; targets lie `shifts` farther
+    right of the sources of each corner.
     """
     panels = panels.whole(problem)
-    matrix, known = _block(problem, panels, x[:, None] + np.zeros(len(panels.e)), lever, kernel)
+    matrix, known = _block(problem, panels, x[:, None] + np.array(shifts)[panels.corner], lever, kernel)
     half = matrix.shape[-1] // 2
     return (matrix[..., :half] + matrix[..., half:] if problem.mirror else matrix), known
 

@@ -53,8 +53,8 @@ class _Surface:
         points, weights = self.panels.points
         x, order = self.panels.nodes[2], self.panels.order
         u, psi = state.displacement_and_rotation(x)
-        rise = u - state.approach + state.counter_displacement(x)
-        self._values = np.reshape((rise, self.problem.ell / 2 * psi), (2, -1, order))
+        rises = [u - state.approach + state.counter_displacement(x - shift) for shift in self.problem.shifts]
+        self._values = np.reshape((*rises, self.problem.ell / 2 * psi), (len(rises) + 1, -1, order))
         # the last terms of a Legendre series are the error of the others
         last = np.arange(order - 2, order)
         series = (2 * last + 1) * weights[:, None] * legvander(2 * points - 1, order - 1)[:, -2:]
@@ -63,7 +63,7 @@ class _Surface:
     def __call__(self, corner, x):
         """Changes of the gaps, and their errors, at x out of contact: arrays (n,)."""
         number, v = self.panels.at(0, x)
-        rise, phi = self.panels.interpolated(self._values, number, v)
+        rise, phi = self.panels.interpolated(self._values[[corner, -1]], number, v)
         return rise + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[number]
 
     def places(self, corner):

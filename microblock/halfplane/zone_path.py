@@ -18,8 +18,8 @@ from ..model.methods import Cells
 from ..model.progress import counted, kept
 from ..model.state import State
 from ..model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
+from .carried import meeting_exponent
 from .edges import fit
-from .singular import meeting_exponent
 
 NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
@@ -367,7 +367,7 @@ def _passed(state, pair):
     """
     a, b = (zones[number] for zones, number in zip(_opened(state).values(), pair))
     left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
-    power = 2 * meeting_exponent(state.problem, (left + right) / 2)
+    power = 2 * meeting_exponent(state.problem, state.all_zones, (left + right) / 2)
     return float(np.copysign(abs(right - left) ** power, right - left)), (left + right) / 2
 
 

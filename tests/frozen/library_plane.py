@@ -7,7 +7,8 @@ from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
-from microblock.halfplane import averages, first_zones, kernels, shear_cells, singular
+from microblock.halfplane import averages, carried, first_zones, kernels, shear_cells
+from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_panels import Memory
 from microblock.model import picture, proxy, quadrature, zones
@@ -79,8 +80,7 @@ def of_averages():
         }
     for name, law in LAWS.items():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
-        corners = len(law.corners)
-        alone = Problem(solid_of(), law, problem.obstacle, counter=problem.counter if corners == 1 else None)
+        corners, even = len(law.corners), np.linspace(-0.2, 0.2, 7)
         own = shear_cells.frictional_contact(problem, edges, np.zeros(corners * len(edges)))
         each = shear_cells.with_counter(own, problem, edges)
         ways = {"": own, " with a body, a force for each corner": each}
@@ -91,7 +91,8 @@ def of_averages():
                 for part in ("normal", "cross", "tangential")
             },
             **{f"cells {name}{words} cross entry": way.cross[2, 4] for words, way in ways.items()},
-            f"graded flexibility {name}": digest(first_zones._flexibility(alone, middle, width)),
+            f"counter flexibility {name}": digest(counter_flexibility(problem, even, np.full(7, 0.05))),
+            f"graded flexibility {name}": digest(first_zones._flexibility(problem, middle, width)),
         }
     return found
 
@@ -149,19 +150,26 @@ def of_gradients():
 
 
 def of_second_bodies():
-    """Logarithms and exponents of the pressure, and moduli, with a second body."""
+    """What a second body carries from corner to corner."""
     found, solid = {}, solid_of()
     for name, other in (("alike", {}), ("behind", problems.BEHIND), ("soft", {"E": 20.0, "nu": 0.45})):
-        for law in (mb.Unilateral(), mb.Microblock()):
-            problem = Problem(solid, law, mb.Wedge(slope=0.02), counter=solid_of(**other))
+        for obstacle in (mb.Cylinder(R=10.0), mb.Wedge(slope=0.02)):
+            problem = Problem(solid, mb.Microblock(), obstacle, counter=solid_of(**other))
+            row = f"carried {name} {type(obstacle).__name__}"
             own = {0: ((-0.3, 0.1),), 1: ((-0.1, 0.3),)}
-            sizes = singular.log_sizes(problem, own)
-            row = f"short waves {name} {type(law).__name__}"
-            found[f"{row} logarithms"] = digest(
-                [x for place, own in sizes.items() for x in (place, *own.values())]
-            )
-        found[f"short waves {name} exponent"] = singular.meeting_exponent(problem, 0.0)
-        found[f"short waves {name} modulus"] = problem.E_star
+            found |= {
+                f"{row} decay": carried.decay(problem),
+                f"{row} edges": digest(carried.carried_edges(problem, own, 8)),
+                f"{row} exponent": carried.meeting_exponent(problem, own, 0.0),
+                f"{row} logarithms": digest(
+                    [
+                        x
+                        for place, sizes in carried.log_sizes(problem, own, 8).items()
+                        for x in (place, *sizes.values())
+                    ]
+                ),
+            }
+        found[f"carried {name} modulus"] = problem.E_star
     return found
 
 

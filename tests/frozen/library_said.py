@@ -57,7 +57,7 @@ IN_THE_PLANE = {  # to an accuracy
     **{f"line {name}": (PLANE, shape, LINE, mb.Panels(), 1e-3) for name, shape in SHAPES.items()},
     **{
         f"two {law}": (PLANE, mb.Deformable(SECOND, CYLINDER), law, mb.Panels(), 1e-3)
-        for law in (LINE, CLAMPED)
+        for law in (TURNED, LINE, CLAMPED)
     },
     **{
         f"cells {law}": (PLANE, SHAPES["two bumps"], law, mb.Cells(), 5e-2) for law in (TURNED, LINE, CLAMPED)

@@ -285,8 +285,9 @@ def between(name, method, law, obstacle=CYLINDER, second=None, **options):
 
 
 BETWEEN = [
-    between("between panels unilateral alike", "panels", UNILATERAL, rtol=1e-4),
-    between("between panels unilateral wedge", "panels", UNILATERAL, WEDGE, BEHIND, order=8),
+    between("between panels microblock alike", "panels", MICROBLOCK, order=8),
+    between("between panels microblock behind", "panels", MICROBLOCK, second=BEHIND, rtol=1e-4),
+    between("between panels microblock wedge", "panels", MICROBLOCK, WEDGE, BEHIND, order=8),
     between("between panels unilateral", "panels", UNILATERAL, second=BEHIND, order=8),
     between("between panels microclamped classical", "panels", MICROCLAMPED, second={"beta": 0.0}, order=8),
     between(

@@ -14,17 +14,15 @@ PERIOD = {"period": 1.0, "nodes": 256, "obstacle": WAVE, "at": ON_PERIOD, "load"
 MESH = {"mesh": "block", "at": AT}
 
 STATES = [
+    problem(
+        "two panels microblock cylinder", "panels", second=SOFTER, rtol=1e-6, at=AT, below=((0.2, -0.1),)
+    ),
     problem("two panels unilateral wedge", "panels", WEDGE, UNILATERAL, **LINE, rtol=1e-5),
     problem("two panels microclamped", "panels", law=MICROCLAMPED, second=CLASSICAL, rtol=1e-6, at=AT),
     problem(
-        "two panels large blocks",
-        "panels",
-        law=MICROCLAMPED,
-        solid=solid(ell=0.34),
-        **LINE,
-        rtol=1e-5,
-        below=((0.2, -0.1),),
+        "two panels psi0=0.01", "panels", "shifted parabola", ROTATED, second=CLASSICAL, rtol=1e-5, at=AT
     ),
+    problem("two panels large blocks", "panels", solid=solid(ell=0.34), **LINE, rtol=1e-5),
     *(problem(f"two cells {name}", "cells", law=law, second=SOFTER, **WINDOW) for name, law in LAWS.items()),
     problem("two cells, the second classical", "cells", second=CLASSICAL, **WINDOW),
     *(
@@ -41,14 +39,7 @@ STATES = [
 ]
 PATHS = [
     problem(
-        "two panels path",
-        "panels",
-        law=MICROCLAMPED,
-        load=2.0,
-        solid=solid(ell=0.34),
-        second=SOFTER,
-        rtol=1e-4,
-        states=(1.0,),
+        "two panels path", "panels", load=2.0, solid=solid(ell=0.34), second=SOFTER, rtol=1e-4, states=(1.0,)
     ),
     problem("two meshes path", "body", load=0.1, second=SOFTER, mesh="block", states=(0.05,)),
 ]

@@ -13,8 +13,8 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import edges, panel_solution
 from microblock.halfplane import survey as survey_module
+from microblock.halfplane.carried import meeting_exponent
 from microblock.halfplane.kernels import coalescence_exponent, short_waves, symbol
-from microblock.halfplane.singular import meeting_exponent
 from tests import closed_forms
 from tests.states import apart
 
@@ -177,7 +177,7 @@ def test_zones_of_turned_blocks_meet_with_the_power_of_their_levers():
     near, far = (state.zones["A"][0][0] - state.zones["B"][0][1] for state in states)
     assert np.log(2) / np.log(far / near) == pytest.approx(power, rel=5e-3)
     solution = states[0].solution
-    assert 2 * meeting_exponent(solution.problem, event.x) == pytest.approx(power)
+    assert 2 * meeting_exponent(solution.problem, solution.all_zones, event.x) == pytest.approx(power)
 
 
 def test_edges_that_drift_together_and_zones_that_hardly_touch_are_fitted():

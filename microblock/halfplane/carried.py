@@ -1,0 +1,110 @@
+"""Singular places that a second body carries from corner to corner (docs/theory/two_bodies.md).
+
+A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at x + ell.
+"""
+
+import numpy as np
+
+from ..model.zones import zone_edges
+from .kernels import counter_short_waves, short_waves
+
+MOST = 24  # steps
+SAME = 1e-9  # of ell: places this near to each other are one
+
+
+def decay(problem):
+    """Factor by which singularities fade in a step, 0 to 1; 0 without a second body or with one corner.
+
+    ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
+    c of the second body.
+    """
+    if problem.counter is None or len(problem.law.corners) == 1:
+        return 0.0
+    (displacement, rotation), own = short_waves(problem.solid), counter_short_waves(problem.counter)
+    a, b = problem.levers(np.zeros(1))[:, 0]
+    coupling = abs(displacement + rotation * a * b)
+    if not coupling:
+        return 0.0
+    both = (displacement + rotation * a**2 + own) * (displacement + rotation * b**2 + own)
+    half = (both - coupling**2 - own**2) / (2 * coupling * own)
+    return float(1 / (half + np.sqrt(half**2 - 1)))
+
+
+def ways(problem, order, share=1.0):
+    """Lengths by which places worth `share` are carried on panels of an order."""
+    factor = decay(problem)
+    if not factor:
+        return []
+    # panels of order 4 leave singularities a share of 1, and for each four points more a digit less
+    enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    steps = int(np.clip(np.ceil(enough), 0, MOST))
+    return [step * problem.solid.ell for step in range(-steps, steps + 1) if step]
+
+
+def carried_edges(problem, zones, order):
+    """Edges of zones {corner: intervals} and places they are carried to."""
+    shares, whole = {}, np.ptp(zone_edges(zones))
+    for intervals in problem.all_zones(zones).values():
+        edges = np.ravel(intervals)
+        apart = np.minimum(np.diff(edges) / whole, 1.0)
+        near = np.sqrt(np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0)))
+        shares |= {x: max(share, shares.get(x, 0.0)) for x, share in zip(edges.tolist(), near.tolist())}
+    return carried(problem, shares, order)
+
+
+def carried(problem, shares, order):
+    """{place: worth} and where they are carried, ascending list."""
+    found = sorted(shares)
+    for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):
+        if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
+            found.append(x)
+    return sorted(found)
+
+
+def log_sizes(problem, zones, order):
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
+    whole, found = problem.all_zones(zones), {kink: {} for kink in problem.kinks}
+    most = MOST if decay(problem) else 0  # its end is none of the problem's
+    for kink, jumps in problem.kinks.items():
+        inside = [
+            (x, corner)
+            for x in (kink + way * problem.solid.ell for way in range(-most, most + 1))
+            for corner, intervals in whole.items()
+            if any(left < x < right for left, right in intervals)
+        ]
+        right = np.array([jumps.get(corner, 0.0) * (x == kink) for x, corner in inside])
+        sizes = np.linalg.solve(_short_waves_between(problem, inside), right) / np.pi
+        least = 10 ** (-order / 4) * np.abs(sizes).max(initial=0.0)
+        for (x, corner), size in zip(inside, sizes.tolist()):
+            if abs(size) >= least:
+                near = (each for each in found if abs(each - x) <= SAME * problem.solid.ell)
+                place = x if x in found else next(near, x)
+                at = found.setdefault(place, {})
+                at[corner] = at.get(corner, 0.0) + size
+    return {place: sizes for place, sizes in found.items() if sizes}
+
+
+def _short_waves_between(problem, inside):
+    """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n)."""
+    x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside], int)
+    lever = np.array(problem.lever(corner, x), float)
+    pressed = x - np.array(problem.shifts)[corner]
+    displacement, rotation = short_waves(problem.solid)
+    near = SAME * problem.solid.ell
+    matrix = (np.abs(x - x[:, None]) < near) * (displacement + rotation * np.outer(lever, lever))
+    return matrix + (np.abs(pressed - pressed[:, None]) < near) * counter_short_waves(problem.counter)
+
+
+def meeting_exponent(problem, zones, x):
+    """s of p ~ x^s where edges of two corners meet at x: that of `coalescence_exponent`, of these levers and
+    of what a second body carries.
+    """
+    others = [
+        (x + way, corner)
+        for way in ways(problem, 26)
+        for corner, intervals in zones.items()
+        if any(left < x + way < right for left, right in intervals)
+    ]
+    matrix = _short_waves_between(problem, [(x, 0), (x, 1), *others])
+    own = matrix[:2, :2] - matrix[:2, 2:] @ np.linalg.solve(matrix[2:, 2:], matrix[2:, :2])
+    return float(np.arccos(own[0, 1] / np.sqrt(own[0, 0] * own[1, 1])) / np.pi)
