@@ -327,12 +327,7 @@ class Contact:
         with counting("load path", progress):
             # events ask for more than states to a loose rtol
             solver: Solver = self._ordered(load, None, None)[0].solver
-            if solver.has_fitted_zones:
-                from .path import ZonePath  # here: a single state does without
-
-                path: LoadPath = ZonePath(self, load, rtol)
-            else:
-                path = solver.path(load, self._goal(rtol))
+            path = solver.path(load, self._goal(rtol))
         path.progress = progress
         if progress:  # the events are what lasts
             path.events

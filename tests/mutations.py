@@ -63,7 +63,7 @@ EQUIVALENT = {
     "factor: turned * np.sign(np.nanmedian(turned)) -> ": "the least sine of an angle: no mesh is between",
     "newton.py:125: index: 0 -> 1": "another unknown that holds a free translation",
     "solver.py:230: index: 1 -> 2": "the shape of zeros that are added alone",
-    "path.py:188: factor: (high.load": "bounds a step of differences, which moves loads within their errors",
+    "zone_path.py:214: factor: (high.load": "bounds a step of differences: loads move within their errors",
 }
 
 

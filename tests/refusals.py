@@ -269,7 +269,6 @@ CALLS = {
     "sweep": "function=len, over=[], quiet=True",
     "explore": "problem=PROBLEMS['panels'], load=0.1",
     "Event": "load=0.1, load_error=0.0, kind='born', zone='A', x=0.0",
-    "GROUND.compliance": "x=[0.0]",
     # the documented level below
     "Loads": "",
     "Loads3D": "",
@@ -298,7 +297,7 @@ LEFT_OUT = {
         # parts of solvers, which call them with what is checked
         "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
         "Body.once Body.on.changes State.noting "
-        "HalfPlane.cells HalfPlane.compliance.clamped",
+        "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_gaps Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
         "Microblock.arms Microblock.initial_rotation Microblock.levers Microblock.places Unilateral.arms "

@@ -24,10 +24,11 @@ class Compliance:
 
     Examples
     --------
-    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
-    >>> compliance = mb.HalfPlane(solid).compliance(np.linspace(-1, 1, 5))
-    >>> compliance.matrix.shape, np.allclose(compliance.matrix, compliance.matrix.T)
-    ((10, 10), True)
+    >>> from microblock.corners.compliance import Compliance
+    >>> points = np.column_stack((np.linspace(-1, 1, 5), np.zeros(5)))
+    >>> springs = np.diag([0.01] * 5 + [2.0] * 5)
+    >>> Compliance(points, np.tile([0.0, 1.0], (5, 1)), np.full(5, 0.5), springs, ell=0.1).matrix.shape
+    (10, 10)
     """
 
     points: np.ndarray

@@ -39,8 +39,3 @@ def averaged(solid, apart, source, target, which):
         found[:, near] -= 4 * a * b * place**2 * twice(place, which) / (source * target)[near]
         found[:, ~near] += once((apart + step / np.sqrt(3))[~near], which) / 4
     return (1 - solid.nu) / solid.mu * found
-
-
-def normal_averages(solid, distance, source, target):
-    """`kernels.normal_kernel` as in `averaged`."""
-    return averaged(solid, distance, source, target, (0,))[0]

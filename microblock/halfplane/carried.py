@@ -77,7 +77,8 @@ def log_sizes(problem, zones, order):
         least = 10 ** (-order / 4) * np.abs(sizes).max(initial=0.0)
         for (x, corner), size in zip(inside, sizes.tolist()):
             if abs(size) >= least:
-                place = next((each for each in found if abs(each - x) <= SAME * problem.solid.ell), x)
+                near = (each for each in found if abs(each - x) <= SAME * problem.solid.ell)
+                place = x if x in found else next(near, x)
                 at = found.setdefault(place, {})
                 at[corner] = at.get(corner, 0.0) + size
     return {place: sizes for place, sizes in found.items() if sizes}

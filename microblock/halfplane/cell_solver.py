@@ -174,10 +174,29 @@ class LineSolver(CellSolver):
         )
 
     def tilt(self, x):
-        return tilt(self.law, self.offsets, x)
+        """t at x, array (1, n), or of one corner (0, n)."""
+        if len(self.offsets) == 1:
+            return np.empty((0, len(x)))
+        tilts = levers(self.law, x) + self.offsets
+        if np.ptp(tilts, axis=0).max() > PATHS:
+            words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
+            raise BadArgument("law", self.law, words)
+        return tilts[:1]
 
     def flexibility(self, grid):
-        return flexibility(self.body, self.law, grid, self.problem.counter)
+        """The `Flexibility` of the law's corners on a Grid, with the second body."""
+        body, solid, count, width = self.body, self.solid, grid.count, grid.width
+        counter, periodic, clamped = self.problem.counter, self.period is not None, self.law.clamps_rotation
+        other = counter and CounterCells(counter, self.problem.shifts, width, count, periodic)
+
+        def cells():
+            found = body.cells(count, width, (3, 4) if clamped else (0, 1, 2))
+            if clamped:  # kernel 4 is -m, over 1/ell instead of c, from a unit force
+                found[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
+            return found
+
+        rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
+        return Flexibility(self.offsets, self.tilt(*grid.axes), clamped, width, rest, waves, cells, other)
 
     def turned(self, own):
         return own[0]
@@ -283,31 +302,3 @@ def around(found, ell):
     """The window around all low stretches of a Picture, a Grid of one cell."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
     return Grid(1, 1.1 * (right - left), ((left + right) / 2,))
-
-
-def flexibility(body, law, grid, counter=None):
-    """The `Flexibility` of a law's corners on a Grid, with a second body of the solid `counter`."""
-    solid, count, width, shifts = body.solid, grid.count, grid.width, law.shifts(body.solid.ell)
-    offsets, periodic = np.array([[-2 * shift] for shift in law.shifts(1.0)]), body.period is not None
-    other = counter and CounterCells(counter, shifts, width, count, periodic)
-
-    def cells():
-        found = body.cells(count, width, (3, 4) if law.clamps_rotation else (0, 1, 2))
-        if law.clamps_rotation:  # kernel 4 is -m, over 1/ell instead of c, from a unit force
-            found[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
-        return found
-
-    rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
-    tilts, clamped = tilt(law, offsets, *grid.axes), law.clamps_rotation
-    return Flexibility(offsets, tilts, clamped, width, rest, waves, cells, other)
-
-
-def tilt(law, offsets, x):
-    """t at x, array (1, n), or of one corner (0, n)."""
-    if len(offsets) == 1:
-        return np.empty((0, len(x)))
-    tilts = levers(law, x) + offsets
-    if np.ptp(tilts, axis=0).max() > PATHS:
-        words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
-        raise BadArgument("law", law, words)
-    return tilts[:1]

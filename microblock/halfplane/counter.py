@@ -8,20 +8,20 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from ..corners.on_cells import wavenumbers
-from .averages import normal_averages
-from .kernels import normal_kernel, normal_symbol
+from .averages import averaged
+from .kernels import normal_symbol, on_the_line
 
 
 def counter_kernel(problem, distance, target, source):
     """Displacement of the second body under a unit force (length/force)."""
-    return normal_kernel(problem.counter, distance)
+    return on_the_line(problem.counter, distance, (0,))[0]
 
 
 def counter_flexibility(problem, x, widths):
     """Gaps of all corners from pressures of cells by way of the second body: array (corners n, corners n)."""
     places = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
-    return normal_averages(problem.counter, places[:, None] - places, widths, widths[:, None])
+    return averaged(problem.counter, places[:, None] - places, widths, widths[:, None], (0,))[0]
 
 
 class CounterCells:
@@ -49,7 +49,7 @@ class CounterCells:
         else:
             cells = np.fft.fftfreq(self.length, 1 / self.length)
             apart = np.where(np.abs(cells) < count, cells, 0.0) * width
-            kernels = normal_averages(solid, apart - ways[..., None], width, width)
+            (kernels,) = averaged(solid, apart - ways[..., None], width, width, (0,))
             self.spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
 
     def __matmul__(self, forces):

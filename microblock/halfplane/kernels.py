@@ -12,18 +12,16 @@ On the line the kernels are integrals along k = tau exp(i pi/4), tabulated in lo
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike
 
-from ..corners.compliance import Compliance
-from ..errors import BadArgument, require_numbers
+from ..errors import BadArgument
 from ..model.bodies import Unbounded
-from ..model.law import level_surface
 from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
-from ..model.quadrature import gauss_rule
+from ..model.quadrature import gauss_rule, lagrange
 from ..model.types import Array
 from ..threads import bounded
 
@@ -110,7 +108,7 @@ class Kernels:
         points, piece, parts, terms = 16, 1.4, 28, 6
         pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / piece))
         self._start, self._step, self._parts = np.log(NEAREST), piece / parts, parts * pieces
-        logarithms = self._start + piece * (np.arange(pieces)[:, None] + (_chebyshev_points(points) + 1) / 2)
+        logarithms = self._start + piece * (np.arange(pieces)[:, None] + (chebyshev.chebpts1(points) + 1) / 2)
         values = self._values(solid, np.exp(logarithms).ravel()).reshape(-1, pieces, points)
         table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
         self._table = np.moveaxis(table, 2, 1).copy()
@@ -152,17 +150,11 @@ class Kernels:
         return values
 
 
-def _chebyshev_points(count):
-    return np.cos(np.pi * (np.arange(count) + 0.5) / count)
-
-
 def _parting(points, parts, terms):
     """Coefficients in powers of t in [-1, 1] on parts."""
-    coarse, fine = _chebyshev_points(points), _chebyshev_points(terms)
+    fine = chebyshev.chebpts1(terms)
     places = 2 * (np.arange(parts)[:, None] + (fine + 1) / 2) / parts - 1
-    values = chebyshev.chebvander(places, points - 1) @ np.linalg.inv(
-        chebyshev.chebvander(coarse, points - 1)
-    )
+    values = lagrange(chebyshev.chebpts1(points), places)
     return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, points)
 
 
@@ -200,51 +192,18 @@ class HalfPlane(Unbounded):
         """The methods that solve on it, the usual one first."""
         return (Panels, Cells) if self.period is None else (Cells,)
 
-    def compliance(self, x: ArrayLike, clamped: bool = False) -> Compliance:
-        """Returns the Compliance of equal cells of constant pressure and micromoment.
-
-        Parameters
-        ----------
-        x : array (n,), n >= 2
-            Centres of the cells, ascending and equally spaced (lengths).
-        clamped : bool
-            Whether psi = 0 on the whole surface.
-
-        Raises
-        ------
-        BadArgument
-            If x is not equally spaced, or the half-plane has a period.
-        """
-        if self.period is not None:
-            raise BadArgument("period", self.period, "has no dense compliance: solve on Cells()")
-        places = require_numbers(x=x)
-        width = np.diff(places)
-        if len(places) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
-            raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
-        own = self.cells(len(places), width[0], (3,) if clamped else (0, 1, 2))
-        apart = np.arange(len(places))[:, None] - np.arange(len(places))
-        U, V, W = (*own[:, np.abs(apart)], 0 * apart, 0 * apart)[:3]
-        # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
-        sign, half = np.sign(apart), self.solid.ell / 2
-        matrix = np.block([[U, sign * V / half], [-sign * V / half, W / half**2]])
-        return Compliance(*level_surface(places), np.full(len(places), width[0]), matrix, self.solid.ell)
-
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array
         (len(which), count).
         """
-        averages, block = np.empty((len(which), count)), 2**12
-        # Gauss points from this many cells on: at n cells p points leave (4 n)^(-2 p), rounding
-        starts = [(0, 24), (1, 24), (16, 6), (256, 3)]
-        starts += [
-            (first, 2) for first in range(block, max(count, block + 1), 2 * block)
-        ]  # which fit into a cache
-        ends = [start for start, _ in starts[1:]] + [count]
-        for (near, order), far in zip(starts, np.minimum(ends, count)):
-            if near < far:
-                places, weights = cell_rule(near, far, order)
-                values = on_the_line(self.solid, places * width, which)
-                averages[:, near:far] = values.reshape(len(which), far - near, order) @ weights
+        averages, block = np.empty((len(which), count)), 2**12  # cells that fit into a cache
+        starts = np.array((0, 1, 16, 256, *range(block, count, 2 * block)))
+        for near, far in pairwise((*starts[starts < count], count)):
+            # at n cells p points leave (4 n)^(-2 p), rounding
+            order = 24 if near < 16 else 6 if near < 256 else 3 if near < block else 2
+            places, weights = cell_rule(near, far, order)
+            values = on_the_line(self.solid, places * width, which)
+            averages[:, near:far] = values.reshape(len(which), far - near, order) @ weights
         averages[[number in ODD for number in which], 0] = 0
         return averages
 
@@ -272,11 +231,6 @@ def on_the_line(solid, distance, which=(0, 1, 2)):
     """The kernels of lengths per force numbered `which` at a distance: array (len(which), ...)."""
     table = kernels(solid.nu, solid.beta, solid.curvature)
     return (1 - solid.nu) / solid.mu * table(distance / solid.ell, which)
-
-
-def normal_kernel(solid, distance):
-    """Displacement under a unit line load at a distance (length/force)."""
-    return on_the_line(solid, distance, (0,))[0]
 
 
 def normal_symbol(solid, k):

@@ -72,6 +72,11 @@ class PanelSolver(Solver):
     def history(self, pairs, coupled, rtol):
         return FrictionPanels(self, pairs).history(rtol)
 
+    def path(self, last, rtol):
+        from .zone_path import ZonePath  # here: a single state does without
+
+        return ZonePath(self, last, rtol)
+
     def _neighbour(self, initial):
         if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
             self.law.corners

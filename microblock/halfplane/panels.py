@@ -14,7 +14,7 @@ from scipy.special import beta, betainc, eval_legendre
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import common, contains, joined, without
-from .carried import carried, carried_edges, log_sizes
+from .carried import carried_edges, log_sizes
 
 
 @dataclass(frozen=True)
@@ -122,10 +122,7 @@ def panels_outside(problem, zones, order):
 
 
 def _rows(problem, zones, order, kinks, intervals):
-    tips, edges = (
-        carried(problem, dict.fromkeys(problem.tips, 1.0), order),
-        carried_edges(problem, zones, order),
-    )
+    edges = carried_edges(problem, zones, order)
     singular = {*edges, *kinks}
     for left, right in intervals:
         if half_line(problem) and right < 0:
@@ -134,11 +131,7 @@ def _rows(problem, zones, order, kinks, intervals):
         breaks = sorted({start, right, *(x for x in singular if start < x < right)})
         for pair in zip(breaks, breaks[1:]):
             roots = tuple(x in singular for x in pair)
-            # at a tip p has a power of r below 1, which short panels bear
-            longest = [problem.solid.ell * (64 ** ((6 - order) / 4) if x in tips else 1.0) for x in pair]
-            first = tuple(
-                min([most, *(abs(x - edge) for edge in edges if edge != x)]) for x, most in zip(pair, longest)
-            )
+            first = [min([problem.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair]
             yield from _between(*pair, roots, first)
 
 

@@ -47,13 +47,9 @@ def _trials(problem, load, near):
 
 def orders(simple, rtol):
     """Orders of panels up to the first that is expected to reach rtol."""
-    known = _all_orders(simple)
+    known = ORDERS if simple else ORDERS[1:]  # 6 shows nothing of rough obstacles
     enough = sum(unresolved(order) > rtol for order in known)
     return known[: max(2, enough + 1)]
-
-
-def _all_orders(simple):
-    return ORDERS if simple else ORDERS[1:]  # 6 shows nothing of rough obstacles
 
 
 def unresolved(order):
@@ -63,7 +59,7 @@ def unresolved(order):
 
 def _climb(problem, load, zones, rtol):
     coarse, best = None, np.inf
-    for order in _all_orders(problem.picture.simple):
+    for order in orders(problem.picture.simple, 0.0):
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < unresolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(unresolved(order)))

@@ -45,9 +45,8 @@ class Picture:
         Ascending places where it could touch, and the heights there.
     edges, lengths : arrays (n + 1,), (n,)
         Pieces on which the height is a polynomial; inf where only kinks and ends count.
-    kinks, jumps, ends, steps, tips : tuples of float
-        Slope discontinuities, their jumps and edges; places at which the height jumps, and at which the
-        curvature alone has no bound.
+    kinks, jumps, ends, steps : tuples of float
+        Slope discontinuities, their jumps and edges; places at which the height jumps.
     found : bool
         Whether some of these were detected.
     """
@@ -66,7 +65,6 @@ class Picture:
     jumps: tuple[float, ...]
     ends: tuple[float, ...]
     steps: tuple[float, ...] = ()
-    tips: tuple[float, ...] = ()
     found: bool = False
 
     @property
@@ -221,8 +219,8 @@ def _sampled(
 ) -> dict[str, Any]:
     height = partial(heights, obstacle)
     pieces = _profiles(height, stretches, half, floor, obstacle, kinks=own, ends=ends)
-    names = "edges", "samples", "values", "singular", "jumps", "powers"
-    edges, sites, above, singular, jumps, powers = (
+    names = "edges", "samples", "values", "singular", "jumps"
+    edges, sites, above, singular, jumps = (
         np.concatenate([getattr(each, name) for each in pieces]) for name in names
     )
     # between the stretches nothing touches
@@ -242,7 +240,6 @@ def _sampled(
         "jumps": tuple(kinks[place] for place in sorted(kinks)),
         "ends": found,
         "steps": tuple(place for place in gone if place not in found),
-        "tips": tuple(singular[(jumps == 0) & (powers < 1.95)].tolist()),  # of ``abs(x)**power``
         "found": kinks != own or found != ends,
     }
 

@@ -63,7 +63,6 @@ class Problem:
     def _places(self) -> Array:
         """Contact points with a corner at a slope discontinuity or an edge, ascending."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
-        own += getattr(self.picture, "tips", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *self._angle.singular])
         # ell a multiple of the spacing of samples, corners meet them up to rounding
         size = np.abs(places[np.isfinite(places)]).max(initial=0.0) + self.ell  # an obstacle may have one end
@@ -94,11 +93,6 @@ class Problem:
             at = found.setdefault(place, {})
             at[corner] = at.get(corner, 0.0) + float(jump)
         return found
-
-    @cached_property
-    def tips(self) -> set[float]:
-        places = getattr(self.picture, "tips", ())
-        return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:

@@ -33,9 +33,9 @@ class Proxy:
     ----------
     edges : array (n + 1,)
         Edges of the pieces, ascending.
-    singular, jumps, powers : arrays (k,)
-        Places, ascending, at which a derivative jumps or has no bound, or the function jumps or ends; jump of
-        the slope; and power p of ``abs(x - place)**p``. Both are nan where the function jumps or ends.
+    singular, jumps : arrays (k,)
+        Places, ascending, at which a derivative jumps or has no bound, or the function jumps or ends; and
+        jump of the slope, nan where the function jumps or ends.
     samples, values : arrays (m,)
         Places, ascending, of evaluations, and values, inf where there is none.
     """
@@ -43,7 +43,6 @@ class Proxy:
     edges: Array
     singular: Array
     jumps: Array
-    powers: Array
     samples: Array
     values: Array
 
@@ -56,7 +55,7 @@ class Proxy:
         return np.where(near <= np.maximum(2.5 * lengths, least), np.inf, lengths)
 
 
-NOTHING = Proxy(np.zeros(1), *[np.empty(0)] * 5)  # of no function
+NOTHING = Proxy(np.zeros(1), *[np.empty(0)] * 4)  # of no function
 
 
 def proxy(
@@ -101,12 +100,10 @@ def proxy(
     singular.sort()
     edges = np.sort(np.concatenate(done))
     samples = np.unique(_spread(edges[:-1], edges[1:]))
-    beside = [
-        _at_singular(function, place, [other for other in singular if other != place], whole)
-        for place in singular
+    jumps = [
+        _jump(function, place, [other for other in singular if other != place], whole) for place in singular
     ]
-    jumps, powers = np.reshape(beside, (-1, 2)).T
-    return Proxy(edges, np.array(singular), jumps, powers, samples, _values(function, samples))
+    return Proxy(edges, np.array(singular), np.array(jumps), samples, _values(function, samples))
 
 
 def _spread(left: Array, right: Array) -> Array:
@@ -170,11 +167,9 @@ def _pinned(function: Function, left: Array, right: Array, least: float) -> list
         )
 
 
-def _at_singular(
-    function: Function, place: float, others: Iterable[float], whole: float
-) -> tuple[float, float]:
-    """Returns (jump of the slope, power of ``abs(x - place)**power``) of a singular point, from
-    differences beside it: the jump is 0 if it shrinks with their step; jump and power are nan if it grows.
+def _jump(function: Function, place: float, others: Iterable[float], whole: float) -> float:
+    """Returns the jump of the slope at a singular point, from differences beside it: 0 if it shrinks with
+    their step, nan if it grows.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
 
@@ -183,11 +178,10 @@ def _at_singular(
         farther, far, near, nearer = _values(function, place + step * np.array((-2.0, -1.0, 1.0, 2.0)))
         return (nearer - near - far + farther) / step, (near - far) / step
 
-    with np.errstate(invalid="ignore", divide="ignore"):  # inf - inf
+    with np.errstate(invalid="ignore"):  # inf - inf
         (first, rise), (between, _), (second, steep) = map(differences, width * np.array((1e-2, 1e-3, 1e-4)))
-        power = 1 + np.log(abs(first / second)) / np.log(100)
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
-        return np.nan, np.nan
+        return np.nan
     if abs(second) <= 0.9 * abs(first):  # it shrinks with the step
-        return 0.0, power
-    return second + (second - between) / 9, 1.0  # whose error is as the step
+        return 0.0
+    return second + (second - between) / 9  # whose error is as the step

@@ -37,7 +37,7 @@ class Solver:
     has_level : bool
         Whether the approach means something.
     has_fitted_zones : bool
-        Whether the edges of zones are unknowns (`path.ZonePath`).
+        Whether the edges of zones are unknowns (`halfplane.zone_path`).
     usual_rtol : float or None
         Relative error where the user names none.
     most_corners : int or None

@@ -8,7 +8,6 @@ from cases.commands import hertz, strip
 from microblock.corners import active_set, projected_gradients
 from microblock.corners.on_cells import Grid
 from microblock.halfplane import averages, carried, first_zones, kernels, shear_cells
-from microblock.halfplane.cell_solver import flexibility
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_panels import Memory
@@ -50,10 +49,9 @@ def of_shear_kernels():
             **{f"cells {name} {part}": digest(values[few]) for part, values in cells},
         }
     for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
-        found[f"normal kernel {name}"] = digest(kernels.normal_kernel(own, places))
+        found[f"normal kernel {name}"] = digest(kernels.on_the_line(own, places, (0,))[0])
         found[f"normal symbol {name}"] = digest(kernels.normal_symbol(own, np.abs(places)))
-    matrix = mb.HalfPlane(solid).compliance(np.linspace(-0.1, 0.1, 4), clamped=True).matrix
-    return found | {"compliance clamped": digest(matrix)}
+    return found
 
 
 def of_averages():
@@ -67,7 +65,7 @@ def of_averages():
     ):
         solid = solid_of(**other)
         apart, both = middle[:, None] - middle, (width, width[:, None])
-        normal = averages.normal_averages(solid, apart, *both)
+        normal = averages.averaged(solid, apart, *both, (0,))[0]
         alike = shear_cells.averages(solid, edges, which)
         shifted = averages.averaged(solid, apart + solid.ell, *both, which)
         found |= {
@@ -78,7 +76,7 @@ def of_averages():
             },
             f"normal averages {name}": digest(normal),
             f"normal averages {name} of a cell": normal[3, 3],
-            f"normal averages {name} far": float(averages.normal_averages(solid, [40.0], 0.1, 0.2)[0]),
+            f"normal averages {name} far": float(averages.averaged(solid, [40.0], 0.1, 0.2, (0,))[0, 0]),
         }
     for name, law in LAWS.items():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
@@ -106,6 +104,12 @@ def as_matrix(flexibility):
     return np.array([(flexibility @ one).ravel() for one in forces]).T
 
 
+def flexibility(line, law, grid, second=None):
+    flat = mb.Obstacle(lambda x: 0 * x) if line.period else mb.Cylinder(R=10.0)
+    obstacle = flat if second is None else mb.Deformable(second, flat)
+    return mb.Contact(line, obstacle, law, mb.Cells()).solver.flexibility(grid)
+
+
 def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
     found, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
@@ -114,7 +118,7 @@ def of_products():
         for name, law in LAWS.items():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
             for body, second in bodies.items():
-                own = flexibility(line, law, grid, second)
+                own = flexibility(line, law, grid, second and mb.HalfPlane(second, period))
                 values = {
                     "": own @ forces,
                     " back": own.on_face(np.ones(forces.shape, bool))(own @ forces),
@@ -202,9 +206,9 @@ def of_pictures():
     """What is detected of obstacles from their heights: (name, value, how far it may move)."""
     for name, shape in SHAPES.items():
         own = picture.picture(Problem(solid_of(), mb.Microblock(), shape), 1.0)
-        parts = "kinks", "ends", "steps", "tips", "stretches", "minima"
+        parts = "kinks", "ends", "steps", "stretches", "minima"
         counts = [f"{len(getattr(own, part))} {part}" for part in parts if len(getattr(own, part))]
-        values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps", "tips")}
+        values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps")}
         values["end"] = np.clip(own.ends, -9, 9)
         yield f"picture {name}", f"{', '.join(counts)}{', simple' if own.simple else ''}", "outcome"
         yield f"picture {name} rise", own.rise, "definition"
@@ -339,7 +343,6 @@ def refusals():
             mb.HalfPlane(solid, 1.0), deformable, mb.Microblock()
         ).solve(1.0),
         "fields at points above the surface": lambda: library.solve(given.PANELS[1]).fields([0.0], [0.1]),
-        "compliance of a text": lambda: half.compliance("x"),
         "noise": lambda: mb.Contact(
             half, lambda x: x**2 + np.random.default_rng(0).random(np.shape(x)), mb.Microblock()
         ).solve(1.0),

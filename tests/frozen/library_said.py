@@ -311,7 +311,6 @@ def pictures():
             "scale": problem.scale(0.1, 0.2),
             "sites of the last corner": problem.sites(len(law.corners) - 1),
             "kinks": kinks,
-            "tips": sorted(problem.tips),
             "ends": [problem.ends_of(corner) for corner in problem.corners],
             "first zones": [edge for own in first.values() for edge in np.ravel(own)],
         }

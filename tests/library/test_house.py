@@ -18,10 +18,9 @@ MAY_IMPORT = {  # a room, and the rooms below it that it may use
     "halfspace": {"model", "corners", "halfplane"},  # its part in a plane is the half-plane's
     # the first zones of fitted meshes are those of a half-plane; the law over a surface that of a half-space
     "fem": {"model", "corners", "halfplane", "halfspace"},
-    "path": {"model", "halfplane"},
-    "contact": {"model", "halfplane", "halfspace", "fem", "path"},
-    "view": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact"},
-    "data": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact", "__init__"},
+    "contact": {"model", "halfplane", "halfspace", "fem"},
+    "view": {"model", "corners", "halfplane", "halfspace", "fem", "contact"},
+    "data": {"model", "corners", "halfplane", "halfspace", "fem", "contact", "__init__"},
     # a command is a user: it may ask for anything
     **dict.fromkeys(("command", "__main__"), {"__init__", "model", "data", "view", "contact", "command"}),
 }
@@ -34,12 +33,11 @@ INSIDE = {  # what tests may name of the library beside its public names, and wh
     "fem": "loads without contact, the contact term by hand, meshes to solve on",
     "view": "sessions and pictures are looked at as they are drawn",
     "data command": "records are read back; options of commands",
-    "path": "returns on a path, which no input brings about",
 }
 PRIVATE = {  # modules of which tests take private names: there no public call reaches what is tested
     "microblock.corners.active_set": "pivoting alone, and a tableau that is spoilt",
     "microblock.halfspace.solver": "cells of a state that are made finer, and loads beyond them",
-    "microblock.path": "returns on a path",
+    "microblock.fem.recovery": "pressure beyond the end of an obstacle alone",
 }
 
 

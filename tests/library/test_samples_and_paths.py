@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import microblock as mb
-from microblock.path import ZonePath
+from microblock.halfplane.zone_path import ZonePath
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
 GROUND = mb.HalfPlane(SOLID)
@@ -107,7 +107,7 @@ def test_a_second_sphere_touches_where_hertz_and_boussinesq_say():
 
 def test_panels_with_wrong_zones_leave_the_path_to_cells():
     samples = mb.Obstacle.from_samples([-1, -0.6, -0.2, 0.2, 0.6, 1.0], [0.08, 0.012, 0, 0.006, 0.02, 0.1])
-    path = ZonePath(mb.Contact(GROUND, samples, mb.Microblock()), 1.0, None)
+    path = ZonePath(mb.Contact(GROUND, samples, mb.Microblock()).solver, 1.0, None)
     assert any("cells instead of panels" in words for words in path.warnings)
     # B is pressed below the second valley from 0.828 on, as states of panels before and after it say
     zones = [

@@ -6,29 +6,20 @@ edges of the two corners pass each other the gap between them does, to the power
 coalescence.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import product
-from typing import Any, cast
 
 import numpy as np
 
-from .errors import NotConverged
-from .halfplane.carried import meeting_exponent
-from .halfplane.cell_solver import LineSolver
-from .halfplane.edges import fit
-from .halfplane.panel_solution import PanelSolution
-from .halfplane.panel_solver import PanelSolver
-from .model.events import Event, LoadPath, following, require_on_path
-from .model.methods import Cells
-from .model.problem import Problem
-from .model.progress import counted, kept
-from .model.state import State
-from .model.types import Array, ContactLike, Interval, Zones
-from .model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
+from ..errors import NotConverged
+from ..model.events import Event, LoadPath, following, require_on_path
+from ..model.methods import Cells
+from ..model.progress import counted, kept
+from ..model.state import State
+from ..model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
+from .carried import meeting_exponent
+from .edges import fit
 
 NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
@@ -39,21 +30,21 @@ SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
 class ZonePath(LoadPath):
-    """The load path on fitted panels; arguments are as of `Contact.path`."""
+    """The load path on the fitted panels of a `PanelSolver`; the rest is as of `Contact.path`."""
 
-    def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
-        self._solver = cast(PanelSolver, problem.solver)
-        super().__init__(problem, last, self._solver.usual_rtol if rtol is None else rtol)
+    def __init__(self, solver, last, rtol):
+        self._solver = solver
+        super().__init__(solver.contact, last, solver.usual_rtol if rtol is None else rtol)
 
     @following
-    def at(self, load: float) -> State:
+    def at(self, load):
         require_on_path(load, self.last)
         near = min(self._scan, key=lambda one: abs(np.log(one.load / load)))
         return State(self._solver.at(load, self.rtol, near=near))
 
     @cached_property
     @following  # here: whatever is read first, `first` or `events`, begins with it
-    def _scan(self) -> list[PanelSolution]:
+    def _scan(self):
         """States at geometric loads, ascending. Where none is found at three in turn the path
         begins, if that is below a hundredth of its last load.
         """
@@ -71,29 +62,29 @@ class ZonePath(LoadPath):
                     break
         return states
 
-    def _coarse(self, load: float, near: PanelSolution | None = None) -> PanelSolution:
-        state = cast(PanelSolution, self._solver.at(load, order=ORDERS[0], near=near))
+    def _coarse(self, load, near=None):
+        state = self._solver.at(load, order=ORDERS[0], near=near)
         if state.estimate.conditions > NEAR:
             wrong = state.estimate.conditions
             raise NotConverged(f"zones at load {load:g} violate the contact conditions by {wrong:.1e}")
         return state
 
     @property
-    def first(self) -> float:
+    def first(self):
         """Load from which zones are followed; see `LoadPath`."""
         return float(self._followed[0])
 
     @cached_property
-    def events(self) -> list[Event]:
+    def events(self):
         return self._followed[1]
 
     @property
-    def warnings(self) -> list[str]:
+    def warnings(self):
         return self._followed[2]
 
     @cached_property
     @following
-    def _followed(self) -> tuple[float, list[Event], list[str]]:
+    def _followed(self):
         """(first load, events, warnings) of panels, or of uniform cells where panels fail."""
         try:
             found = _births(self._scan[0])
@@ -104,15 +95,12 @@ class ZonePath(LoadPath):
         except NotConverged as failure:
             if self.problem.method is not None:
                 raise
-            path = LineSolver(self._solver.contact, Cells()).path(self.last, None)
-            return (
-                path.first,
-                path.events,
-                [f"events of uniform cells instead of panels ({failure})", *path.warnings],
-            )
+            path = self.problem.with_(method=Cells()).path(self.last)
+            instead = f"events of uniform cells instead of panels ({failure})"
+            return path.first, path.events, [instead, *path.warnings]
         return self._scan[0].load, sorted(found, key=lambda event: event.load), []
 
-    def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
+    def _between(self, low, high):
         """Returns events between two states."""
         half = (high.load - low.load) / 2
         changes = [each for each in _changes(low, high, _opened) if each[0] in high.problem.corners]
@@ -134,15 +122,15 @@ class ZonePath(LoadPath):
         # no topology leads to it, as at an end of a punch
         return _events(low, high, low.load + half, half + self._missed(low, high))
 
-    def _missed(self, low: PanelSolution, high: PanelSolution) -> float:
+    def _missed(self, low, high):
         """Returns how far (force per thickness) from two coarse states those to rtol agree with them in the
         zones that change; the whole load where they do not.
         """
         names = {name for name, *_ in _changes(low, high, _zones)}
 
-        def agrees(coarse: PanelSolution, load: float) -> bool:
+        def agrees(coarse, load):
             try:
-                state = cast(PanelSolution, self._solver.at(load, self.rtol))
+                state = self._solver.at(load, self.rtol)
             except NotConverged:
                 return False
             known, found = _zones(coarse), _zones(state)
@@ -153,9 +141,7 @@ class ZonePath(LoadPath):
                 return share * high.load
         return high.load
 
-    def _sides(
-        self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
-    ) -> tuple[PanelSolution, PanelSolution, float] | None:
+    def _sides(self, low, high, changes):
         """Returns the states before and after the only change between two, at its load, and the error of
         that; None if there are several. Two that mirror each other are one.
         """
@@ -182,7 +168,7 @@ class ZonePath(LoadPath):
         other = replace(state, zones=dict(state.problem.computed(zones)))
         return (state, other, error + apart) if grows else (other, state, error + apart)
 
-    def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
+    def _passings(self, low, high):
         """Returns events at which edges of the two corners pass each other."""
         corners, found = _opened(low).values(), []
         fits = {state.load: state for state in (low, high) if state.iterations}
@@ -196,14 +182,7 @@ class ZonePath(LoadPath):
                 found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
         return found
 
-    def _root(
-        self,
-        low: PanelSolution,
-        high: PanelSolution,
-        states: dict[float, PanelSolution],
-        measured: Callable[[PanelSolution], tuple[float, float]],
-        ends: dict[float, tuple[float, float]],
-    ) -> tuple[float, float, float]:
+    def _root(self, low, high, states, measured, ends):
         """Returns the load at which what is measured of continued states changes its sign, its error and the
         place; raises NotConverged where it does not, or they cannot be continued.
 
@@ -216,12 +195,12 @@ class ZonePath(LoadPath):
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
-        def value(load: float) -> tuple[float, float]:
+        def value(load):
             if load not in states:
                 states[load] = self._continued(states, high.problem, load, ORDERS[0])
             return measured(states[load])
 
-        def about(load: float) -> float:
+        def about(load):
             try:
                 return (ends[load] if load in ends else value(load))[0]
             except NotConverged:
@@ -245,9 +224,7 @@ class ZonePath(LoadPath):
         load = np.clip(middle + step * (way - (finer - values[0]) / slope), low.load, high.load)
         return float(load), float(error), float(np.interp(way, ways[:2], places[:2]) + x - places[0])
 
-    def _continued(
-        self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
-    ) -> PanelSolution:
+    def _continued(self, states, problem, load, order):
         """Returns the state at a load with the topology of others, whether or not it violates (26); raises
         NotConverged where zones come or go.
         """
@@ -255,14 +232,14 @@ class ZonePath(LoadPath):
         for near, other in zip(known, [*known[1:], known[0]]):
             share = (load - near.load) / (near.load - other.load) if len(known) > 1 else 0.0
             zones = moved_on(near.zones, other.zones, share) or near.zones
-            state: PanelSolution = fit(problem, load, zones, order, SAME)
+            state = fit(problem, load, zones, order, SAME)
             alike = [*map(len, _opened(near).values())] == [*map(len, _opened(state).values())]
             if alike and state.estimate.edges < 1e3 * SAME:
                 return state
         raise NotConverged(f"zones are others, or edges do not settle, on the way to load {load:g}")
 
 
-def _is_small(state: PanelSolution) -> bool:
+def _is_small(state):
     """Returns whether all that touches is narrow, and did so at first."""
     narrow = state.problem.solid.ell / 5
     return all(right - left < narrow for left, right in _zones(state)["contact"]) and not any(
@@ -270,13 +247,13 @@ def _is_small(state: PanelSolution) -> bool:
     )
 
 
-def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
+def _is_still(low, high):
     """Returns whether the contact does not shrink towards load 0."""
     edges, others = zone_edges(low.all_zones), zone_edges(high.all_zones)
     return len(edges) == len(others) and np.allclose(edges, others, rtol=0, atol=FINE * _width(low))
 
 
-def _births(first: PanelSolution) -> list[Event]:
+def _births(first):
     """Returns births up to a load: at first touch of the nearest corners, else between 0 and it."""
     problem, lows, found = first.problem, [], []
     for corner, intervals in _opened(first).items():
@@ -301,11 +278,11 @@ def _births(first: PanelSolution) -> list[Event]:
     return found
 
 
-def _zones(state: PanelSolution) -> Zones:
+def _zones(state):
     return contact_zones(_opened(state), state.problem.law.corners)
 
 
-def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
+def _opened(state):
     """Returns the zones of all corners by number, open at valleys: there the pressure is never positive."""
     found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
@@ -314,9 +291,7 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
     return found
 
 
-def _changes(
-    low: PanelSolution, high: PanelSolution, zones: Callable[[PanelSolution], Any]
-) -> list[tuple[Any, str, float]]:
+def _changes(low, high, zones):
     """Returns what happens to `zones`, {name: intervals}: [(name, kind, x), ...]."""
     before, after = zones(low), zones(high)
     return [
@@ -328,11 +303,11 @@ def _changes(
     ]
 
 
-def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
+def _events(low, high, load, error):
     return [Event(load, error, kind, name, x) for name, kind, x in _changes(low, high, _zones)]
 
 
-def _hides(low: PanelSolution, high: PanelSolution) -> bool:
+def _hides(low, high):
     """Returns whether zones may be born and merge between alike states: where contact spreads to, a gap has a
     minimum or is concave.
     """
@@ -354,14 +329,14 @@ def _hides(low: PanelSolution, high: PanelSolution) -> bool:
     return False
 
 
-def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interval:
+def _span(state, corner, x, touches):
     """Returns the zone of a corner around x, or the gap between two."""
     zones = _opened(state)[corner]
     spans = zones if touches else [(a[1], b[0]) for a, b in zip(zones, zones[1:])]
     return min(spans, key=lambda span: abs(span[0] + span[1] - 2 * x))
 
 
-def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
+def _margin(state, corner, touches, span):
     """Returns the least gap near a span that does not touch, or the least pressure in one that does, over
     what it grows like from the edges beside it, and its place; raises NotConverged if zones leave it.
     """
@@ -370,7 +345,7 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     start, end = zones[number - 1 : number + 1]
     if number % 2 != touches:
         raise NotConverged(f"zones leave x = {(left + right) / 2:g} at load {state.load:g}")
-    values: Callable[[int, Array], Array] = state.gap if touches else state.pressure
+    values = state.gap if touches else state.pressure
     width = half = right - left
     while half > FINE * width:
         inset = FINE * (right - left)
@@ -386,7 +361,7 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     return float(ratios[i]), float(x[i])
 
 
-def _passed(state: PanelSolution, pair: Sequence[int]) -> tuple[float, float]:
+def _passed(state, pair):
     """Returns the gap between a zone of A and one of B, below 0 where they overlap, to the power that is
     linear in the load; and its middle.
     """
@@ -396,5 +371,5 @@ def _passed(state: PanelSolution, pair: Sequence[int]) -> tuple[float, float]:
     return float(np.copysign(abs(right - left) ** power, right - left)), (left + right) / 2
 
 
-def _width(state: PanelSolution) -> float:
+def _width(state):
     return float(state.x[-1] - state.x[0])
