@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -79,15 +79,17 @@ class Plan:
         return "\n".join((*lines, *(f"{each!r}" for each in self.refused)))
 
 
-def planned(solvers: Iterable[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
-    """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol: by their seconds if
-    all predict them. Seconds of others count twice, since states of the usual method know more: on a
-    half-plane edges of zones and fields below the surface. What would take more than MOST_MEMORY is refused.
+def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
+    """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol, or to the usual one
+    of the first: by their seconds if all predict them. Seconds of others count twice, since states of the
+    usual method know more: on a half-plane edges of zones and fields below the surface. What would take more
+    than MOST_MEMORY is refused.
     """
     able, refused = [], []
+    rtol = solvers[0].usual_rtol if rtol is None else rtol
     for number, solver in enumerate(solvers):
         try:
-            cost = solver.predicted(load, approach, solver.usual_rtol if rtol is None else rtol)
+            cost = solver.predicted(load, approach, rtol)
             if cost and cost.memory > MOST_MEMORY:
                 raise NotConverged(f"some {cost.memory / 1e9:.2g} GB of memory would be needed")
         except MicroblockError as failure:
