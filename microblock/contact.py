@@ -236,8 +236,7 @@ class Contact:
             solver.require_solved(state, load, approach)
             return state
 
-        state, instead = first_answer(self._ordered(load, approach, rtol), answer)
-        return state.noting(instead) if instead else state
+        return first_answer(self._ordered(load, approach, rtol), answer)
 
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None
@@ -385,14 +384,10 @@ class Contact:
         found = pairs_of(pairs, friction)
         followers = [solver for solver in self._solvers if solver.follows(found)] or [self.solver]
         with counting("history", progress):
-            history, instead = first_answer(
+            return first_answer(
                 map(Candidate, followers),
                 lambda candidate: candidate.solver.history(found, bool(coupled), rtol),
             )
-        if not instead:
-            return history
-        states = [state.noting(instead) for state in history.states]
-        return History(history.problem, states, history.events)
 
     def with_(
         self,

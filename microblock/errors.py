@@ -243,11 +243,10 @@ class Checked:
 
     def __post_init__(self) -> None:
         for one in fields(cast(Any, self)):
-            value = plain(getattr(self, one.name))
+            value, check = plain(getattr(self, one.name)), one.metadata.get("check")
+            if check and (value is not None or one.default is not None):
+                value = check(**{one.name: value}) or value
             object.__setattr__(self, one.name, value)
-            if "check" in one.metadata and (value is not None or one.default is not None):
-                checked = one.metadata["check"](**{one.name: value})
-                object.__setattr__(self, one.name, value if checked is None else checked)
 
 
 def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
@@ -343,17 +342,16 @@ def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path
     own. Raises BadArgument as `writing`.
     """
     whole = Path(path)
-    direct = whole.exists() and not whole.is_file()  # a device or pipe
-    # with an ending that numpy leaves as it is
-    part = whole if direct else whole.with_name(f".{whole.name}.{os.getpid()}.npz")
     with writing(path, name):
+        if whole.exists() and not whole.is_file():  # a device or pipe
+            yield whole
+            return
+        part = whole.with_name(f".{whole.name}.{os.getpid()}.npz")  # an ending that numpy leaves as it is
         try:
             yield part
-            if not direct:
-                part.replace(whole)
+            part.replace(whole)
         finally:
-            if not direct:
-                part.unlink(missing_ok=True)
+            part.unlink(missing_ok=True)
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
@@ -379,13 +377,19 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
 require_flag = partial(require_kind, (bool, np.bool_), "True or False")
 
 
+def require_floats(words: str, **arguments: Any) -> Any:
+    """Returns an array of floats; raises BadArgument, by these words, of what numpy does not read as such."""
+    ((name, values),) = arguments.items()
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError) as failure:
+        raise BadArgument(name, values, words) from failure
+
+
 def require_numbers(**arguments: Any) -> Any:
     """Returns an array (n,) of floats; raises BadArgument unless these are finite."""
     ((name, values),) = arguments.items()
-    try:
-        found = np.atleast_1d(np.asarray(values, float))
-    except (TypeError, ValueError, OverflowError) as failure:
-        raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
+    found = np.atleast_1d(require_floats("must be a number, or an array (n,) of numbers", **arguments))
     texts = np.asarray(values).dtype.kind in "bSU"  # which numpy reads as numbers
     if texts or found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
         words = "must be a finite number, or an array (n,) of such"

@@ -21,7 +21,7 @@ from ..errors import BadArgument, MissingExtra, Named, replacing, require_place,
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
-from .results import QUANTITIES, Quantity
+from .results import unit
 from .state import State, Surface
 from .types import AnyArray, Interval, Zones
 
@@ -174,9 +174,7 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    _, unit, in_space = QUANTITIES.get(name, Quantity())
-    own = unit if flat else in_space or unit
-    return {"units": own} if own else {}
+    return {"units": words} if (words := unit(name, flat)) else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from ..cost import MOST_MEMORY, Cost
 from ..errors import MicroblockError, NotConverged, shortened
 from .types import MethodLike
-
-Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,9 +72,8 @@ class Plan:
         return "the least seconds"
 
     def __repr__(self) -> str:
-        first, *others = [repr(each) for each in self.candidates] or [""]
-        lines = [f"{first}  <- {self.reason}", *others]
-        return "\n".join((*lines, *(f"{each!r}" for each in self.refused)))
+        first, *others = [*map(repr, self.candidates)] or [""]
+        return "\n".join((f"{first}  <- {self.reason}", *others, *map(repr, self.refused)))
 
 
 def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
@@ -102,11 +99,9 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
     return Plan(tuple(candidate for _, candidate in able), tuple(refused))
 
 
-def first_answer(
-    candidates: Iterable[Candidate], answer: Callable[[Candidate], Answer]
-) -> tuple[Answer, str]:
-    """Returns the answer of the first Candidate that converges, and a sentence on those before that did not;
-    raises NotConverged if none does.
+def first_answer(candidates: Iterable[Candidate], answer: Callable[[Candidate], Any]) -> Any:
+    """Returns the answer of the first Candidate that converges, which notes those before that did not; raises
+    NotConverged if none does.
     """
     failures: dict[str, NotConverged] = {}
     for candidate in candidates:
@@ -116,7 +111,7 @@ def first_answer(
             failures[candidate.name] = failure
             continue
         before = "; ".join(f"{other} ({why})" for other, why in failures.items())
-        return found, f"{candidate.name} instead of {before}" if before else ""
+        return found.noting(f"{candidate.name} instead of {before}") if before else found
     first, *others = failures.values()
     if not others:
         raise first
