@@ -32,6 +32,7 @@ from . import (
 from .command import run
 from .data.expressions import function_of_x
 from .data.samples import read_samples
+from .errors import require
 from .model.sharp import unbounded
 
 
@@ -70,16 +71,14 @@ def solve(
     rtol : relative L2 error of pressure and micromoment (0.001 if not given, 0.01 with a window)
     path : whether to follow the events from first touch to the largest load
     """
-    obstacles: dict[str, Any] = {"height": height, "samples": samples}
-    known = [(name, given) for name, given in obstacles.items() if given is not None]
-    if len(known) != 1:
-        raise BadArgument("height", height or "EXPR", "either this or --samples FILE must be given")
-    if noise is not None and samples is None:
-        raise BadArgument("noise", noise, "belongs to --samples FILE")
-    if psi0_deg and contact != "microblock":
-        raise BadArgument("psi0_deg", psi0_deg, "belongs to --contact microblock")
-    ((name, given),) = known
-    obstacle = function_of_x(given, name) if name == "height" else read_samples(given, name, noise)
+    words = "either this or --samples FILE must be given"
+    require((height is None) != (samples is None), "height", height or "EXPR", words)
+    require(noise is None or samples is not None, "noise", noise, "belongs to --samples FILE")
+    words = "belongs to --contact microblock"
+    require(not psi0_deg or contact == "microblock", "psi0_deg", psi0_deg, words)
+    given: Any = samples if height is None else height
+    name = "samples" if height is None else "height"
+    obstacle = read_samples(given, name, noise) if height is None else function_of_x(given, name)
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
     law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(

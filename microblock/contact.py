@@ -15,6 +15,7 @@ from .errors import (
     NOT_YET,
     BadArgument,
     plain,
+    require,
     require_flag,
     require_kind,
     require_positive,
@@ -86,18 +87,20 @@ class Contact:
         obstacles.check(self.obstacle, in_space)
         laws.check(self.law, in_space)
         solid, law = self.body.solid, self.law
-        if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
-            raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
-        free = not solid.beta and not in_space and isinstance(self.body, Unbounded)
-        if free and (law.clamps_rotation or laws.levers(law, np.zeros(1)).any()):
-            words = "must be positive on a half-plane, but under Unilateral(): nothing holds its rotation"
-            raise BadArgument("beta", solid.beta, words)
-        if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
-            allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
-            raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
+        classical = len(law.corners) == 1 and not law.clamps_rotation
+        words = "must be Unilateral() on a solid without blocks, Elastic"
+        require(classical or not isinstance(solid, Elastic), "law", law, words)
+        held = solid.beta or in_space or not isinstance(self.body, Unbounded)
+        words = "must be positive on a half-plane, but under Unilateral(): nothing holds its rotation"
+        turns = not held and (law.clamps_rotation or laws.levers(law, np.zeros(1)).any())
+        require(not turns, "beta", solid.beta, words)
+        allowed = " or ".join(f"{method.__name__}()" for method in self.body.methods)
+        words = f"must be {allowed} on a {type(self.body).__name__}"
+        known = self.method is None or isinstance(self.method, tuple(self.body.methods))
+        require(known, "method", self.method, words)
         if not in_space:
-            require_even(self.law, self.obstacle, self.body.solid.ell)
-            require_jumps(self.obstacle, self.body.solid.ell)
+            require_even(law, self.obstacle, solid.ell)
+            require_jumps(self.obstacle, solid.ell)
         self.solver  # which checks what it is given
 
     @cached_property
@@ -142,12 +145,7 @@ class Contact:
         >>> [each.name for each in plan.candidates], plan.reason
         (['panels', 'cells'], 'the least seconds')
         """
-        load, approach, rtol = plain(load), plain(approach), plain(rtol)
-        self._check(load, approach, rtol, None)
-        return self._plan(load, approach, rtol)
-
-    def _plan(self, load: float | None, approach: float | None, rtol: float | None) -> Plan:
-        return planned(self._solvers, load, approach, self._goal(rtol))
+        return planned(self._solvers, *self._checked(load, approach, rtol))
 
     def _goal(self, rtol: float | None) -> float | None:
         """Returns rtol, or the usual one of the body where several methods can answer."""
@@ -155,14 +153,13 @@ class Contact:
 
     def _ordered(self, load: float | None, approach: float | None, rtol: float | None) -> Sequence[Candidate]:
         """Returns the candidates of the plan; the usual one if none can answer."""
-        several = len(self._solvers) > 1 and self._plan(load, approach, rtol).candidates
+        several = len(self._solvers) > 1 and planned(self._solvers, load, approach, rtol).candidates
         return several or (Candidate(self.solver),)
 
     def _solver_of(self, options: MethodLike) -> Solver:
         known = getattr(self.body, "solvers", {})
         solver: Any = known.get(type(options), getattr(options, "solver", None))
-        if solver is None:
-            raise BadArgument("method", options, "has no attribute `solver`, a Solver class or its path")
+        require(solver, "method", options, "has no attribute `solver`, a Solver class or its path")
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
@@ -223,8 +220,7 @@ class Contact:
         >>> problem.solve(load=1.1, initial=state).half_width > state.half_width
         True
         """
-        load, approach, rtol = plain(load), plain(approach), plain(rtol)
-        self._check(load, approach, rtol, initial)
+        load, approach, rtol = self._checked(load, approach, rtol, initial)
         start: Any = getattr(initial, "solution", initial)
         goal = self._goal(rtol)
 
@@ -237,13 +233,11 @@ class Contact:
             with counting(f"solve by {type(solver.options).__name__}()", progress, given=given):
                 counted(0, **({"expected": f"{cost.seconds:.2g} s"} if cost else {}))
                 state = solver.state(solver.solve(load, approach, goal, start))
-            if approach is not None and not state.load > 0:
-                raise BadArgument("approach", approach, NOT_YET)
+            require(approach is None or state.load > 0, "approach", approach, NOT_YET)
             solver.require_solved(state, load, approach)
             return state
 
-        state, instead = first_answer(self._ordered(load, approach, rtol), answer)
-        return state.noting(instead) if instead else state
+        return first_answer(self._ordered(load, approach, rtol), answer)
 
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None
@@ -272,28 +266,26 @@ class Contact:
                 counted(load=load)
         return states[1:]
 
-    def _check(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: State | None
-    ) -> None:
+    def _checked(
+        self, load: Any, approach: Any, rtol: float | None, initial: State | None = None
+    ) -> tuple[float | None, float | None, float | None]:
+        """Returns load, approach and rtol as Python's numbers; raises BadArgument for wrong ones."""
         friction = getattr(self.law, "friction", 0.0)
-        if friction:
-            raise BadArgument(
-                "friction",
-                friction,
-                "makes states depend on what came before: follow the loads by history([(P, Q), ...])",
-            )
-        if (load is None) == (approach is None):
-            raise BadArgument("load", load, "give either load or approach")
+        words = "makes states depend on what came before: follow the loads by history([(P, Q), ...])"
+        require(not friction, "friction", friction, words)
+        load, approach = plain(load), plain(approach)
+        require((load is None) != (approach is None), "load", load, "give either load or approach")
         if load is not None:
             require_positive(load=load)
         else:
             require_size(approach=approach)
-        require_tolerance(rtol)
+        rtol = require_tolerance(rtol)
         if initial is not None:
             require_kind(State, "a State", initial=initial)
             kind = None if initial.flat else "nodes" if initial.squares is None else "cells"
-            if kind != self.solver.in_space:
-                raise BadArgument("initial", initial, "must be a State of the same kind of body")
+            words = "must be a State of the same kind of body"
+            require(kind == self.solver.in_space, "initial", initial, words)
+        return load, approach, rtol
 
     @bounded
     def path(self, load: float, *, rtol: float | None = None, progress: bool | None = None) -> LoadPath:
@@ -322,12 +314,11 @@ class Contact:
         >>> path.at(0.25).load
         0.25
         """
-        load, rtol = plain(load), plain(rtol)
-        self._check(load, None, rtol, None)
+        last, _, rtol = cast("tuple[float, None, float | None]", self._checked(load, None, rtol))
         with counting("load path", progress):
             # events ask for more than states to a loose rtol
-            solver: Solver = self._ordered(load, None, None)[0].solver
-            path = solver.path(load, self._goal(rtol))
+            solver: Solver = self._ordered(last, None, None)[0].solver
+            path = solver.path(last, self._goal(rtol))
         path.progress = progress
         if progress:  # the events are what lasts
             path.events
@@ -382,23 +373,17 @@ class Contact:
         True
         """
         friction = getattr(self.law, "friction", 0.0)
-        if not friction:
-            raise BadArgument(
-                "law", self.law, "has no friction: its states do not depend on a history, solve them"
-            )
+        words = "has no friction: its states do not depend on a history, solve them"
+        require(friction, "law", self.law, words)
         require_flag(coupled=coupled)
         rtol = require_tolerance(rtol)
         found = pairs_of(pairs, friction)
         followers = [solver for solver in self._solvers if solver.follows(found)] or [self.solver]
         with counting("history", progress):
-            history, instead = first_answer(
+            return first_answer(
                 map(Candidate, followers),
                 lambda candidate: candidate.solver.history(found, bool(coupled), rtol),
             )
-        if not instead:
-            return history
-        states = [state.noting(instead) for state in history.states]
-        return History(history.problem, states, history.events)
 
     def with_(
         self,
@@ -426,14 +411,12 @@ class Contact:
         Unilateral()
         """
         if solid is not None:
-            if body is not None:
-                raise BadArgument("solid", solid, "is that of the body: give one of the two")
+            require(body is None, "solid", solid, "is that of the body: give one of the two")
             require_kind(Cosserat, "a Cosserat", solid=solid)
             if solid != self.solid:
-                if not hasattr(self.body, "of"):
-                    words = f"is that of the {type(self.body).__name__}, which has no of(solid): give a body"
-                    raise BadArgument("solid", solid, words)
-                body = self.body.of(solid)
+                words = f"is that of the {type(self.body).__name__}, which has no of(solid): give a body"
+                require(hasattr(self.body, "of"), "solid", solid, words)
+                body = cast(Any, self.body).of(solid)
         parts: dict[str, Any] = {"body": body, "obstacle": obstacle, "law": law, "method": method}
         return replace(self, **{name: part for name, part in parts.items() if part is not None})
 

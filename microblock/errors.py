@@ -207,7 +207,7 @@ def shown(value: Any) -> str:
     sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
     if sequence and len(value) > 6:
         return f"{len(value)} entries ({', '.join(shown(one) for one in value[:3])}, ...)"
-    return shortened(repr(value.item() if isinstance(value, np.generic) else value))
+    return shortened(repr(_of_numpy(value)))
 
 
 def shortened(words: str) -> str:
@@ -227,10 +227,13 @@ def require(holds: object, name: str, value: object, allowed: str) -> None:
         raise BadArgument(name, value, allowed)
 
 
+def _of_numpy(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def plain(value: Any) -> Any:
     """Returns a number of numpy as Python's, since narrow integers overflow."""
-    scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
-    return value.item() if scalar else value
+    return value.item() if isinstance(value, np.ndarray) and not value.ndim else _of_numpy(value)
 
 
 class Checked:
@@ -240,11 +243,10 @@ class Checked:
 
     def __post_init__(self) -> None:
         for one in fields(cast(Any, self)):
-            value = plain(getattr(self, one.name))
+            value, check = plain(getattr(self, one.name)), one.metadata.get("check")
+            if check and (value is not None or one.default is not None):
+                value = check(**{one.name: value}) or value
             object.__setattr__(self, one.name, value)
-            if "check" in one.metadata and (value is not None or one.default is not None):
-                checked = one.metadata["check"](**{one.name: value})
-                object.__setattr__(self, one.name, value if checked is None else checked)
 
 
 def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
@@ -255,11 +257,7 @@ def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable
 def require_finite(**arguments: object) -> None:
     """Raises BadArgument for what is no finite real number, or too large for products."""
     _require(
-        lambda value: (
-            isinstance(value, (int, float, np.integer, np.floating))
-            and not isinstance(value, bool)
-            and abs(cast(Any, value)) < float("inf")
-        ),
+        lambda value: type(_of_numpy(value)) in (int, float) and abs(value) < float("inf"),
         "must be a finite number",
         arguments,
     )
@@ -285,7 +283,7 @@ def require_tolerance(rtol: Any) -> Any:
     rtol = plain(rtol)
     if rtol is not None:
         require_finite(rtol=rtol)
-        _require(lambda value: 0 < value < 1, "must satisfy 0 < rtol < 1", {"rtol": rtol})
+        require(0 < rtol < 1, "rtol", rtol, "must satisfy 0 < rtol < 1")
     return rtol
 
 
@@ -293,14 +291,14 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
     """Raises BadArgument for what is no whole number from `least` to `most`."""
     words = f", at least {least}" if most is None else f" between {least} and {most}"
     _require(
-        lambda value: (
-            isinstance(value, (int, np.integer))
-            and not isinstance(value, bool)
-            and least <= value <= (most or sys.maxsize)
-        ),
+        lambda value: type(_of_numpy(value)) is int and least <= value <= (most or sys.maxsize),
         f"must be a whole number{words}",
         arguments,
     )
+
+
+def _names(path: object) -> bool:
+    return isinstance(path, (str, os.PathLike)) and bool(str(path)) and "\0" not in str(path)
 
 
 def require_place(
@@ -309,29 +307,19 @@ def require_place(
     """Raises BadArgument unless a file can have this path: in a folder that can be written to, no folder
     itself, with one of the endings, or none.
     """
-    if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
-        raise BadArgument(name, path, "must name a file")
-    where, known = Path(path), sorted(endings or ())
+    require(_names(path), name, path, "must name a file")
+    where, known, text = Path(path), sorted(endings or ()), str(path)
+    require(not where.is_dir(), name, text, "must name a file, and is a folder")
+    words = f"must lie in a folder that can be written to, and {where.parent} is none"
+    require(where.parent.is_dir() and os.access(where.parent, os.W_OK), name, text, words)
     ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
-    for wrong, words in (
-        (where.is_dir(), "must name a file, and is a folder"),
-        (
-            not (where.parent.is_dir() and os.access(where.parent, os.W_OK)),
-            f"must lie in a folder that can be written to, and {where.parent} is none",
-        ),
-        (
-            known and ending.isalpha() and ending not in known,
-            f"must end in .{', .'.join(known)} or in none of its own",
-        ),
-    ):
-        if wrong:
-            raise BadArgument(name, str(path), words)
+    words = f"must end in .{', .'.join(known)} or in none of its own"
+    require(not known or ending in known or not ending.isalpha(), name, text, words)
 
 
 def made_folder(path: str | os.PathLike[str], name: str) -> Path:
     """Returns a folder, made if it is not there; raises BadArgument unless files can be written to it."""
-    named = isinstance(path, (str, os.PathLike)) and str(path) and "\0" not in str(path)
-    require(named and not Path(path).is_file(), name, path, "must name a folder")
+    require(_names(path) and not Path(path).is_file(), name, path, "must name a folder")
     with writing(path, name):
         Path(path).mkdir(exist_ok=True, parents=True)
     require_place(Path(path) / "file", name)
@@ -344,9 +332,8 @@ def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
     try:
         yield
     except OSError as failure:
-        raise BadArgument(
-            name, str(path), f"cannot be written to ({failure.strerror or failure})"
-        ) from failure
+        words = f"cannot be written to ({failure.strerror or failure})"
+        raise BadArgument(name, str(path), words) from failure
 
 
 @contextmanager
@@ -355,17 +342,16 @@ def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path
     own. Raises BadArgument as `writing`.
     """
     whole = Path(path)
-    direct = whole.exists() and not whole.is_file()  # a device or pipe
-    # with an ending that numpy leaves as it is
-    part = whole if direct else whole.with_name(f".{whole.name}.{os.getpid()}.npz")
     with writing(path, name):
+        if whole.exists() and not whole.is_file():  # a device or pipe
+            yield whole
+            return
+        part = whole.with_name(f".{whole.name}.{os.getpid()}.npz")  # an ending that numpy leaves as it is
         try:
             yield part
-            if not direct:
-                part.replace(whole)
+            part.replace(whole)
         finally:
-            if not direct:
-                part.unlink(missing_ok=True)
+            part.unlink(missing_ok=True)
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
@@ -391,13 +377,19 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
 require_flag = partial(require_kind, (bool, np.bool_), "True or False")
 
 
+def require_floats(words: str, **arguments: Any) -> Any:
+    """Returns an array of floats; raises BadArgument, by these words, of what numpy does not read as such."""
+    ((name, values),) = arguments.items()
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError) as failure:
+        raise BadArgument(name, values, words) from failure
+
+
 def require_numbers(**arguments: Any) -> Any:
     """Returns an array (n,) of floats; raises BadArgument unless these are finite."""
     ((name, values),) = arguments.items()
-    try:
-        found = np.atleast_1d(np.asarray(values, float))
-    except (TypeError, ValueError, OverflowError) as failure:
-        raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
+    found = np.atleast_1d(require_floats("must be a number, or an array (n,) of numbers", **arguments))
     texts = np.asarray(values).dtype.kind in "bSU"  # which numpy reads as numbers
     if texts or found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
         words = "must be a finite number, or an array (n,) of such"
@@ -411,7 +403,7 @@ def require_numbers(**arguments: Any) -> Any:
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
     """Returns (left, right) as floats; raises BadArgument unless finite, left < right."""
     ((name, value),) = arguments.items()
-    found = require_numbers(**arguments)
-    if len(found) != 2 or not found[0] < found[1]:
-        raise BadArgument(name, value, "must be (left, right), two finite numbers, left < right")
-    return float(found[0]), float(found[1])
+    pair = require_numbers(**arguments).tolist()
+    words = "must be (left, right), two finite numbers, left < right"
+    require(len(pair) == 2 and pair[0] < pair[1], name, value, words)
+    return pair[0], pair[1]

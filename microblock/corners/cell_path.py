@@ -50,15 +50,9 @@ class CellPath(SeenTwice):
         fine = solver.options.nodes or solver.followed
         return [_Followed(solver, window, count).down_from(self.last) for count in (fine // 2, fine)]
 
-    @cached_property
-    def events(self):
-        """Zones that are born, merge, split or vanish, ascending in load."""
-        (coarse, fine), found = self._seen, []
-        for key in filter(coarse.__contains__, fine):
-            other, event = coarse[key], fine[key]
-            missing = abs(event.load - other.load) / (2**0.5 - 1)
-            found.append(replace(event, load_error=event.load_error + other.load_error + missing))
-        return found
+    def judged(self, coarse, fine):
+        missing = abs(fine.load - coarse.load) / (2**0.5 - 1)
+        return replace(fine, load_error=fine.load_error + coarse.load_error + missing)
 
 
 class _Followed:

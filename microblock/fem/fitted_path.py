@@ -15,16 +15,11 @@ class FittedPath(SeenTwice):
     (docs/theory/halfplane.md), is extrapolated.
     """
 
-    @cached_property
-    def events(self):
-        """Zones that are born, merge, split or vanish, ascending in load."""
-        (coarse, fine), found = self._seen, []
+    def judged(self, coarse, fine):
         slowest = 2 ** (2 * coalescence_exponent(self.problem.solid)) - 1
-        for key in filter(coarse.__contains__, fine):  # in their order, which a set has not
-            event, missing = fine[key], (fine[key].load - coarse[key].load) / slowest
-            load = event.load + missing * (self.problem.solver.symmetric and event.x == 0 < event.load)
-            found.append(replace(event, load=load, load_error=abs(missing)))
-        return sorted(found, key=lambda event: event.load)
+        missing = (fine.load - coarse.load) / slowest
+        load = fine.load + missing * (self.problem.solver.symmetric and fine.x == 0 < fine.load)
+        return replace(fine, load=load, load_error=abs(missing))
 
     @cached_property
     @following

@@ -8,18 +8,20 @@ import json
 import os
 from collections.abc import Iterable
 from dataclasses import asdict
+from functools import partial
 from importlib import import_module
 from inspect import signature
-from typing import Any
+from typing import Any, cast
 from zipfile import BadZipFile
 
 import numpy as np
 
+from .. import __version__
 from ..errors import BadArgument, MissingExtra, Named, replacing, require_place, shown
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
-from .results import QUANTITIES, Quantity
+from .results import unit
 from .state import State, Surface
 from .types import AnyArray, Interval, Zones
 
@@ -54,11 +56,10 @@ class Absent:
 def save(result: Any, file: str | os.PathLike[str]) -> None:
     """Writes a State, LoadPath or History, whole or not at all."""
     require_place(file, "file")
-    arrays: list[AnyArray] = []
+    arrays: dict[str, Any] = {}
     text = json.dumps(_packed(result, arrays))
-    columns: Any = {str(number): one for number, one in enumerate(arrays)}
     with replacing(file, "file") as part:
-        np.savez_compressed(part, text=text, **columns)
+        np.savez_compressed(part, version=__version__, text=text, **arrays)
 
 
 def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
@@ -76,7 +77,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     Raises
     ------
     BadArgument
-        If there is no such file.
+        If there is no such file, or it is of a version with other parts.
 
     Examples
     --------
@@ -87,24 +88,27 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     >>> path.events == problem.path(load=1.0).events, path.problem == problem, path.at(0.5).load
     (True, True, 0.5)
     """
+    arrays: dict[str, AnyArray] = {}
     lacking = LookupError, ImportError, AttributeError  # of a class of another version
     try:
-        with np.load(file) as found:
-            arrays = dict(found)
-        result: State | LoadPath | History = _unpacked(json.loads(arrays["text"].item()), arrays)
+        with np.load(file) as columns:
+            arrays |= columns
+        result = json.loads(arrays["text"].item(), object_hook=partial(_unpacked, arrays))
     except (OSError, ValueError, TypeError, EOFError, BadZipFile, *lacking) as failure:
+        version = f" of version {arrays.get('version')}, this is {__version__}" * ("version" in arrays)
         cause = str(failure).partition(". ")[0]  # NumPy goes on to advise loading pickles
-        raise BadArgument("file", file, f"must be one that save() has written ({cause})") from failure
-    return result
+        words = f"must be one that save() has written{version} ({cause})"
+        raise BadArgument("file", file, words) from failure
+    return cast("State | LoadPath | History", result)
 
 
-def _packed(value: Any, arrays: list[AnyArray]) -> Any:
-    """Returns a value as JSON has it, arrays as numbers in the list `arrays`."""
+def _packed(value: Any, arrays: dict[str, Any]) -> Any:
+    """Returns a value as JSON has it, arrays as their names in `arrays`."""
     if isinstance(value, np.ndarray):
-        arrays.append(value)
-        return {"array": str(len(arrays) - 1)}
-    if isinstance(value, np.generic):
-        return value.item()
+        name = str(len(arrays))
+        arrays[name] = value
+        return {"array": name}
+    value = value.item() if isinstance(value, np.generic) else value
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, (list, tuple)):
@@ -124,21 +128,19 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
     return {"lost": repr(value) if isinstance(value, Absent) else shown(value)}
 
 
-def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
-    if not isinstance(tree, dict):
-        return tree
+def _unpacked(arrays: dict[str, AnyArray], tree: dict[str, Any]) -> Any:
+    """Returns what an object of JSON stands for, whose parts are unpacked."""
     if "array" in tree:
         return arrays[tree["array"]]
     if "lost" in tree:
         return Absent(tree["lost"], kinks=(), jumps=(), ends=())
     if "dict" in tree:
-        found = {name: _unpacked(one, arrays) for name, one in tree["dict"]}
-        return found if tree["of"] is None else Named(tree["of"], found)
-    for sequence in (list, tuple):
-        if sequence.__name__ in tree:
-            return sequence(_unpacked(one, arrays) for one in tree[sequence.__name__])
+        return dict(tree["dict"]) if tree["of"] is None else Named(tree["of"], tree["dict"])
+    if "list" in tree or "tuple" in tree:
+        return tree["list"] if "list" in tree else tuple(tree["tuple"])
+    if "class" not in tree:
+        return tree  # parts by their names
     (module, name), parts = tree["class"], tree["parts"]
-    parts = {name: _unpacked(one, arrays) for name, one in parts.items()}
     kind: Any = getattr(import_module(module), name) if module.startswith("microblock.") else None
     if not isinstance(kind, type) or kind.__module__ != module:
         raise ValueError(f"{module}.{name} is no class of microblock")
@@ -174,9 +176,7 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    _, unit, in_space = QUANTITIES.get(name, Quantity())
-    own = unit if flat else in_space or unit
-    return {"units": own} if own else {}
+    return {"units": words} if (words := unit(name, flat)) else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import wraps
+from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any
 
 from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
@@ -167,6 +167,17 @@ class SeenTwice(LoadPath):
             number = sum(key[:2] == (event.kind, event.zone) for key in found)
             found[event.kind, event.zone, number] = event
         return found
+
+    def judged(self, coarse: Event, fine: Event) -> Event:
+        """Returns an event of both meshes with its error."""
+        raise NotImplementedError
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """Zones that are born, merge, split or vanish, ascending in load."""
+        coarse, fine = self._seen
+        both = [self.judged(coarse[key], fine[key]) for key in fine if key in coarse]
+        return sorted(both, key=lambda event: event.load)
 
     @property
     def warnings(self) -> list[str]:

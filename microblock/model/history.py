@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument
+from ..errors import require, require_floats
 from .events import Event
 from .results import PlainData, line, saved
 from .state import Solution, State
@@ -82,6 +82,10 @@ class History(PlainData):
     def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[Event]) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
 
+    def noting(self, sentence: str) -> History:
+        """Returns the history with one more sentence among the warnings of each state."""
+        return History(self.problem, [state.noting(sentence) for state in self.states], self.events)
+
     @property
     def warnings(self) -> list[str]:
         return list(dict.fromkeys(text for state in self.states for text in state.warnings))
@@ -114,20 +118,12 @@ def pairs_of(pairs: ArrayLike, friction: float) -> Array:
     """Returns pairs (P, Q) as an array (n, 2), with |Q| beyond f P by rounding as f P; raises BadArgument
     unless they are finite, with P > 0 and |Q| <= f P.
     """
-    try:
-        found = np.array(cast(Any, pairs), float)
-    except (TypeError, ValueError, OverflowError) as failure:
-        raise BadArgument("pairs", pairs, "must be pairs (P, Q) of numbers") from failure
-    if found.ndim != 2 or found.shape[1] != 2 or not len(found) or not np.isfinite(found).all():
-        raise BadArgument("pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")
-    for P, Q in found.tolist():
-        if not P > 0:
-            raise BadArgument("pairs", (P, Q), "must have a positive normal force P")
-        if abs(Q) > friction * P * (1 + SLIDING):
-            raise BadArgument(
-                "pairs",
-                (P, Q),
-                f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end",
-            )
-    found[:, 1] = np.clip(found[:, 1], -friction * found[:, 0], friction * found[:, 0])
-    return found
+    forces = require_floats("must be pairs (P, Q) of numbers", pairs=pairs)
+    good = forces.ndim == 2 and forces.shape[1] == 2 and len(forces) and np.isfinite(forces).all()
+    require(good, "pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")
+    for P, Q in forces.tolist():
+        require(P > 0, "pairs", (P, Q), "must have a positive normal force P")
+        words = f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end"
+        require(abs(Q) <= friction * P * (1 + SLIDING), "pairs", (P, Q), words)
+    normal, shear = forces.T
+    return np.column_stack((normal, np.clip(shear, -friction * normal, friction * normal)))

@@ -61,8 +61,7 @@ class Law:
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns the levers of (29) at x: {corner: array}, -2 times the arm along the surface."""
-        arms = self.arms(*level_surface(np.ravel(x)))
-        return dict(zip(self.corners, -2 * arms[:, :, 0].reshape(len(arms), *np.shape(x))))
+        return dict(zip(self.corners, levers(self, x)))
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
@@ -70,8 +69,7 @@ class Law:
         """Returns the initial gaps along the normal, {corner: array (n,)} (lengths), inf without an obstacle,
         of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
         """
-        places = zip(self.corners, points + ell * self.places(points, normals))
-        return {name: obstacles.gap(obstacle, place, normals) for name, place in places}
+        return dict(zip(self.corners, initial_gaps(self, points, normals, ell, obstacle)))
 
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
@@ -257,12 +255,14 @@ def rotation(psi0: Any, *x: Array) -> Array:
 
 def levers(law: LawLike, x: Array) -> Array:
     """Returns the levers of all corners at x, array (corners, ...)."""
-    return np.array(list(law.levers(x).values()))
+    arms = law.arms(*level_surface(np.ravel(x)))
+    return -2 * arms[:, :, 0].reshape(len(arms), *np.shape(x))
 
 
 def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstacle: ObstacleLike) -> Array:
     """Returns the initial gaps of all corners, array (corners, n), of arguments as of `Law.initial_gaps`."""
-    return np.array(list(law.initial_gaps(points, normals, ell, obstacle).values()))
+    places = points + ell * law.places(points, normals)
+    return np.array([obstacles.gap(obstacle, place, normals) for place in places])
 
 
 def level_surface(x: Array) -> tuple[Array, Array]:
@@ -320,15 +320,12 @@ def require_shifts(law: LawLike, ell: float) -> None:
     """Raises BadArgument unless corners are everywhere as far from their contact point along the surface."""
     if type(law) in BUILT_IN:
         return
-    x = ell * np.geomspace(1e-3, 1e4, 43)
-    along = law.places(*level_surface(np.concatenate((-x, [0.0], x))))[:, :, 0]
+    along = law.places(*level_surface(obstacles.scales(ell)))[:, :, 0]
     words = "must have its corners everywhere at one distance from the contact point: a Body takes others"
     require(np.ptp(along, axis=1).max() <= 1e-9, "law", law, words)
 
 
 def require_pure_force(law: LawLike, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
-    right = obstacles.scales(ell)
-    if len(law.corners) == 1 and np.any(levers(law, np.concatenate((-right, [0.0], right)))):
-        words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
-        raise BadArgument("law", law, words)
+    words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
+    require(len(law.corners) > 1 or not np.any(levers(law, obstacles.scales(ell))), "law", law, words)

@@ -242,5 +242,5 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     require_kind(Cosserat, "a Cosserat", solid=solid)
     R, P = plain(R), plain(P)
     require_positive(R=R, P=P)
-    a_Hz = math.sqrt(4 * P * R * (1 - solid.nu**2) / (math.pi * solid.E))
+    a_Hz = math.sqrt(4 * P * R / (math.pi * solid.E_star))
     return a_Hz, 2 * P / (math.pi * a_Hz)

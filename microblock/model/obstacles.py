@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import (
@@ -189,7 +190,7 @@ class Obstacle:
         BadArgument
             If the samples are not finite, not ascending or not as many, or the noise is not positive.
         """
-        return Samples(cast(Array, x), cast(Array, z), noise)  # which makes arrays of them
+        return Samples(cast(Any, x), cast(Any, z), noise)  # which makes tuples of them
 
 
 @dataclass(frozen=True)
@@ -245,35 +246,9 @@ class Samples:
     [0.25]
     """
 
-    x: Array
-    z: Array
+    x: tuple[float, ...]
+    z: tuple[float, ...]
     noise: float | None = None
-
-    def alike(self) -> list[Samples]:
-        """Returns profiles that the data cannot tell from this one: without every second sample, and with
-        heights moved up and down in turn by the noise, if it is known.
-        """
-        kept = np.append(np.arange(0, len(self.x) - 1, 2), -1)
-        found = [Samples(self.x[kept], self.z[kept])]
-        if self.noise is not None:
-            found.append(Samples(self.x, self.z + self.noise * (-1.0) ** np.arange(len(self.x))))
-        return found
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        return tuple(self.x[1:-1])
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Jumps of the slope; 0 where they are rounding."""
-        # of four heights, two to a slope, and of the abscissae
-        rounding = 8 * np.finfo(float).eps * np.abs(self.z).max()
-        jumps = np.diff(np.diff(self.z) / np.diff(self.x))
-        return tuple(np.where(np.abs(jumps) * np.diff(self.x).min() > rounding, jumps, 0.0))
-
-    @property
-    def ends(self) -> Interval:
-        return self.x[0], self.x[-1]
 
     formulas = True
 
@@ -281,32 +256,53 @@ class Samples:
         for name, values in (("x", self.x), ("z", self.z)):
             words = "is a function: hand it to Contact itself, where it serves as obstacle as it is"
             require(not callable(values), name, values, words)
-            object.__setattr__(self, name, np.array(require_numbers(**{name: values})))
-        x, z, rises = self.x, self.z, np.diff(self.x) > 0
+            object.__setattr__(self, name, tuple(require_numbers(**{name: values}).tolist()))
+        x, rises = self.x, np.diff(self.x) > 0
         words = "must be a strictly ascending sequence of at least two numbers"
         if not rises.all():
             i = int(np.argmin(rises))
             words += f"; entry {i + 1} is {x[i + 1]:g} after {x[i]:g}: sort it, average duplicates"
-        require(x.size >= 2 and rises.all(), "x", x, words)
-        require(z.shape == x.shape, "z", z, f"must hold {x.size} finite numbers, one for each x")
+        require(len(x) >= 2 and rises.all(), "x", x, words)
+        require(len(self.z) == len(x), "z", self.z, f"must hold {len(x)} finite numbers, one for each x")
         if self.noise is not None:
             require_positive(noise=self.noise)
+
+    @cached_property
+    def _profile(self) -> Array:
+        return np.array((self.x, self.z))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        return self.x[1:-1]
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Jumps of the slope; 0 where they are rounding."""
+        lengths, rises = np.diff(self._profile)
+        jumps = np.diff(rises / lengths)
+        # of four heights, two to a slope, and of the abscissae
+        rounding = 8 * np.finfo(float).eps * np.abs(self._profile[1]).max()
+        return tuple(np.where(np.abs(jumps) * lengths.min() > rounding, jumps, 0.0))
+
+    @property
+    def ends(self) -> Interval:
+        return self.x[0], self.x[-1]
+
+    def alike(self) -> list[Samples]:
+        """Returns profiles that the data cannot tell from this one: without every second sample, and with
+        heights moved up and down in turn by the noise, if it is known.
+        """
+        fewer = Samples((*self.x[:-1:2], self.x[-1]), (*self.z[:-1:2], self.z[-1]))
+        moved = self._profile[1] + (self.noise or 0.0) * (-1.0) ** np.arange(len(self.x))
+        return [fewer, *[Samples(self.x, cast(Any, moved))] * (self.noise is not None)]
 
     def __repr__(self) -> str:
         return f"Samples({len(self.x)} points)"
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Samples):
-            return NotImplemented
-        alike = np.array_equal(self.x, other.x) and np.array_equal(self.z, other.z)
-        return alike and self.noise == other.noise
-
-    def __hash__(self) -> int:
-        return hash((self.x.tobytes(), self.z.tobytes(), self.noise))
-
     def height(self, x: Array) -> Array:
         """Returns the height at x, array (n,) (lengths); inf outside the samples."""
-        return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
+        places, heights = self._profile
+        return np.interp(x, places, heights, left=np.inf, right=np.inf)
 
 
 @dataclass(frozen=True)
@@ -407,11 +403,8 @@ class Rough(SelfAffine):
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at x, array (n,) (lengths)."""
-        phase = np.exp(2j * np.pi * np.asarray(x, float) / self.period)  # of Horner's rule
-        total = np.zeros_like(phase)
-        for amplitude in self.amplitudes[::-1]:
-            total = total * phase + amplitude
-        return (total * phase ** self.waves[0]).real
+        phase = np.exp(2j * np.pi * np.asarray(x, float) / self.period)
+        return (polyval(phase, self.amplitudes) * phase ** self.waves[0]).real
 
 
 def heights(obstacle: Any, *x: Array) -> Array:
@@ -448,21 +441,21 @@ def check(obstacle: ObstacleLike, in_space: bool = False) -> None:
 
 
 def scales(ell: float) -> Array:
-    """Returns distances (lengths) at which what a user gives is looked at."""
-    return ell * np.geomspace(1e-3, 1e5, 65)
+    """Returns the places (lengths), ascending and symmetric, at which what a user gives is looked at."""
+    right = ell * np.geomspace(1e-3, 1e5, 65)
+    return np.concatenate((-right[::-1], [0.0], right))
 
 
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument unless an obstacle is lowest on the scales of ell."""
-    sides = {side: heights(obstacle, side * scales(ell)) for side in (-1, 1)}
-    for side, above in sides.items():
-        rises = np.any(above[-8:] >= above[-9:-1])
+    above = heights(obstacle, scales(ell))
+    for side, values in ((-1, above[::-1]), (1, above)):
+        rises = np.any(values[-8:] >= values[-9:-1])
         words = (
             f"must be lowest within {scales(1.0)[-1]:g} ell of x1 = 0, but its height(x) falls towards "
             f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place"
         )
-        lowest = min(each.min() for each in sides.values())
-        require(rises or above[-1] > lowest, "obstacle", obstacle, words)
+        require(rises or values[-1] > above.min(), "obstacle", obstacle, words)
 
 
 def returned(obstacle: Any, *x: Array) -> Array:

@@ -8,9 +8,9 @@ Heights within twice that are sampled so densely that features as wide as 5e-4 a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,8 +43,8 @@ class Picture:
         Of psi0 where that is a function, else one without pieces.
     sites, heights : arrays (m,)
         Ascending places where it could touch, and the heights there.
-    edges, lengths : arrays (n + 1,), (n,)
-        Pieces on which the height is a polynomial; inf where only kinks and ends count.
+    edges, lengths : arrays (n + 1,)
+        Pieces on which the height is a polynomial, as of `Proxy`; inf where only kinks and ends count.
     kinks, jumps, ends, steps : tuples of float
         Slope discontinuities, their jumps and edges; places at which the height jumps.
     found : bool
@@ -64,8 +64,8 @@ class Picture:
     kinks: tuple[float, ...]
     jumps: tuple[float, ...]
     ends: tuple[float, ...]
-    steps: tuple[float, ...] = ()
-    found: bool = False
+    steps: tuple[float, ...]
+    found: bool
 
     @property
     def minima(self) -> Array:
@@ -85,7 +85,7 @@ class Picture:
         return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * away))
 
 
-def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
+def picture(problem: Problem, load: float) -> Picture:
     """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
     BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
@@ -102,7 +102,7 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
         if farthest >= (enough := 100 * half):
             break
         farthest = 2 * enough
-    away = np.abs(x - lowest) / half
+    away, bound = np.abs(x - lowest) / half, 2.0
     low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
     words = (
         f"must rise away from its lowest point: at x = {x[0] if low[0] else x[-1]:.2g} a half-plane under "
@@ -111,34 +111,48 @@ def picture(problem: Problem, load: float, bound: float = 2.0) -> Picture:
     )
     require(not low[[0, -1]].any(), "obstacle", obstacle, words)
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
-    return within(problem, stretches, half, rise, bound, lowest)
+    return replace(within(problem, stretches, half, rise), bound=bound, lowest=lowest)
 
 
-def within(
-    problem: Problem,
-    stretches: tuple[Interval, ...],
-    half: float,
-    rise: float,
-    bound: float = np.inf,
-    lowest: float | None = None,
-) -> Picture:
+def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float) -> Picture:
     """Returns the Picture of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
-    obstacle, floor = problem.obstacle, 1e-11 * rise
-    kinks = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
-    named = obstacle, stretches, kinks, tuple(getattr(obstacle, "ends", ()))
-    known = getattr(obstacle, "formulas", False)
-    shape = _known(*named) if known else _sampled(*named, half, floor / half)
-    there = np.isfinite(shape["heights"])
-    shape |= {name: shape[name][there] for name in ("sites", "heights")}
+    obstacle, floor, ell = problem.obstacle, 1e-11 * rise, problem.solid.ell
+    named = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
+    ends: tuple[float, ...] = tuple(getattr(obstacle, "ends", ()))
+    if getattr(obstacle, "formulas", False):
+        pieces = [_polynomial(obstacle, stretches, np.array((*named, *ends)))]
+    else:
+        pieces = _profiles(partial(heights, obstacle), stretches, half, floor / half, obstacle, named, ends)
+    edges, lengths, singular, jumps, sites, above = map(np.concatenate, zip(*pieces))
+    sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
+    gone = singular[np.isnan(jumps)].tolist()
+    outermost = zip(sites[[0, -1]].tolist(), (-np.inf, np.inf))
+    detected = tuple(place if place in gone else beyond for place, beyond in outermost)
+    known = ends or (detected if np.isfinite(detected).any() else ())
+    kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
+    kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
+    kinks = dict(sorted(kinks.items()))
+    angle, psi0 = NOTHING, getattr(problem.law, "psi0", None)
+    if callable(psi0):
+        around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
+        (angle,) = _profiles(cast(Any, problem.law).angle, around, half, floor / ell, psi0, name="psi0")
     return Picture(
-        **shape,
-        lowest=float(shape["sites"][np.argmin(shape["heights"])]) if lowest is None else lowest,
+        lowest=float(sites[np.argmin(above)]),
         half_width=half,
         rise=rise,
-        bound=bound,
+        bound=np.inf,
         stretches=stretches,
-        angle=_angle(problem.law, stretches, problem.solid.ell, half, floor / problem.solid.ell),
+        angle=angle,
+        sites=sites,
+        heights=above,
+        edges=edges,
+        lengths=lengths,
+        kinks=tuple(kinks),
+        jumps=tuple(kinks.values()),
+        ends=known,
+        steps=tuple(place for place in gone if place not in known),
+        found=kinks != named or known != ends,
     )
 
 
@@ -168,8 +182,8 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     enough = np.flatnonzero(rises >= rise)
     words = f"does not rise enough to carry the load {load:g} within {half[-1]:.1g}: {BOUNDED}"
     require(len(enough), "obstacle", problem.obstacle, words)
-    n = enough[0]
-    return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise
+    bracket = slice(max(enough[0], 1) - 1, enough[0] + 1)
+    return float(np.interp(rise, rises[bracket], half[bracket])), rise
 
 
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
@@ -182,66 +196,22 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
     lower = lower[np.argsort(h[lower])[:300]]
     left, right = x[lower - 1], x[lower + 1]
-    more = [x]
-    for _ in range(14 if len(lower) else 0):  # each 4 times nearer
-        places = left[:, None] + (right - left)[:, None] * np.linspace(0, 1, 9)
+    for _ in range(14):  # each 4 times nearer
+        places = np.linspace(left, right, 9)
         values = heights(obstacle, places.ravel()).reshape(places.shape)
-        least = np.clip(np.argmin(values, axis=1), 1, places.shape[1] - 2)
-        more.append(places[:, 1:-1].ravel())
-        left, right = (np.take_along_axis(places, (least + side)[:, None], axis=1)[:, 0] for side in (-1, 1))
-    x = np.unique(np.concatenate(more))
+        least = np.clip(np.argmin(values, axis=0), 1, 7)
+        left, right = np.take_along_axis(places, np.array((least - 1, least + 1)), axis=0)
+        x = np.append(x, places)
+    x = np.unique(x)
     return x, heights(obstacle, x)
 
 
-def _known(
-    obstacle: ObstacleLike, stretches: Sequence[Interval], kinks: dict[float, float], ends: tuple[float, ...]
-) -> dict[str, Any]:
-    own, along = np.array((*kinks, *ends)), [np.linspace(*each, 65) for each in stretches]
-    sites = np.unique(np.concatenate((*along, own[contains(stretches, own)])))
-    return {
-        "sites": sites,
-        "heights": heights(obstacle, sites),
-        "edges": np.array((stretches[0][0], stretches[-1][1])),
-        "lengths": np.array([np.inf]),
-        "kinks": tuple(kinks),
-        "jumps": tuple(kinks.values()),
-        "ends": ends,
-    }
-
-
-def _sampled(
-    obstacle: ObstacleLike,
-    stretches: Sequence[Interval],
-    own: dict[float, float],
-    ends: tuple[float, ...],
-    half: float,
-    floor: float,
-) -> dict[str, Any]:
-    height = partial(heights, obstacle)
-    pieces = _profiles(height, stretches, half, floor, obstacle, kinks=own, ends=ends)
-    names = "edges", "samples", "values", "singular", "jumps"
-    edges, sites, above, singular, jumps = (
-        np.concatenate([getattr(each, name) for each in pieces]) for name in names
-    )
-    # between the stretches nothing touches
-    lengths = [np.inf] + [length for each in pieces for length in (*each.lengths, np.inf)]
-    gone = singular[np.isnan(jumps)].tolist()
-    outermost = zip(sites[np.isfinite(above)][[0, -1]].tolist(), (-np.inf, np.inf))
-    found = tuple(place if place in gone else beyond for place, beyond in outermost)
-    found = ends or (found if np.isfinite(found).any() else ())
-    kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
-    kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in own.items()}  # else as measured
-    return {
-        "sites": sites,
-        "heights": above,
-        "edges": edges,
-        "lengths": np.array(lengths[1:-1]),
-        "kinks": tuple(sorted(kinks)),
-        "jumps": tuple(kinks[place] for place in sorted(kinks)),
-        "ends": found,
-        "steps": tuple(place for place in gone if place not in found),
-        "found": kinks != own or found != ends,
-    }
+def _polynomial(obstacle: ObstacleLike, stretches: Sequence[Interval], named: Array) -> Proxy:
+    """Returns the Proxy of a height that is a polynomial between its named places."""
+    inside = named[contains(stretches, named)]
+    sites = np.unique(np.concatenate((*(np.linspace(*pair, 65) for pair in stretches), inside)))
+    edges, nothing = np.array((stretches[0][0], stretches[-1][1])), np.empty(0)
+    return Proxy(edges, np.full(2, np.inf), nothing, nothing, sites, heights(obstacle, sites))
 
 
 def _profiles(
@@ -250,9 +220,9 @@ def _profiles(
     half: float,
     floor: float,
     given: object,
-    name: str = "obstacle",
     kinks: Iterable[float] = (),
     ends: Iterable[float] = (),
+    name: str = "obstacle",
 ) -> list[Proxy]:
     """Returns the Proxy of a function on each stretch; raises BadArgument of too rough or too wide ones."""
     samples = 27  # of an interval, about: see `proxy`
@@ -271,10 +241,3 @@ def _profiles(
         known = [place for place in kinks if left < place < right]
         found.append(proxy(function, edges, floor, known, name, given))
     return found
-
-
-def _angle(law: Any, stretches: Sequence[Interval], ell: float, half: float, floor: float) -> Proxy:
-    if not callable(getattr(law, "psi0", None)):
-        return NOTHING
-    whole = ((stretches[0][0] - ell, stretches[-1][1] + ell),)
-    return _profiles(law.angle, whole, half, floor, law.psi0, "psi0")[0]

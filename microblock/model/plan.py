@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from ..cost import MOST_MEMORY, Cost
 from ..errors import MicroblockError, NotConverged, shortened
 from .types import MethodLike
-
-Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,20 +72,21 @@ class Plan:
         return "the least seconds"
 
     def __repr__(self) -> str:
-        first, *others = [repr(each) for each in self.candidates] or [""]
-        lines = [f"{first}  <- {self.reason}", *others]
-        return "\n".join((*lines, *(f"{each!r}" for each in self.refused)))
+        first, *others = [*map(repr, self.candidates)] or [""]
+        return "\n".join((f"{first}  <- {self.reason}", *others, *map(repr, self.refused)))
 
 
-def planned(solvers: Iterable[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
-    """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol: by their seconds if
-    all predict them. Seconds of others count twice, since states of the usual method know more: on a
-    half-plane edges of zones and fields below the surface. What would take more than MOST_MEMORY is refused.
+def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
+    """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol, or to the usual one
+    of the first: by their seconds if all predict them. Seconds of others count twice, since states of the
+    usual method know more: on a half-plane edges of zones and fields below the surface. What would take more
+    than MOST_MEMORY is refused.
     """
     able, refused = [], []
+    rtol = solvers[0].usual_rtol if rtol is None else rtol
     for number, solver in enumerate(solvers):
         try:
-            cost = solver.predicted(load, approach, solver.usual_rtol if rtol is None else rtol)
+            cost = solver.predicted(load, approach, rtol)
             if cost and cost.memory > MOST_MEMORY:
                 raise NotConverged(f"some {cost.memory / 1e9:.2g} GB of memory would be needed")
         except MicroblockError as failure:
@@ -100,11 +99,9 @@ def planned(solvers: Iterable[Any], load: float | None, approach: float | None, 
     return Plan(tuple(candidate for _, candidate in able), tuple(refused))
 
 
-def first_answer(
-    candidates: Iterable[Candidate], answer: Callable[[Candidate], Answer]
-) -> tuple[Answer, str]:
-    """Returns the answer of the first Candidate that converges, and a sentence on those before that did not;
-    raises NotConverged if none does.
+def first_answer(candidates: Iterable[Candidate], answer: Callable[[Candidate], Any]) -> Any:
+    """Returns the answer of the first Candidate that converges, which notes those before that did not; raises
+    NotConverged if none does.
     """
     failures: dict[str, NotConverged] = {}
     for candidate in candidates:
@@ -114,7 +111,7 @@ def first_answer(
             failures[candidate.name] = failure
             continue
         before = "; ".join(f"{other} ({why})" for other, why in failures.items())
-        return found, f"{candidate.name} instead of {before}" if before else ""
+        return found.noting(f"{candidate.name} instead of {before}") if before else found
     first, *others = failures.values()
     if not others:
         raise first

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import require
 from . import law as laws
 from .law import ACTS_IN, level_surface
-from .material import joint_modulus
+from .material import Cosserat, joint_modulus
 from .obstacles import heights, scales
 from .proxy import NOTHING, Proxy
 from .types import Array, CornerZones, Interval, LawLike, ObstacleLike
 from .zones import joined
-
-if TYPE_CHECKING:
-    from .material import Cosserat
-    from .picture import Picture
 
 GROWTH = 4.0  # of panels away from an edge
 
@@ -38,7 +34,7 @@ class Problem:
     law: LawLike
     obstacle: ObstacleLike
     mirror: bool = False
-    picture: Picture | None = field(default=None, compare=False, repr=False)
+    picture: Any = field(default=None, compare=False, repr=False)  # a Picture, or None
     counter: Cosserat | None = None
 
     @property
@@ -74,9 +70,9 @@ class Problem:
     def _angle(self) -> Proxy:
         return NOTHING if self.picture is None else self.picture.angle
 
-    def _one_place(self, place: float) -> float:
-        """Returns the first of the places that are one but for rounding."""
-        return float(self._places[np.searchsorted(self._places, place, side="right") - 1])
+    def _first_of(self, places: ArrayLike) -> list[float]:
+        """Returns for each place the first of those that are one with it but for rounding."""
+        return self._places[np.searchsorted(self._places, np.ravel(places), side="right") - 1].tolist()
 
     @cached_property
     def kinks(self) -> dict[float, dict[int, float]]:
@@ -88,8 +84,7 @@ class Problem:
         size *= getattr(self.law, "psi0_in", None) == ACTS_IN[0]
         met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
         found: dict[float, dict[int, float]] = {}
-        numbers = np.searchsorted(self._places, [place for place, *_ in met], side="right") - 1
-        for place, (_, corner, jump) in zip(self._places[numbers].tolist(), met):
+        for place, (_, corner, jump) in zip(self._first_of([place for place, *_ in met]), met):
             at = found.setdefault(place, {})
             at[corner] = at.get(corner, 0.0) + float(jump)
         return found
@@ -104,7 +99,6 @@ class Problem:
 
     @cached_property
     def stretches(self) -> list[Interval]:
-        assert self.picture is not None
         low = self.picture.stretches
         return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
 
@@ -115,14 +109,13 @@ class Problem:
 
     def sites(self, corner: int) -> Array:
         """Returns contact points with a corner under a site of the picture, or of psi0."""
-        assert self.picture is not None
         return np.union1d(self.picture.sites + self.shifts[corner], self._angle.samples)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval: as pieces on which heights and psi0 are polynomials,
         and `grading` times the distance from shorter ones.
         """
-        near = [(own, edges[:-1] - right, left - edges[1:]) for edges, own in self._pieces]
+        near = [(own[:-1], edges[:-1] - right, left - edges[1:]) for edges, own in self._pieces]
         lengths = (own + grading * np.maximum(np.maximum(*away), 0.0) for own, *away in near)
         return min((float(own.min(initial=np.inf)) for own in lengths), default=np.inf)
 
@@ -132,8 +125,7 @@ class Problem:
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
-        places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
-        return tuple(self._one_place(place + self.shifts[corner]) for place in places)
+        return tuple(self._first_of(np.add(getattr(self.obstacle, "ends", ()), self.shifts[corner])))
 
     def all_zones(self, zones: CornerZones) -> CornerZones:
         """Returns the zones of all corners {corner: ((left, right), ...)} from the computed ones."""
@@ -178,15 +170,15 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     x, same = scales(ell), 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
-        right, left = heights(obstacle, x), heights(obstacle, -x)
-        alike = np.isclose(right, left, rtol=same, atol=same * ell)
+        above = heights(obstacle, x)
+        alike = np.isclose(above, above[::-1], rtol=same, atol=same * ell)
         place = x[np.argmin(alike)]
         words = f"says that it is even, but its height differs at x = {place:.4g} and {-place:.4g}"
         require(alike.all(), "obstacle", obstacle, words)
     if law.even:
-        one, other = (laws.levers(law, places) for places in (x, -x))
+        levers = laws.levers(law, x)
         words = "says that it is even, but its levers are not those of a mirror image"
-        require(np.allclose(one, -other[::-1], rtol=same, atol=same), "law", law, words)
+        require(np.allclose(levers, -levers[::-1, ::-1], rtol=same, atol=same), "law", law, words)
 
 
 def require_jumps(obstacle: ObstacleLike, ell: float) -> None:

@@ -6,7 +6,7 @@ narrower than the samples of the first intervals, and changes nothing at them, i
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
@@ -25,14 +25,14 @@ _coefficients = np.linalg.inv(chebvander(_points, NODES - 1))
 _between = chebvander(_places[NODES:], NODES - 1) @ _coefficients  # its values at the other samples
 
 
-@dataclass(frozen=True)
-class Proxy:
+class Proxy(NamedTuple):
     """Pieces of a function.
 
     Attributes
     ----------
-    edges : array (n + 1,)
-        Edges of the pieces, ascending.
+    edges, lengths : arrays (n + 1,)
+        Edges of the pieces, ascending, and the length of the piece behind each; inf within two and a half
+        lengths of a singular point, and of the last.
     singular, jumps : arrays (k,)
         Places, ascending, at which a derivative jumps or has no bound, or the function jumps or ends; and
         jump of the slope, nan where the function jumps or ends.
@@ -41,21 +41,14 @@ class Proxy:
     """
 
     edges: Array
+    lengths: Array
     singular: Array
     jumps: Array
     samples: Array
     values: Array
 
-    @property
-    def lengths(self) -> Array:
-        """Lengths of the pieces, array (n,); inf within two and a half lengths of a singular point."""
-        lengths = np.diff(self.edges)
-        middle, least = (self.edges[1:] + self.edges[:-1]) / 2, LOST * (self.edges[-1] - self.edges[0])
-        near = np.abs(middle[:, None] - self.singular).min(axis=1, initial=np.inf)
-        return np.where(near <= np.maximum(2.5 * lengths, least), np.inf, lengths)
 
-
-NOTHING = Proxy(np.zeros(1), *[np.empty(0)] * 4)  # of no function
+NOTHING = Proxy(np.zeros(1), np.array([np.inf]), *[np.empty(0)] * 4)  # of no function
 
 
 def proxy(
@@ -103,7 +96,10 @@ def proxy(
     jumps = [
         _jump(function, place, [other for other in singular if other != place], whole) for place in singular
     ]
-    return Proxy(edges, np.array(singular), np.array(jumps), samples, _values(function, samples))
+    lengths = np.diff(edges, append=np.inf)
+    near = np.abs((edges + lengths / 2)[:, None] - singular).min(axis=1, initial=np.inf)
+    lengths[near <= np.maximum(2.5 * lengths, LOST * whole)] = np.inf
+    return Proxy(edges, lengths, np.array(singular), np.array(jumps), samples, _values(function, samples))
 
 
 def _spread(left: Array, right: Array) -> Array:
@@ -116,14 +112,12 @@ def _values(function: Function, x: Array) -> Array:
 
 
 def _ends(function: Function, x: Array, there: Flags) -> list[float]:
-    ends = []
-    for i in np.flatnonzero(there[1:] != there[:-1]):
-        inside, outside = (x[i], x[i + 1]) if there[i] else (x[i + 1], x[i])
-        while inside != (middle := (inside + outside) / 2) != outside:
-            known = np.isfinite(function(np.array([middle]))[0])
-            inside, outside = (middle, outside) if known else (inside, middle)
-        ends.append(float(inside))
-    return ends
+    i = np.flatnonzero(there[1:] != there[:-1])
+    inside, outside = np.where(there[i], (x[i], x[i + 1]), (x[i + 1], x[i]))
+    while np.any((inside != (middle := (inside + outside) / 2)) & (middle != outside)):
+        known = np.isfinite(function(middle))
+        inside, outside = np.where(known, (middle, outside), (inside, middle))
+    return inside.tolist()
 
 
 def _rough(
@@ -171,15 +165,12 @@ def _jump(function: Function, place: float, others: Iterable[float], whole: floa
     """Returns the jump of the slope at a singular point, from differences beside it: 0 if it shrinks with
     their step, nan if it grows.
     """
-    width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
-
-    def differences(step: float) -> tuple[float, float]:
-        """Jump and mean of the slopes on either side."""
-        farther, far, near, nearer = _values(function, place + step * np.array((-2.0, -1.0, 1.0, 2.0)))
-        return (nearer - near - far + farther) / step, (near - far) / step
-
+    steps = np.array((1e-2, 1e-3, 1e-4)) * min([whole / 8, *(abs(other - place) / 4 for other in others)])
+    values = _values(function, (place + np.outer((-2.0, -1.0, 1.0, 2.0), steps)).ravel())
+    farther, far, near, nearer = values.reshape(4, -1)
     with np.errstate(invalid="ignore"):  # inf - inf
-        (first, rise), (between, _), (second, steep) = map(differences, width * np.array((1e-2, 1e-3, 1e-4)))
+        first, between, second = (nearer - near - far + farther) / steps
+        rise, _, steep = (near - far) / steps
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
         return np.nan
     if abs(second) <= 0.9 * abs(first):  # it shrinks with the step

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -20,55 +20,40 @@ if TYPE_CHECKING:
     import xarray
 
 
-class Quantity(NamedTuple):
-    """The states whose dictionary has it ("plane", "friction", "space"), its unit, and that in three
-    dimensions.
-    """
+# names of what states in the plane have, of what friction adds, and of what states in space have
+LISTED = {
+    "plane": (
+        "load", "approach", "half_width", "contact_area", "zones", "energy", "error_estimate", "error_parts",
+        "residual", "iterations", "unknowns", "method", "warnings", "x", "weights", "pressure", "pressures",
+        "micromoment", "psi", "displacement",
+    ),
+    "friction": (
+        "shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip",
+    ),
+    "space": (
+        "load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations", "unknowns",
+        "method", "warnings", "points", "shape", "x1", "x2", "width", "seen_width", "weights", "pressure",
+        "pressures", "micromoment", "psi", "displacement", "closed", "opposite",
+    ),
+}  # fmt: skip
+UNITS = {
+    "length": (
+        "approach", "half_width", "contact_area", "zones", "x", "points", "x1", "x2", "width", "seen_width",
+        "weights", "displacement", "opposite", "tangential_approach", "slip",
+    ),
+    "stress": ("pressure", "pressures", "shear_traction"),
+    "stress x length": ("micromoment",),
+    "radian": ("psi",),
+    "force per thickness": ("load", "shear", "load_error"),
+    "energy per thickness": ("energy", "dissipation", "work"),
+}  # fmt: skip
+IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "weights": "length^2"}  # units
 
-    listed: str = ""
-    unit: str = ""
-    in_space: str = ""
 
-
-# what results have, by name: dictionaries, data sets and files take names and units from here
-QUANTITIES = {
-    "load": Quantity("plane space", "force per thickness", "force"),
-    "approach": Quantity("plane space", "length"),
-    "half_width": Quantity("plane", "length"),
-    "contact_area": Quantity("plane space", "length", "length^2"),
-    "zones": Quantity("plane", "length"),
-    "energy": Quantity("plane space", "energy per thickness", "energy"),
-    "error_estimate": Quantity("plane space"),
-    "error_parts": Quantity("plane"),
-    "residual": Quantity("plane space"),
-    "iterations": Quantity("plane space"),
-    "unknowns": Quantity("plane space"),
-    "method": Quantity("plane space"),
-    "warnings": Quantity("plane space"),
-    "x": Quantity("plane", "length"),
-    "points": Quantity("space", "length"),
-    "shape": Quantity("space"),
-    "x1": Quantity("space", "length"),
-    "x2": Quantity("space", "length"),
-    "width": Quantity("space", "length"),
-    "seen_width": Quantity("space", "length"),
-    "weights": Quantity("plane space", "length", "length^2"),
-    "pressure": Quantity("plane space", "stress"),
-    "pressures": Quantity("plane space", "stress"),
-    "micromoment": Quantity("plane space", "stress x length"),
-    "psi": Quantity("plane space", "radian"),
-    "displacement": Quantity("plane space", "length"),
-    "closed": Quantity("space"),
-    "opposite": Quantity("space", "length"),
-    "shear": Quantity("friction", "force per thickness"),
-    "dissipation": Quantity("friction", "energy per thickness"),
-    "work": Quantity("friction", "energy per thickness"),
-    "tangential_approach": Quantity("friction", "length"),
-    "zone_errors": Quantity("friction"),
-    "shear_traction": Quantity("friction", "stress"),
-    "slip": Quantity("friction", "length"),
-    "load_error": Quantity(unit="force per thickness"),  # of an event
-}
+def unit(name: str, flat: bool = True) -> str:
+    """Returns the unit of a quantity, empty without one."""
+    units = [unit for unit, names in UNITS.items() if name in names]
+    return "".join(units) if flat else IN_SPACE.get(name, "".join(units))
 
 
 class PlainData:

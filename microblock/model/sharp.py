@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from .state import State
 
 
-def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
+def touched(state: State, places: Sequence[float], within: float = 0.0) -> list[float]:
     """Returns the contact points x1, ascending, with a corner closed at one of the obstacle's places, up to
     `within` (length) beside a zone.
     """
@@ -23,7 +24,7 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
     return sorted(set(points[closed].tolist()))
 
 
-def _closed(state: State, places: tuple[float, ...], within: float) -> tuple[Array, Flags]:
+def _closed(state: State, places: Sequence[float], within: float) -> tuple[Array, Flags]:
     """Returns the contact points of places, array (corners, n), and whether the corner is closed there."""
     if not places:  # of a state from a file, whose law may be a name alone
         return np.empty((0, 0)), np.empty((0, 0), bool)
@@ -38,8 +39,13 @@ def _closed(state: State, places: tuple[float, ...], within: float) -> tuple[Arr
 def unbounded(state: State) -> list[float]:
     """Returns the places x1 in contact at which the pressure is infinite."""
     seen = state.solution.problem.obstacle  # with the places that nobody has named
-    kinks, jumps, ends = (getattr(seen, name, ()) for name in ("kinks", "jumps", "ends"))
-    return touched(state, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
+    return touched(state, (*_peaks(seen), *getattr(seen, "ends", ())))
+
+
+def _peaks(obstacle: Any) -> list[float]:
+    """Returns the places at which the slope jumps upwards."""
+    jumps = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
+    return [place for place, jump in jumps if jump > 0]
 
 
 def of_samples(state: State) -> list[str]:
@@ -56,8 +62,7 @@ def of_samples(state: State) -> list[str]:
                 f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
             )
-    edges = tuple(kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0)
-    sharp = np.count_nonzero(_closed(state, edges, 0.0)[1].any(axis=0))
+    sharp = np.count_nonzero(_closed(state, _peaks(samples), 0.0)[1].any(axis=0))
     if sharp:
         found.append(
             f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {sharp} of "

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import (
-    BadArgument,
     Named,
     at_least,
     require,
     require_choice,
+    require_floats,
     require_numbers,
     require_pair,
     shown,
@@ -26,7 +26,7 @@ from . import law as laws
 from .deformable import body_of
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
-from .results import QUANTITIES, PlainData, intervals, line, number, plain_data, saved
+from .results import LISTED, PlainData, intervals, line, number, plain_data, saved
 from .sharp import of_samples
 from .types import (
     Array,
@@ -148,12 +148,12 @@ class Solution:
     @property
     def points(self) -> Array:
         """Points of the surface, array (n, 2)."""
-        return np.column_stack((self.x, np.zeros_like(self.x)))
+        return laws.level_surface(self.x)[0]
 
     @property
     def normals(self) -> Array:
         """Outward normals there, array (n, 2)."""
-        return np.tile([0.0, 1.0], (len(self.x), 1))
+        return laws.level_surface(self.x)[1]
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface at `x`; a window (left, right) is for methods that know what lies between."""
@@ -463,8 +463,8 @@ class State(PlainData):
     @property
     def listed(self) -> tuple[str, ...]:
         """Names of what `to_dict` has."""
-        kinds = {"space"} if not self.flat else {"plane"} if self.shear is None else {"plane", "friction"}
-        return tuple(name for name, own in QUANTITIES.items() if kinds & {*own.listed.split()})
+        plane = LISTED["plane"] + LISTED["friction"] * (self.flat and self.shear is not None)
+        return plane if self.flat else LISTED["space"]
 
     @cached_property
     def problem(self) -> ContactLike:
@@ -639,20 +639,17 @@ class State(PlainData):
         return self._like(x, self.solution.counter_displacement(self._places(x)))
 
     def _require_flat(self, what: str) -> None:
-        if not self.flat:
-            raise BadArgument("method", self.method, f"has no {what} in three dimensions")
+        require(self.flat, "method", self.method, f"has no {what} in three dimensions")
 
     def _places(self, x: ArrayLike) -> Array:
         """Returns abscissae, array (n,), or places in space, array (n, 2) or (n, 3)."""
         if self.flat:
             return require_numbers(x=x)
-        try:
-            found = np.asarray(x, float)
-        except (TypeError, ValueError, OverflowError):
-            found = np.empty(0)
-        if found.ndim != 2 or found.shape[1] not in (2, 3) or not np.isfinite(found).all():
-            raise BadArgument("points", x, "must be an array (k, 2) or (k, 3) of finite numbers")
-        return found
+        words = "must be an array (k, 2) or (k, 3) of finite numbers"
+        places = require_floats(words, points=x)
+        good = places.ndim == 2 and places.shape[1] in (2, 3) and np.isfinite(places).all()
+        require(good, "points", x, words)
+        return places
 
     def _like(self, x: ArrayLike, found: Any) -> Array:
         """Returns what was found at x in the shape of x, in three dimensions as it is."""
@@ -678,11 +675,11 @@ class State(PlainData):
             If the direction is none of these, or the state not one on cells.
         """
         require_choice(("x1", "diagonal"), direction=direction)
-        if self.squares is None:
-            raise BadArgument("direction", direction, "belongs to cells in three dimensions")
+        require(self.squares, "direction", direction, "belongs to cells in three dimensions")
         fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
-        (first, second), cuts = np.mean([square.middle for square in self.squares], axis=0), []
-        for square, values in zip(self.squares, np.split(fields, len(self.squares), axis=1)):
+        squares: Any = self.squares
+        (first, second), cuts = np.mean([square.middle for square in squares], axis=0), []
+        for square, values in zip(squares, np.split(fields, len(squares), axis=1)):
             x1 = square.axes[0]
             x2 = second + (x1 - first if direction == "diagonal" else 0 * x1)
             inside = square.beyond(x1, x2) <= 0
@@ -716,10 +713,9 @@ class State(PlainData):
         """
         return self._offered("fields", "method", self.method, NO_FIELDS)
 
-    def _offered(self, name: str, *refusal: str) -> Any:
+    def _offered(self, name: str, *refusal: Any) -> Any:
         """Returns what the solutions of some methods have; raises BadArgument of others."""
-        if not hasattr(self.solution, name):
-            raise BadArgument(*refusal)
+        require(hasattr(self.solution, name), *refusal)
         return getattr(self.solution, name)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:

@@ -183,11 +183,9 @@ class RoughSurface(SelfAffine):
         if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):
             first, second = self._waves(x1[:, 0], 0, n) @ self.amplitudes, self._waves(x2[0], -n, n).T
             return np.asarray(first.real @ second.real - first.imag @ second.imag)
-        found = np.empty(x1.size)
-        for block in in_blocks(x1.size, n):
-            first = self._waves(x1.ravel()[block], 0, n) @ self.amplitudes
-            found[block] = (first * self._waves(x2.ravel()[block], -n, n)).sum(axis=1).real
-        return found.reshape(x1.shape)
+        parts = ((x1.ravel()[block], x2.ravel()[block]) for block in in_blocks(x1.size, n))
+        waves = ((self._waves(a, 0, n) @ self.amplitudes) * self._waves(b, -n, n) for a, b in parts)
+        return np.concatenate([values.sum(axis=1).real for values in waves]).reshape(x1.shape)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))

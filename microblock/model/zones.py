@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
-from typing import Any, cast
+from itertools import chain
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,8 +34,7 @@ def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
 
 def without(intervals: Iterable[Interval], left: float, right: float) -> list[Interval]:
     """Returns what is left of intervals without the places between left and right."""
-    parts = [part for a, b in intervals for part in ((a, min(b, left)), (max(a, right), b))]
-    return [(a, b) for a, b in parts if a < b]
+    return common(intervals, [(-np.inf, left), (right, np.inf)])
 
 
 def contains(intervals: ArrayLike, x: Array) -> Flags:
@@ -72,11 +72,10 @@ def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
     """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number; without
     corners "contact" alone is not empty.
     """
-    own = [[(float(left), float(right)) for left, right in zones[number]] for number in range(len(corners))]
+    own = [over_the_end(zones[number], None) for number in range(len(corners))]
     if len(corners) == 1:
         return {"A": [], "B": [], "full": [], "contact": own[0]}
-    every = [interval for intervals in own for interval in intervals]
-    return {**dict(zip(corners, own)), "full": reduce(common, own), "contact": joined(every)}
+    return {**dict(zip(corners, own)), "full": reduce(common, own), "contact": joined(chain(*own))}
 
 
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
@@ -155,19 +154,14 @@ def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZone
     """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
     alike, or that is too far.
     """
-    if not abs(share) <= 2 or any(
-        len(earlier.get(corner, ())) != len(zones) for corner, zones in own.items()
-    ):
+    alike = all(len(earlier.get(corner, ())) == len(zones) for corner, zones in own.items())
+    if not alike or not abs(share) <= 2:
         return None
-    moved = {
-        corner: tuple(
-            tuple(edge + share * (edge - before) for edge, before in zip(*pair))
-            for pair in zip(zones, earlier[corner])
-        )
-        for corner, zones in own.items()
-    }
-    apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
-    return cast(CornerZones, moved) if apart else None
+    edges = {corner: np.reshape(zones, (-1, 2)) for corner, zones in own.items()}
+    moved = {i: now + share * (now - np.reshape(earlier[i], (-1, 2))) for i, now in edges.items()}
+    apart = all(np.all(np.diff(zones.ravel()) > 0) for zones in moved.values())
+    pairs = {i: tuple((left, right) for left, right in zones.tolist()) for i, zones in moved.items()}
+    return pairs if apart else None
 
 
 def zone_edges(zones: Mapping[int, Iterable[Interval]]) -> list[float]:

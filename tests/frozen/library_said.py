@@ -304,6 +304,7 @@ def pictures():
         problem = seen(name, law, load)
         first = next(first_zones(problem, load))
         parts = {part: getattr(problem.picture, part) for part in ("half_width", "lengths", "edges", "sites")}
+        parts["lengths"] = parts["lengths"][:-1]  # behind the last edge it is inf
         kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
         counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
         found = {
@@ -376,7 +377,9 @@ def parts():
         yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
     for name, function in PROXIES.items():
         own = proxy(function, np.linspace(-1, 2, 13), 1e-9)
-        found = {part: np.asarray(value) for part, value in (vars(own) | {"lengths": own.lengths}).items()}
+        found = {
+            part: np.asarray(value) for part, value in (own._asdict() | {"lengths": own.lengths[:-1]}).items()
+        }
         sizes = {"sizes": str({part: len(value) for part, value in found.items()})}
         yield from table(f"proxy {name}", sizes | found, READ)
     for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):

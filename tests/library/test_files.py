@@ -145,7 +145,8 @@ def test_histories_paths_and_rows_list_what_they_have(tmp_path):
     rows = [{"radius": 5.0, "law": "microblock", "half_width": np.float64(0.1), "error": None}]
     mb.to_csv(rows, tmp_path / "rows.csv")
     (back,) = read_records(tmp_path / "rows.csv")
-    assert {name: back[name] for name in rows[0]} == rows[0] and back["version_microblock"]
+    assert {name: back[name] for name in rows[0]} == rows[0]
+    assert back["version_microblock"] == mb.__version__
 
 
 def test_numbers_that_do_not_exist_are_none():
@@ -322,6 +323,24 @@ def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
     with pytest.raises(mb.BadArgument, match="has no solve: solve the problem again"):
         back.problem.solve(load=1.0)
     assert PROBLEM.solve(load=0.5, initial=back).load == 0.5  # passed over, as every other kind
+
+
+def test_a_file_of_another_version_is_read_or_refused_by_its_version(tmp_path):
+    """Of known parts it is read; a class or a part that this version has not is refused, both named."""
+    made, file = PROBLEM.path(load=0.1), tmp_path / "path.npz"
+    made.save(file)
+    with np.load(file) as columns:
+        written = dict(columns)
+    assert written["version"] == mb.__version__
+    old = {**written, "version": "0.2.7"}
+    np.savez(file, **old)
+    assert mb.load(file).to_dict() == made.to_dict()
+    text = old["text"].item()
+    for now, then in (("Microblock", "Miniblock"), ('"psi0_in"', '"reading"')):
+        assert now in text
+        np.savez(file, **{**old, "text": text.replace(now, then)})
+        with pytest.raises(mb.BadArgument, match=rf"^file = .* version 0\.2\.7, this is {mb.__version__}"):
+            mb.load(file)
 
 
 def test_files_that_are_none_of_ours_are_refused(tmp_path):

@@ -12,7 +12,7 @@ ROOT = Path(microblock.__file__).parent
 GROUND = {"errors", "threads", "cost"}  # may be used by all
 MAY_IMPORT = {  # a room, and the rooms below it that it may use
     "__init__": set(),
-    "model": set(),
+    "model": {"__init__"},  # the version, which files hold
     "corners": {"model"},
     "halfplane": {"model", "corners"},
     "halfspace": {"model", "corners", "halfplane"},  # its part in a plane is the half-plane's
