@@ -282,11 +282,21 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     """
     points = np.stack(np.meshgrid(across, up), axis=-1)
     number = np.arange(points[..., 0].size).reshape(points.shape[:2])
-    corners = np.stack((number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]), axis=-1)
-    elements = corners.reshape(-1, 4) if quads else corners[:, :, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
+    elements = squares(number) if quads else halves(number)
     sides = number[0], number[:, -1], number[-1, ::-1], number[::-1, 0]
     edges = ((1, name, np.stack((side[:-1], side[1:]), axis=-1)) for name, side in zip(names, sides))
     return of_elements(points.reshape(-1, 2), [(2, "dom", elements), *edges])
+
+
+def squares(numbers):
+    """Corners of the squares of a grid of `numbers`, (rows, columns), one after the other: array (m, 4)."""
+    corners = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
+    return np.stack(corners, axis=-1).reshape(-1, 4)
+
+
+def halves(numbers):
+    """The same of the triangles that these squares are cut into: array (2 m, 3)."""
+    return squares(numbers)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
 def of_elements(points, parts):

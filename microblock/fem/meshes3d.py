@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import BadArgument, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
-from .meshes import of_elements, stretched
+from .meshes import of_elements, squares, stretched
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
 
@@ -95,9 +95,8 @@ def block(x1, x2, x3, reach=math.inf):
     sides = {}
     for (axis, end), name in SIDES.items():
         side = np.take(numbers, -end, axis=axis)
-        faces = np.stack([side[ends[j], ends[i]] for i, j in square], axis=-1).reshape(-1, 4)
         # the outward normal is right-handed
-        sides[name] = faces if bool(end) != (axis == 1) else faces[:, ::-1]
+        sides[name] = squares(side)[:, (0, 3, 2, 1) if bool(end) != (axis == 1) else (1, 2, 3, 0)]
     pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
     sides |= {"contact": sides["top"][pressed], "top": sides["top"][~pressed]}
     solid = 3, "solid", np.stack(around, axis=-1).reshape(-1, 8)
