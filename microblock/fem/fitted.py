@@ -17,7 +17,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach
+from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach, require
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
 from ..halfplane.search import CONDITIONS_SHARE
@@ -55,8 +55,8 @@ class FittedSolver(MeshFitter):
 
     def solve(self, load, approach, rtol, initial=None):
         fixed = self.options.order is not None
-        if fixed and rtol is not None:
-            raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
+        words = "chooses the order: not together with Fitted(order=...)"
+        require(not fixed or rtol is None, "rtol", rtol, words)
         wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
         if not given:
             load = self.first_load(approach)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import active_set
-from ..errors import BadArgument, NotConverged
+from ..errors import NotConverged, require
 from ..model.zones import common, contains, joined, runs, without, zone_edges
 from ..threads import released
 from . import between
@@ -197,9 +197,9 @@ class FittedMesh:
             risen = problem.ell / 2 * problem.lever(number, x) * psi - self.part.approach - u2
             place = x - problem.shifts[corner]
             known = contains(solver.picture.stretches, place)
-            if np.any(solver.picture.allowed(place[~known]) + risen[~known] < 0):
-                words = "could touch at this load where it is too high for that under a half-plane"
-                raise BadArgument("obstacle", solver.contact.obstacle, words)
+            words = "could touch at this load where it is too high for that under a half-plane"
+            above = solver.picture.allowed(place[~known]) + risen[~known] >= 0
+            require(np.all(above), "obstacle", solver.contact.obstacle, words)
             for first, last in runs(known & (problem.initial_gap(number, x) + risen < 0)):
                 ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
                 yield between.Violation(corner, *map(float, ends), math.inf, math.inf)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..errors import BadArgument, require_choice, require_numbers, require_positive
+from ..errors import require, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
 from .meshes import of_elements, squares, stretched
 
@@ -37,10 +37,8 @@ def graded(reach, step, far, growth=1.5):
     [0.0, 0.5, 1.0, 2.0, 4.0]
     """
     require_positive(reach=reach, step=step, far=far, growth=growth)
-    if far < reach:
-        raise BadArgument("far", far, f"must be at least reach = {reach}")
-    if growth < 1:
-        raise BadArgument("growth", growth, "must be at least 1")
+    require(far >= reach, "far", far, f"must be at least reach = {reach}")
+    require(growth >= 1, "growth", growth, "must be at least 1")
     count = max(1, math.ceil(reach / step - 1e-9))  # of a step, by which it may miss a whole number
     inner, step = np.linspace(0.0, reach, count + 1), reach / count
     if far == reach:
@@ -85,8 +83,8 @@ def block(x1, x2, x3, reach=math.inf):
     if not (isinstance(reach, float) and reach == math.inf):
         require_positive(reach=reach)
     middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
-    if not all(np.any(np.abs(middle) < reach) for middle in middles):
-        raise BadArgument("reach", reach, "must hold the middle of a facet at least")
+    held = all(np.any(np.abs(middle) < reach) for middle in middles)
+    require(held, "reach", reach, "must hold the middle of a facet at least")
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) + 0.0  # no -0.0
     numbers = np.arange(points[..., 0].size).reshape(points.shape[:3])
     ends = slice(None, -1), slice(1, None)
@@ -134,6 +132,6 @@ def supports(fixed="bottom", **planes):
 def _ascending(name, values):
     """The coordinates as an array; BadArgument unless they are finite and ascend."""
     x = require_numbers(**{name: values})
-    if len(x) < 2 or not np.all(np.diff(x) > 0):
-        raise BadArgument(name, values, "must be an ascending array of at least two coordinates")
+    ascend = len(x) > 1 and np.all(np.diff(x) > 0)
+    require(ascend, name, values, "must be an ascending array of at least two coordinates")
     return x
