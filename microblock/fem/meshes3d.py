@@ -2,13 +2,13 @@
 
 import math
 
+import ngsolve as ng
 import numpy as np
+from ngsolve.meshes import MakeStructured3DMesh
 
 from ..errors import require, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
-from .meshes import of_elements, squares, stretched
-
-SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
+from .meshes import stretched
 
 
 def graded(reach, step, far, growth=1.5):
@@ -85,20 +85,18 @@ def block(x1, x2, x3, reach=math.inf):
     middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
     held = all(np.any(np.abs(middle) < reach) for middle in middles)
     require(held, "reach", reach, "must hold the middle of a facet at least")
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) + 0.0  # no -0.0
-    numbers = np.arange(points[..., 0].size).reshape(points.shape[:3])
-    ends = slice(None, -1), slice(1, None)
-    square = (0, 0), (0, 1), (1, 1), (1, 0)  # its corners, one after the other
-    around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in square]
-    sides = {}
-    for (axis, end), name in SIDES.items():
-        side = np.take(numbers, -end, axis=axis)
-        # the outward normal is right-handed
-        sides[name] = squares(side)[:, (0, 3, 2, 1) if bool(end) != (axis == 1) else (1, 2, 3, 0)]
+    nx, ny, nz = (len(x) - 1 for x in axes)
+
+    def places(*shares):
+        return [x[round(share * (len(x) - 1))] for x, share in zip(axes, shares)]
+
+    mesh = MakeStructured3DMesh(nx=nx, ny=ny, nz=nz, mapping=places).ngmesh
+    for number, name in enumerate(("left", "front", "right", "back", "bottom", "top")):
+        mesh.SetBCName(number, name)
     pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
-    sides |= {"contact": sides["top"][pressed], "top": sides["top"][~pressed]}
-    solid = 3, "solid", np.stack(around, axis=-1).reshape(-1, 8)
-    return of_elements(points.reshape(-1, 3), [solid, *((2, name, faces) for name, faces in sides.items())])
+    top = mesh.Elements2D().NumPy()[-pressed.size :]  # from the last coordinates to the first
+    top["index"][pressed[::-1]] = mesh.AddRegion("contact", dim=2)
+    return ng.Mesh(mesh)
 
 
 def supports(fixed="bottom", **planes):
@@ -134,4 +132,4 @@ def _ascending(name, values):
     x = require_numbers(**{name: values})
     ascend = len(x) > 1 and np.all(np.diff(x) > 0)
     require(ascend, name, values, "must be an ascending array of at least two coordinates")
-    return x
+    return x + 0.0  # no -0.0
