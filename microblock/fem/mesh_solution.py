@@ -178,12 +178,9 @@ class MeshSolution(OnMesh, NodalSolution):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
         if self.method == "newton":
             return np.interp(x, self.x, values, period=self.period)
-        right = self.nodes.along.interpolate(values[-len(self.nodes.weights) :], x)
-        if not self.mirrored:
-            return right
-        return np.where(
-            x < 0, self.nodes.along.interpolate(values[::-1][-len(self.nodes.weights) :], -x), right
-        )
+        count, inner = len(self.nodes.weights), self.nodes.along.interpolate
+        right = inner(values[-count:], x)
+        return np.where(x < 0, inner(values[count - 1 :: -1], -x), right) if self.mirrored else right
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)

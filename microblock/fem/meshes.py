@@ -110,10 +110,7 @@ def line(depth, elements):
     """A 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at -depth."""
     require_positive(depth=depth)
     require_whole(1, elements=elements)
-    mesh = Make1DMesh(elements, mapping=lambda x: depth * (x - 1))
-    for number, name in enumerate(("middle", "contact")):
-        mesh.ngmesh.SetBCName(number, name)
-    return ng.Mesh(mesh.ngmesh)
+    return named(Make1DMesh(elements, mapping=lambda x: depth * (x - 1)), "middle", "contact")
 
 
 def column(depth, elements):
@@ -126,8 +123,13 @@ def column(depth, elements):
     mesh = MakeStructured2DMesh(
         nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (depth / elements * x, depth * (y - 1))
     )
-    for number, name in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))
+    return named(mesh, "middle", "right", "contact", "left")
+
+
+def named(mesh, *names):
+    """The mesh with these names of its boundaries."""
+    for number, name in enumerate(names):
+        mesh.ngmesh.SetBCName(number, name)
     return ng.Mesh(mesh.ngmesh)
 
 

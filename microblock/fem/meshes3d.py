@@ -2,13 +2,12 @@
 
 import math
 
-import ngsolve as ng
 import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 from ..errors import require, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
-from .meshes import stretched
+from .meshes import named, stretched
 
 
 def graded(reach, step, far, growth=1.5):
@@ -90,13 +89,11 @@ def block(x1, x2, x3, reach=math.inf):
     def places(*shares):
         return [x[round(share * (len(x) - 1))] for x, share in zip(axes, shares)]
 
-    mesh = MakeStructured3DMesh(nx=nx, ny=ny, nz=nz, mapping=places).ngmesh
-    for number, name in enumerate(("left", "front", "right", "back", "bottom", "top")):
-        mesh.SetBCName(number, name)
+    mesh = MakeStructured3DMesh(nx=nx, ny=ny, nz=nz, mapping=places)
     pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
-    top = mesh.Elements2D().NumPy()[-pressed.size :]  # from the last coordinates to the first
-    top["index"][pressed[::-1]] = mesh.AddRegion("contact", dim=2)
-    return ng.Mesh(mesh)
+    top = mesh.ngmesh.Elements2D().NumPy()[-pressed.size :]  # from the last coordinates to the first
+    top["index"][pressed[::-1]] = mesh.ngmesh.AddRegion("contact", dim=2)
+    return named(mesh, "left", "front", "right", "back", "bottom", "top")
 
 
 def supports(fixed="bottom", **planes):

@@ -116,8 +116,7 @@ def _edges(state):
     # not an end of the obstacle, or of the boundary
     free = np.isfinite(state.gaps[corner, outside]) & (before >= 0) & (before < len(nodes.points))
     corner, i, last, outside, before = np.array((corner, i, last, outside, before))[:, free]
-    x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(nodes.points, axis=0).T))))
-    way, inner = np.abs(x[outside] - x[last]), np.abs(x[last] - x[before])
+    way, inner = (np.hypot(*(nodes.points[other] - nodes.points[last]).T) for other in (outside, before))
     p, q = state.pressures[corner, last] ** 2, state.pressures[corner, before] ** 2
     slopes, counts = np.maximum((q - p) / inner, p / way), np.count_nonzero(state.closed, axis=1)  # K^2
     facets = np.zeros(len(nodes.apart), int)
@@ -239,28 +238,21 @@ def cut(mesh, chosen):
 
 
 def of_triangles(mesh):
-    """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
-    sides.
-    """
+    """A mesh with quadrilaterals cut in halves; None without any, or with curved sides."""
     old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
     quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
     if not quads.any():
         return None
-    points, corners = old.Coordinates(), cells["nodes"][quads, :4] - 1
-    diagonals = np.linalg.norm(points[corners[:, :2]] - points[corners[:, 2:]], axis=2)
-    halves = np.where(diagonals[:, :1] <= diagonals[:, 1:], (0, 1, 2, 0, 2, 3), (0, 1, 3, 1, 2, 3))
-    parts = np.take_along_axis(corners, halves, axis=1).reshape(-1, 3)
-    triangles = np.concatenate((cells["nodes"][~quads, :3] - 1, parts))
+    parts = cells["nodes"][quads][:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    triangles = np.concatenate((cells["nodes"][~quads, :3], parts))
     numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
-    both = (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"])
-    found = of_elements(
-        points,
-        [
-            (dim, name, elements[index == number])
-            for dim, elements, index in both
-            for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
-        ],
-    )
+    both = (2, triangles, numbers), (1, sides["nodes"][:, :2], sides["index"])
+    regions = [
+        (dim, name, elements[index == number] - 1)
+        for dim, elements, index in both
+        for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
+    ]
+    found = of_elements(old.Coordinates(), regions)
     lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
     return found if math.isclose(*lengths, rel_tol=1e-12) else None

@@ -4,7 +4,7 @@ nodes or by Newton's method.
 
 import math
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -56,16 +56,13 @@ class UniformSolver(GroundSolver):
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
         squares = math.ceil((2 * half_width + self.solid.ell) / self.options.h)
-        if squares not in self._solvers:
-            self._solvers[squares] = UniformSolver(
-                self.contact, replace(self.options, reach=squares * self.options.h)
-            )
-        return self._solvers[squares]
+        return self._with_squares(squares)
 
     @cached_property
-    def _solvers(self):
-        """{squares up to their end: UniformSolver}."""
-        return {}
+    def _with_squares(self):
+        """The UniformSolver of a number of squares up to their end, made once."""
+        h = self.options.h
+        return cache(lambda count: UniformSolver(self.contact, replace(self.options, reach=count * h)))
 
     def prepare(self):
         """The `NodalSolver.system`, or Newton's, made once."""
