@@ -322,9 +322,10 @@ class Body:
 
     def bulk(self, space=None, **options):
         """The assembled second variation of (10), on the space of the body or a product."""
-        trial, test = (self.space if space is None else space).TnT()
+        space = self.space if space is None else space
+        trial, test = space.TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
-        form = ng.BilinearForm(self.space if space is None else space, **options)
+        form = ng.BilinearForm(space, **options)
         form += contact_term.virtual_work(self.solid, strains, varied).Compile() * ng.dx(
             bonus_intorder=self.bonus
         )
