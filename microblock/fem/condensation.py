@@ -63,7 +63,7 @@ class Condensed(ContactNodes):
         require_pressed(body, followed)
         super().__init__(body)
         self._followed = followed
-        self.unknowns = body.space.FreeDofs().NumSet()
+        self.unknowns = body.unknowns
         self._advice = (
             "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
             if self.dim == 3

@@ -26,9 +26,10 @@ class OnGivenMesh(Solver):
     ----------
     refines : bool, whether it makes finer ones to an rtol
     no_rtol : str, why it does not
+    rate : str, of `cost.RATES`, in the plane
     """
 
-    verifies, refines = True, False
+    verifies, refines, rate = True, False, "condensed"
 
     def require_given_mesh(self, rtol):
         """BadArgument for an rtol that no mesh is refined to."""
@@ -36,7 +37,7 @@ class OnGivenMesh(Solver):
 
     def predicted(self, load, approach, rtol):
         self.require_given_mesh(rtol)
-        unknowns, method = self.body.space.FreeDofs().NumSet(), type(self.options).__name__.lower()
+        unknowns = self.body.unknowns
         if rtol is not None:  # errors of recovery fall like the elements of edges and of the surface
             unknowns = max(unknowns, 600 / rtol)
-        return cost.of(method + " in space" * self.body.in_space, unknowns)
+        return cost.of(self.rate + " in space" * self.body.in_space, unknowns)

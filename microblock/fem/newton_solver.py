@@ -18,6 +18,7 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
     """States of a body of one or two dimensions."""
 
     no_rtol = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
+    rate = "newton"
 
     def __init__(self, contact, options):
         super().__init__(contact, options)

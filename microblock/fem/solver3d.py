@@ -49,10 +49,9 @@ class Solver3D(OnGivenMesh):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
         nodes, (3, n); BadArgument where the obstacle lies in held nodes.
         """
-        forces, unknowns = self.of_least_norm(forces, closed), self.nodes.body.space.FreeDofs().NumSet()
-        u, phi1, phi2 = surface
+        forces, (u, phi1, phi2) = self.of_least_norm(forces, closed), surface
         psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
-        counts = residual, iterations, int(unknowns)
+        counts = residual, iterations, self.nodes.body.unknowns
         found = SurfaceNodes(self, load, approach, forces, u, psi, *counts, closed=touching, **how)
         held = ~self.nodes.free["u3"]
         inside = found.inside(self.nodes.points[held], np.vstack((found.displacement, found.psi))[:, held])

@@ -55,7 +55,7 @@ def require_periodic(body):
     for own in (dict(values).values() for values in body.prescribed.values() if body.periodic):
         functions = any(isinstance(value, ng.CoefficientFunction) for value in own)
         words = "must be one number for each field on a periodic body, whose mesh identifies points"
-        require(len(set(own)) == 1 and not functions, "prescribed", body.prescribed, words)
+        require(len(set(own)) < 2 and not functions, "prescribed", body.prescribed, words)
 
 
 def prescribe(body, components):
