@@ -61,9 +61,9 @@ def thicknesses(mesh, region):
     for facet, number in zip(region.Elements(), elements_at(mesh, region)):
         element = mesh[ng.ElementId(ng.VOL, int(number))]
         own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
-        along = own[1] - own[0]
-        normal = (-along[1], along[0]) / np.linalg.norm(along) if mesh.dim == 2 else (0, 0, 1)
-        found.append(np.abs((below - own.mean(axis=0)) @ normal).max())
+        middle = own.mean(axis=0)
+        *_, normal = np.linalg.svd(own - middle)[2]
+        found.append(np.abs((below - middle) @ normal).max())
     return np.array(found)
 
 

@@ -143,7 +143,7 @@ def refine_until(solver, load, approach, rtol):
         Beyond MOST unknowns or PASSES passes, or beyond SOON if MOST would miss rtol; `rtol_reached` is the
         smallest estimate.
     """
-    best, found, besides, failed, before = math.inf, None, "raise the order of the body", None, ()
+    best, found, besides, failed, known = math.inf, None, "raise the order of the body", None, []
     for passes in range(1, PASSES + 1):
         try:
             found = solver.at(load, approach, found)
@@ -159,25 +159,26 @@ def refine_until(solver, load, approach, rtol):
             kept(replace(found, error_estimate=best))
         if parts.total <= rtol:
             return replace(found, error_estimate=parts.total)
-        now = (found.unknowns, parts.energy, parts.surface)
-        if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, *before, *now)):
+        known.append((found.unknowns, parts.energy, parts.surface))
+        if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, known[-2:])):
             break
-        before = now
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
         # an rtol far away asks for all elements alike, and not for the worst ones first
         solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
-    where = {"load": load, "approach": approach}
-    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **where) from failed
+    at = {"load": load, "approach": approach}
+    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **at) from failed
 
 
-def _hopeless(rtol, *passes):
-    """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order of a pass."""
-    if len(passes) < 6 or passes[3] <= passes[0]:  # triangles of quadrilaterals may have as many
+def _hopeless(rtol, passes):
+    """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order between two
+    passes, [(unknowns, energy, surface)].
+    """
+    (few, *coarse), (more, *fine) = np.array((passes[0], passes[-1]))
+    if more <= few:  # triangles of quadrilaterals may have as many, and a first pass has none before
         return False
-    few, *coarse, more, energy, surface = passes
-    ahead, both = 1.5 * math.log(MOST / more) / math.log(more / few), zip(coarse, (energy, surface))
-    return any(fine * (fine / max(part, 1e-300)) ** ahead > rtol for part, fine in both)
+    ahead = 1.5 * math.log(MOST / more) / math.log(more / few)
+    return np.any(fine * (fine / np.maximum(coarse, 1e-300)) ** ahead > rtol)
 
 
 def marked(found, left):
