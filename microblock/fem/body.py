@@ -211,8 +211,14 @@ class Body:
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
-        free = self.space.FreeDofs().NumSet()
-        return line("Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns")
+        return line(
+            "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {self.unknowns} unknowns"
+        )
+
+    @property
+    def unknowns(self):
+        """How many supports leave free."""
+        return self.space.FreeDofs().NumSet()
 
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument, of this argument, for no name."""
@@ -322,9 +328,10 @@ class Body:
 
     def bulk(self, space=None, **options):
         """The assembled second variation of (10), on the space of the body or a product."""
-        trial, test = (self.space if space is None else space).TnT()
+        space = self.space if space is None else space
+        trial, test = space.TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
-        form = ng.BilinearForm(self.space if space is None else space, **options)
+        form = ng.BilinearForm(space, **options)
         form += contact_term.virtual_work(self.solid, strains, varied).Compile() * ng.dx(
             bonus_intorder=self.bonus
         )

@@ -3,22 +3,22 @@
 from functools import cached_property
 
 from ..corners.nodal import NodalPath, NodalSolver
-from ..errors import BadArgument
 from ..halfplane.kernels import coalescence_exponent
 from ..model.deformable import body_of
 from ..model.progress import counting
 from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
-from .forecast import body_cost
+from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .recovery import refine_until
 
 
-class BodySolver(FollowsFriction, NodalSolver):
+class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     """States of a supported two-dimensional body on its contact nodes."""
 
+    no_rtol = "refines the mesh of the first body alone: with a second body solve without it"
     solution = MeshSolution
     counter_bodies = (Body,)
 
@@ -28,14 +28,10 @@ class BodySolver(FollowsFriction, NodalSolver):
         self.counter  # which checks the second body
 
     def solve(self, load, approach, rtol, initial=None):
-        self._require_given_mesh(rtol)
+        self.require_given_mesh(rtol)
         if rtol is not None:
             return refine_until(self, load, approach, rtol)
         return self.at(load, approach, initial)
-
-    def predicted(self, load, approach, rtol):
-        self._require_given_mesh(rtol)
-        return body_cost("condensed", self.body, rtol)
 
     @cached_property
     def counter(self):
@@ -44,11 +40,9 @@ class BodySolver(FollowsFriction, NodalSolver):
             return None
         return CounterBody(self.obstacle, self.nodes, self.law.shifts(self.solid.ell))
 
-    def _require_given_mesh(self, rtol):
-        if rtol is not None and self.counter is not None:
-            raise BadArgument(
-                "rtol", rtol, "refines the mesh of the first body alone: with a second body solve without it"
-            )
+    @property
+    def refines(self):
+        return self.counter is None
 
     @cached_property
     def system(self):
@@ -58,7 +52,7 @@ class BodySolver(FollowsFriction, NodalSolver):
         return flexibility + more, gaps, share
 
     def path(self, last, rtol):
-        self._require_given_mesh(rtol)
+        self.require_given_mesh(rtol)
         with counting("mesh"):  # its states are not what a path leaves
             finest = self if rtol is None else refine_until(self, last, None, rtol).solver
         return NodalPath(self.contact, last, rtol, followed=finest.contact)

@@ -31,7 +31,8 @@ class Bulk:
 
     def __init__(self, form, seen, advice):
         self._form, space = form, form.space
-        self.matrix, self._free = as_csr(form.mat), np.array(space.FreeDofs(form.condense))
+        self.matrix = csr_matrix(form.mat.CSR(), shape=2 * [space.ndof], copy=True)
+        self._free = np.array(space.FreeDofs(form.condense))
         free, seen = np.flatnonzero(self._free), np.asarray(seen, int)
         inner, self.contact = np.setdiff1d(free, seen), np.intersect1d(free, seen)
         try:
@@ -67,9 +68,3 @@ class Bulk:
         if self._form.condense:
             state.vec.data += self._form.harmonic_extension * state.vec
         return forces
-
-
-def as_csr(matrix):
-    """A copy of an NGSolve matrix."""
-    values, columns, starts = (np.array(part) for part in matrix.CSR())
-    return csr_matrix((values, columns, starts), shape=(matrix.height, matrix.width))

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from .. import cost
 from ..corners.compliance import Compliance
-from ..errors import BadArgument, require_kind
+from ..errors import require, require_kind
 from ..threads import bounded, released
 from . import supports
 from .body import Body, Fields
@@ -63,7 +63,7 @@ class Condensed(ContactNodes):
         require_pressed(body, followed)
         super().__init__(body)
         self._followed = followed
-        self.unknowns = body.space.FreeDofs().NumSet()
+        self.unknowns = body.unknowns
         self._advice = (
             "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
             if self.dim == 3
@@ -170,16 +170,13 @@ def require_pressed(body, followed=False):
     """BadArgument unless an obstacle can press a body whose supports hold it with 0; 1D and periodic ones
     only where friction is `followed`.
     """
-    if body.mesh.dim == 1 and not followed:
-        raise BadArgument("body", body, "must be two-dimensional")
-    if body.periodic and not followed:  # its ends are one node; as two they would share their force at random
-        words = (
-            "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
-        )
-        raise BadArgument("body", body, f"must not be periodic: {words}")
-    if body.prescribed:
-        words = "in space" if body.mesh.dim == 3 else "but with Newton() and without friction"
-        raise BadArgument("prescribed", body.prescribed, f"must be empty {words}: supports hold 0")
+    require(body.mesh.dim > 1 or followed, "body", body, "must be two-dimensional")
+    # its ends are one node; as two they would share their force at random
+    words = "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
+    require(not body.periodic or followed, "body", body, f"must not be periodic: {words}")
+    words = "in space" if body.mesh.dim == 3 else "but with Newton() and without friction"
+    words = f"must be empty {words}: supports hold 0"
+    require(not body.prescribed, "prescribed", body.prescribed, words)
     supports.pressed(body)
     supports.require_held(body)
 

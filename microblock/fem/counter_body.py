@@ -5,7 +5,7 @@ from functools import cached_property
 import ngsolve as ng
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import require
 from ..model.quadrature import gauss_rule
 from .condensation import condensed
 from .facets import rule_at
@@ -32,13 +32,12 @@ class CounterBody:
     def __init__(self, obstacle, body, shifts):
         self.obstacle, self.body, self.shifts = obstacle, body, shifts
         self.nodes = condensed(obstacle.body)
-        if np.abs(self.nodes.normals - (0.0, -1.0)).max() > 1e-9:
-            raise BadArgument(
-                "obstacle",
-                obstacle,
-                "its body must be above its contact boundary, which is straight and level: heights are those "
-                "of the shape",
-            )
+        words = (
+            "its body must be above its contact boundary, which is straight and level: heights are those of "
+            "the shape"
+        )
+        level = np.abs(self.nodes.normals - (0.0, -1.0)).max() <= 1e-9
+        require(level, "obstacle", obstacle, words)
 
     @cached_property
     def _matrix(self):
@@ -74,14 +73,12 @@ class CounterBody:
         """
         points, upwards = self.body.points, self.body.normals[:, 1]
         x = np.concatenate([points[:, 0] - each * upwards for each in self.shifts])[np.isfinite(gaps)]
-        if not self.reaches(x).all():
-            left, right = self.nodes.points[[0, -1], 0]
-            raise BadArgument(
-                "obstacle",
-                self.obstacle,
-                f"its contact boundary, from {left:g} to {right:g}, must reach over all corners below the "
-                f"shape, from {x.min():g} to {x.max():g}",
-            )
+        left, right = self.nodes.points[[0, -1], 0]
+        words = (
+            f"its contact boundary, from {left:g} to {right:g}, must reach over all corners below the shape, "
+            f"from {x.min():g} to {x.max():g}"
+        )
+        require(self.reaches(x).all(), "obstacle", self.obstacle, words)
         return self._shares @ self._matrix @ self._shares.T
 
     def displacement(self, forces, places):

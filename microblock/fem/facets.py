@@ -20,7 +20,7 @@ from ..model.quadrature import gauss_rule, lagrange
 from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
-from .meshes import elements_at
+from .meshes import elements_at, squares
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
@@ -298,9 +298,8 @@ class ContactNodes:
         """Triangles between the nodes in space, array (m, 3), to draw on."""
         size = self.orders[0] + 1
         place = np.arange(size * size).reshape(size, size)
-        square = np.stack((place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]), axis=-1)
-        halves = square[..., [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-        return np.concatenate([own[halves] if len(own) > 3 else own[None] for own in self.facets])
+        cut = squares(place.T)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+        return np.concatenate([own[cut] if len(own) > 3 else own[None] for own in self.facets])
 
     # what the contact term asks for
 

@@ -17,7 +17,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach
+from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach, require
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
 from ..halfplane.search import CONDITIONS_SHARE
@@ -55,8 +55,8 @@ class FittedSolver(MeshFitter):
 
     def solve(self, load, approach, rtol, initial=None):
         fixed = self.options.order is not None
-        if fixed and rtol is not None:
-            raise BadArgument("rtol", rtol, "chooses the order: not together with Fitted(order=...)")
+        words = "chooses the order: not together with Fitted(order=...)"
+        require(not fixed or rtol is None, "rtol", rtol, words)
         wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
         if not given:
             load = self.first_load(approach)
@@ -137,30 +137,34 @@ class FittedSolver(MeshFitter):
 
     def _refined(self, load, rtol, zones, even):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
-        coarse, best, passes = None, math.inf, 0
+        coarse, best, passes, why = None, math.inf, 0, ""
         for level in self._levels(rtol, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
             except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
                 if best == math.inf:
                     raise
-                known = {"load": load, "iterations": passes, "margin": 1.4}
-                raise out_of_reach(rtol, best, f" ({failure})", **known) from None
-            passes += count
-            if mesh is not None and coarse is not None:
-                best = min(best, mesh.estimate.total)
-                if mesh.estimate.total == best:
-                    kept(self._state(mesh, mesh.part, load, passes), error=float(best))
-            if best <= rtol or (mesh is not None and self.options.order is not None):
-                return mesh, passes
-            outermost = max(map(abs, zone_edges(zones)), default=0.0)
-            if mesh is None and outermost > self.furthest:
+                why = f" ({failure})"
                 break
-            coarse = coarse if mesh is None else mesh.part
-        if best == math.inf or outermost > self.furthest:
+            passes += count
+            if mesh is None and self._leaves(zones):
+                break
+            if mesh is None:
+                continue
+            if coarse is not None and mesh.estimate.total <= best:
+                best = mesh.estimate.total
+                kept(self._state(mesh, mesh.part, load, passes), error=float(best))
+            if best <= rtol or self.options.order is not None:
+                return mesh, passes
+            coarse = mesh.part
+        if best == math.inf or (self._leaves(zones) and not why):
             raise self._unsettled(load, zones, passes)
-        besides = "fix the discretisation, Fitted(order=...)"
-        raise out_of_reach(rtol, best, load=load, besides=besides, iterations=passes, margin=1.4)
+        besides = "" if why else "fix the discretisation, Fitted(order=...)"
+        raise out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4)
+
+    def _leaves(self, zones):
+        """Whether zones reach beyond the part of the surface on which they are looked for."""
+        return max(map(abs, zone_edges(zones)), default=0.0) > self.furthest
 
     def _settled(self, load, rtol, zones, level, coarse):
         """(FittedMesh of a level whose zones hold, or None, the next zones, number of meshes). Zones are
@@ -190,14 +194,14 @@ class FittedSolver(MeshFitter):
         return mesh if other is None else None, zones, passes
 
     def _unsettled(self, load, zones, passes):
-        edges = zone_edges(zones)
-        if max(map(abs, edges), default=0.0) > self.furthest:
+        if self._leaves(zones):
             if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
                 return BadArgument("obstacle", self.contact.obstacle, f"does not rise at all: {BOUNDED}")
-            where = f"from {edges[0]:.3g} to {edges[-1]:.3g}"
+            left, *_, right = zone_edges(zones)
             words = (
-                f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface, on "
-                f"which it is looked for up to |x1| = {self.furthest:g}; or move the obstacle towards x1 = 0"
+                f"must be larger: at load {load:g} the contact, from {left:.3g} to {right:.3g}, reaches the "
+                f"end of the surface, on which it is looked for up to |x1| = {self.furthest:g}; or move the "
+                "obstacle towards x1 = 0"
             )
             return BadArgument("size", self.domain, words)
         return NotConverged(

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import active_set
-from ..errors import BadArgument, NotConverged
+from ..errors import NotConverged, require
 from ..model.zones import common, contains, joined, runs, without, zone_edges
 from ..threads import released
 from . import between
@@ -67,8 +67,7 @@ class MeshFitter(GroundSolver):
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
-        falling = levels and not even
-        orders = falling_orders(mesh, ground, tips, order) if falling else np.full(mesh.ne, order)
+        orders = falling_orders(mesh, ground, tips, order) if levels and not even else order
         return Body(mesh, self.solid, orders, fixed=supports)
 
     def _sizes(self, ground, longest):
@@ -102,6 +101,8 @@ class FittedMesh:
     nodes : Condensed
     system : (flexibility, initial gaps, shares in the load) of the corners
     closed, pressures : arrays (corners, n)
+    moved : {corner: intervals with free ends moved by 2 K0/K1}
+    step : float, what that changes of the pressure in L2, relative
     near : length, below which an edge is put to an end of the obstacle
     part : MeshSolution of the computed part
     estimate : Estimate
@@ -131,6 +132,7 @@ class FittedMesh:
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
         self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
         self.pressures = self._closing()
+        self.moved, self.step = self._moves()
 
     def solved(self, **control):
         """The MeshSolution of the computed part at a load or an approach."""
@@ -156,7 +158,7 @@ class FittedMesh:
         law, obstacle = self.solver.law, self.solver.obstacle
         if not getattr(obstacle, "formulas", False):
             square += between.missed(self.nodes.along, self.closed, law, obstacle, self._sites).sum()
-        return Estimate(discretisation, self._moves[1], truncation, math.sqrt(square) / self._size)
+        return Estimate(discretisation, self.step, truncation, math.sqrt(square) / self._size)
 
     @property
     def _size(self):
@@ -190,17 +192,17 @@ class FittedMesh:
         most = min(self.ground.far, 1e3 * max(-left, right)) * (1 - 1e-9)
         away = np.concatenate((right + (most - right) * away, left - (most + left) * away))
         for corner in self.zones:
-            x, number = np.union1d(away, problem.sites(corner)), np.array(corner)
+            x = np.union1d(away, problem.sites(corner))
             x = x[(np.abs(x) < most) & ((x < left) | (x > right)) & ((x > 0) | (not solver.symmetric))]
-            points = fields.body.mesh(x, np.zeros_like(x))
-            u2, psi = (np.ravel(part(points)) for part in (fields.u2, fields.psi))
-            risen = problem.ell / 2 * problem.lever(number, x) * psi - self.part.approach - u2
+            at = fields(x, np.zeros_like(x))
+            turned = problem.ell / 2 * problem.levers(x)[corner] * at.psi
+            risen = turned - self.part.approach - at.u[1]
             place = x - problem.shifts[corner]
             known = contains(solver.picture.stretches, place)
-            if np.any(solver.picture.allowed(place[~known]) + risen[~known] < 0):
-                words = "could touch at this load where it is too high for that under a half-plane"
-                raise BadArgument("obstacle", solver.contact.obstacle, words)
-            for first, last in runs(known & (problem.initial_gap(number, x) + risen < 0)):
+            words = "could touch at this load where it is too high for that under a half-plane"
+            above = solver.picture.allowed(place[~known]) + risen[~known] >= 0
+            require(np.all(above), "obstacle", solver.contact.obstacle, words)
+            for first, last in runs(known & (problem.initial_gap(np.array(corner), x) + risen < 0)):
                 ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
                 yield between.Violation(corner, *map(float, ends), math.inf, math.inf)
 
@@ -217,14 +219,8 @@ class FittedMesh:
         forces[closed] = elastic + (self.load - c @ elastic) / (c @ rigid) * rigid
         return forces.reshape(self.closed.shape) / self.nodes.weights
 
-    @property
-    def moved(self):
-        """{corner: intervals with free ends moved by 2 K0/K1}."""
-        return self._moves[0]
-
-    @cached_property
     def _moves(self):
-        """({corner: moved intervals}, what that changes in L2)."""
+        """(moved, step)."""
         solver, moved, square = self.solver, {}, 0.0
         fixed = [*solver.ends(), *([0.0] if solver.symmetric else [])]
         for corner, own in self.zones.items():

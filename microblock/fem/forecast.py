@@ -5,7 +5,9 @@ import math
 import numpy as np
 
 from .. import cost
+from ..errors import require
 from ..model.picture import low
+from ..model.solver import Solver
 
 
 def fitted_cost(picture, corners, rtol):
@@ -17,9 +19,25 @@ def fitted_cost(picture, corners, rtol):
     return cost.of("fitted", 370 * places * math.log10(rtol) ** 2)
 
 
-def body_cost(method, body, rtol):
-    """The Cost of a method on a body's mesh, or on finer ones to rtol."""
-    unknowns = body.space.FreeDofs().NumSet()
-    if rtol is not None:  # errors of recovery fall like the elements of edges and of the surface
-        unknowns = max(unknowns, 600 / rtol)
-    return cost.of(f"{method} in space" if body.in_space else method, unknowns)
+class OnGivenMesh(Solver):
+    """Base of solvers of a body on its mesh.
+
+    Attributes
+    ----------
+    refines : bool, whether it makes finer ones to an rtol
+    no_rtol : str, why it does not
+    rate : str, of `cost.RATES`, in the plane
+    """
+
+    verifies, refines, rate = True, False, "condensed"
+
+    def require_given_mesh(self, rtol):
+        """BadArgument for an rtol that no mesh is refined to."""
+        require(rtol is None or self.refines, "rtol", rtol, self.no_rtol)
+
+    def predicted(self, load, approach, rtol):
+        self.require_given_mesh(rtol)
+        unknowns = self.body.unknowns
+        if rtol is not None:  # errors of recovery fall like the elements of edges and of the surface
+            unknowns = max(unknowns, 600 / rtol)
+        return cost.of(self.rate + " in space" * self.body.in_space, unknowns)

@@ -10,7 +10,7 @@ from ..corners.compliance import nearest_alone
 from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
 from ..corners.friction_events import events
 from ..corners.nodal import zones_of
-from ..errors import BadArgument, out_of_reach, require_kind
+from ..errors import out_of_reach, require, require_kind
 from ..model import law as laws
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
@@ -58,8 +58,8 @@ class FrictionFacets:
 
     def __init__(self, body, law, obstacle):
         require_kind(Body, "a Body", body=body)
-        if not getattr(law, "friction", 0.0):
-            raise BadArgument("law", law, "has no friction: solve and path find its states")
+        frictional = getattr(law, "friction", 0.0)
+        require(frictional, "law", law, "has no friction: solve and path find its states")
         self.nodes = nodes = condensed(body, law.clamps_rotation, followed=True)
         self.law, normals = law, nodes.normals
         arms = body.solid.ell * law.arms(nodes.points, normals)
@@ -151,14 +151,10 @@ class FollowsFriction:
 
     def history(self, pairs, coupled, rtol):
         """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
-        if body_of(self.obstacle) is not None:
-            raise BadArgument(
-                "obstacle", self.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
-            )
-        if rtol is not None:
-            raise BadArgument(
-                "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
-            )
+        words = "deforms: histories on a mesh take rigid obstacles alone"
+        require(body_of(self.obstacle) is None, "obstacle", self.obstacle, words)
+        words = "is not for histories on a mesh, which stays as it is: refine it yourself"
+        require(rtol is None, "rtol", rtol, words)
         contact, method = self.frictional.contact(coupled), type(self.options).__name__.lower()
         path = Follower(contact)
         states = [State(self.frictional.solution(self, path.to(*map(float, pair)), method)) for pair in pairs]

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import BadArgument, require_finite
+from ..errors import require, require_finite
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -73,27 +73,18 @@ class GroundSolver(Solver):
 
     def first_load(self, approach):
         """A load of about this approach; BadArgument unless it lies above first touch, on a bounded block."""
-        if not self.has_level:
-            raise BadArgument(
-                "approach",
-                approach,
-                "has no meaning on an unbounded block, whose approach is that of the "
-                "place where it is cut off: give the load, or a size",
-            )
+        words = (
+            "has no meaning on an unbounded block, whose approach is that of the place where it is cut off: "
+            "give the load, or a size"
+        )
+        require(self.has_level, "approach", approach, words)
         require_finite(approach=approach)
-        lowest = self._first_touch()
-        if not approach > lowest:
-            raise BadArgument("approach", approach, f"must lie above that of first touch, {lowest}")
-        return self.solid.E_star * (approach - lowest) / 2
-
-    def _first_touch(self):
         places = np.linspace(-1, 1, 4097) * self.domain * WITHIN
         # the corner stands at the places
-        gaps = [
-            self.problem.initial_gaps(places + shift)[corner]
-            for corner, shift in enumerate(self.law.shifts(self.solid.ell))
-        ]
-        return float(np.min(gaps))
+        shifts = enumerate(self.problem.shifts)
+        lowest = min(self.problem.initial_gaps(places + shift)[corner].min() for corner, shift in shifts)
+        require(approach > lowest, "approach", approach, f"must lie above that of first touch, {lowest}")
+        return float(self.solid.E_star * (approach - lowest) / 2)
 
     def share(self, load):
         """Load of the computed part."""

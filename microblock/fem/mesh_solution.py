@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners.nodal import NodalSolution, OfNodes, zones_of
-from ..errors import BadArgument, at_most
+from ..errors import BadArgument, at_most, require
 from ..model import law as laws
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
@@ -50,10 +50,8 @@ class OnMesh(OfNodes):
         if not self.mirrored:
             return found
         named = zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask())
-        if {name for name, chosen in named if chosen} == {"axis"}:
-            raise BadArgument(
-                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
-            )
+        words = "is the axis of symmetry: nothing supports the whole body there"
+        require({name for name, chosen in named if chosen} != {"axis"}, "boundary", boundary, words)
         return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
     def coarse(self, half_width):
@@ -180,12 +178,9 @@ class MeshSolution(OnMesh, NodalSolution):
         """Nodal values at x: polynomials of a condensed body, else a polygon."""
         if self.method == "newton":
             return np.interp(x, self.x, values, period=self.period)
-        right = self.nodes.along.interpolate(values[-len(self.nodes.weights) :], x)
-        if not self.mirrored:
-            return right
-        return np.where(
-            x < 0, self.nodes.along.interpolate(values[::-1][-len(self.nodes.weights) :], -x), right
-        )
+        count, inner = len(self.nodes.weights), self.nodes.along.interpolate
+        right = inner(values[-count:], x)
+        return np.where(x < 0, inner(values[count - 1 :: -1], -x), right) if self.mirrored else right
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)

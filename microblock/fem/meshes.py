@@ -61,9 +61,9 @@ def thicknesses(mesh, region):
     for facet, number in zip(region.Elements(), elements_at(mesh, region)):
         element = mesh[ng.ElementId(ng.VOL, int(number))]
         own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
-        along = own[1] - own[0]
-        normal = (-along[1], along[0]) / np.linalg.norm(along) if mesh.dim == 2 else (0, 0, 1)
-        found.append(np.abs((below - own.mean(axis=0)) @ normal).max())
+        middle = own.mean(axis=0)
+        *_, normal = np.linalg.svd(own - middle)[2]
+        found.append(np.abs((below - middle) @ normal).max())
     return np.array(found)
 
 
@@ -110,10 +110,7 @@ def line(depth, elements):
     """A 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at -depth."""
     require_positive(depth=depth)
     require_whole(1, elements=elements)
-    mesh = Make1DMesh(elements, mapping=lambda x: depth * (x - 1))
-    for number, name in enumerate(("middle", "contact")):
-        mesh.ngmesh.SetBCName(number, name)
-    return ng.Mesh(mesh.ngmesh)
+    return named(Make1DMesh(elements, mapping=lambda x: depth * (x - 1)), "middle", "contact")
 
 
 def column(depth, elements):
@@ -126,8 +123,13 @@ def column(depth, elements):
     mesh = MakeStructured2DMesh(
         nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (depth / elements * x, depth * (y - 1))
     )
-    for number, name in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))
+    return named(mesh, "middle", "right", "contact", "left")
+
+
+def named(mesh, *names):
+    """The mesh with these names of its boundaries."""
+    for number, name in enumerate(names):
+        mesh.ngmesh.SetBCName(number, name)
     return ng.Mesh(mesh.ngmesh)
 
 
@@ -282,11 +284,21 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     """
     points = np.stack(np.meshgrid(across, up), axis=-1)
     number = np.arange(points[..., 0].size).reshape(points.shape[:2])
-    corners = np.stack((number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]), axis=-1)
-    elements = corners.reshape(-1, 4) if quads else corners[:, :, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
+    elements = squares(number) if quads else halves(number)
     sides = number[0], number[:, -1], number[-1, ::-1], number[::-1, 0]
     edges = ((1, name, np.stack((side[:-1], side[1:]), axis=-1)) for name, side in zip(names, sides))
     return of_elements(points.reshape(-1, 2), [(2, "dom", elements), *edges])
+
+
+def squares(numbers):
+    """Corners of the squares of a grid of `numbers`, (rows, columns), one after the other: array (m, 4)."""
+    corners = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
+    return np.stack(corners, axis=-1).reshape(-1, 4)
+
+
+def halves(numbers):
+    """The same of the triangles that these squares are cut into: array (2 m, 3)."""
+    return squares(numbers)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
 def of_elements(points, parts):

@@ -3,12 +3,11 @@
 import math
 
 import numpy as np
+from ngsolve.meshes import MakeStructured3DMesh
 
-from ..errors import BadArgument, require_choice, require_numbers, require_positive
+from ..errors import require, require_choice, require_numbers, require_positive
 from .body import FIELDS3D
-from .meshes import of_elements, stretched
-
-SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
+from .meshes import named, stretched
 
 
 def graded(reach, step, far, growth=1.5):
@@ -37,10 +36,8 @@ def graded(reach, step, far, growth=1.5):
     [0.0, 0.5, 1.0, 2.0, 4.0]
     """
     require_positive(reach=reach, step=step, far=far, growth=growth)
-    if far < reach:
-        raise BadArgument("far", far, f"must be at least reach = {reach}")
-    if growth < 1:
-        raise BadArgument("growth", growth, "must be at least 1")
+    require(far >= reach, "far", far, f"must be at least reach = {reach}")
+    require(growth >= 1, "growth", growth, "must be at least 1")
     count = max(1, math.ceil(reach / step - 1e-9))  # of a step, by which it may miss a whole number
     inner, step = np.linspace(0.0, reach, count + 1), reach / count
     if far == reach:
@@ -85,23 +82,18 @@ def block(x1, x2, x3, reach=math.inf):
     if not (isinstance(reach, float) and reach == math.inf):
         require_positive(reach=reach)
     middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
-    if not all(np.any(np.abs(middle) < reach) for middle in middles):
-        raise BadArgument("reach", reach, "must hold the middle of a facet at least")
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) + 0.0  # no -0.0
-    numbers = np.arange(points[..., 0].size).reshape(points.shape[:3])
-    ends = slice(None, -1), slice(1, None)
-    square = (0, 0), (0, 1), (1, 1), (1, 0)  # its corners, one after the other
-    around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in square]
-    sides = {}
-    for (axis, end), name in SIDES.items():
-        side = np.take(numbers, -end, axis=axis)
-        faces = np.stack([side[ends[j], ends[i]] for i, j in square], axis=-1).reshape(-1, 4)
-        # the outward normal is right-handed
-        sides[name] = faces if bool(end) != (axis == 1) else faces[:, ::-1]
+    held = all(np.any(np.abs(middle) < reach) for middle in middles)
+    require(held, "reach", reach, "must hold the middle of a facet at least")
+    nx, ny, nz = (len(x) - 1 for x in axes)
+
+    def places(*shares):
+        return [x[round(share * (len(x) - 1))] for x, share in zip(axes, shares)]
+
+    mesh = MakeStructured3DMesh(nx=nx, ny=ny, nz=nz, mapping=places)
     pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
-    sides |= {"contact": sides["top"][pressed], "top": sides["top"][~pressed]}
-    solid = 3, "solid", np.stack(around, axis=-1).reshape(-1, 8)
-    return of_elements(points.reshape(-1, 3), [solid, *((2, name, faces) for name, faces in sides.items())])
+    top = mesh.ngmesh.Elements2D().NumPy()[-pressed.size :]  # from the last coordinates to the first
+    top["index"][pressed[::-1]] = mesh.ngmesh.AddRegion("contact", dim=2)
+    return named(mesh, "left", "front", "right", "back", "bottom", "top")
 
 
 def supports(fixed="bottom", **planes):
@@ -135,6 +127,6 @@ def supports(fixed="bottom", **planes):
 def _ascending(name, values):
     """The coordinates as an array; BadArgument unless they are finite and ascend."""
     x = require_numbers(**{name: values})
-    if len(x) < 2 or not np.all(np.diff(x) > 0):
-        raise BadArgument(name, values, "must be an ascending array of at least two coordinates")
-    return x
+    ascend = len(x) > 1 and np.all(np.diff(x) > 0)
+    require(ascend, name, values, "must be an ascending array of at least two coordinates")
+    return x + 0.0  # no -0.0

@@ -13,7 +13,7 @@ from operator import mul
 import ngsolve as ng
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
+from ..errors import NotConverged, require, require_choice, require_finite, require_kind, require_positive
 from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
@@ -146,8 +146,8 @@ class MonolithicNewton:
         require_finite(level=level)
         if start is not None:
             require_kind((NodalState, MeshSolution), "a NodalState", start=start)
-        if self.control == "load" and level <= 0:
-            raise BadArgument("load", level, "must be positive: contact cannot pull")
+        pressed = self.control == "approach" or level > 0
+        require(pressed, "load", level, "must be positive: contact cannot pull")
         unknowns, visits, solved = self._first_guess(level, start), Counter(), None
         best, before, stopped = None, np.inf, "the residual stalls"
         for iteration in range(61):

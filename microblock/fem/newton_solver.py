@@ -2,11 +2,11 @@
 
 from functools import cache, cached_property
 
-from ..errors import BadArgument, require
+from ..errors import require
 from ..model.solver import Solver
 from .condensation import clamped_on_contact, require_pressed
 from .facets import ContactFacets
-from .forecast import body_cost
+from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .newton import MonolithicNewton
@@ -14,10 +14,11 @@ from .solver3d import Solver3D
 from .supports import pressed
 
 
-class NewtonSolver(FollowsFriction, Solver):
+class NewtonSolver(FollowsFriction, OnGivenMesh):
     """States of a body of one or two dimensions."""
 
-    verifies = True
+    no_rtol = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
+    rate = "newton"
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -31,19 +32,11 @@ class NewtonSolver(FollowsFriction, Solver):
         return ContactFacets(body, self.law, self.obstacle)
 
     def solve(self, load, approach, rtol, initial=None):
-        self._require_given_mesh(rtol)
+        self.require_given_mesh(rtol)
         known = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         known = known and len(initial.forces) == len(self.law.corners)
         newton = self.newton("load" if approach is None else "approach")
         return self.of(newton.solve(load if approach is None else approach, initial if known else None))
-
-    def _require_given_mesh(self, rtol):
-        words = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
-        require(rtol is None, "rtol", rtol, words)
-
-    def predicted(self, load, approach, rtol):
-        self._require_given_mesh(rtol)
-        return body_cost("newton", self.body, None)
 
     def of(self, state):
         """The MeshSolution of a NodalState."""
@@ -53,8 +46,8 @@ class NewtonSolver(FollowsFriction, Solver):
         return MeshSolution(self, state.load, state.approach, *surface, *counts, **how)
 
     def history(self, pairs, coupled, rtol):
-        if self.options.kind != "al":
-            raise BadArgument("kind", self.options.kind, 'does not follow friction: Newton("al") does')
+        kind = self.options.kind
+        require(kind == "al", "kind", kind, 'does not follow friction: Newton("al") does')
         return super().history(pairs, coupled, rtol)
 
     @cached_property

@@ -65,25 +65,23 @@ class ConjugateGradients:
     rtol, advice = 1e-9, "another rho, or Condensed()"
 
     def __init__(self, body, space):
-        rows, linked = body.space.FreeDofs().NumSet(), LINKED * body.order
+        rows, linked = body.unknowns, LINKED * body.order
         needed = 3 * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.space, self.stiffness, self._factors = space, body.bulk(space).mat, {}
-        last = slice(space.ndof - 1, space.ndof)
-        self._unknowns = {name: body.unknowns_of(name) for name in FIELDS3D} | {"approach": last}
-        self._factorise(self.stiffness, space.FreeDofs(), FIELDS3D)
+        self._factorise(self.stiffness, space.FreeDofs(), range(len(FIELDS3D)))
 
-    def _factorise(self, matrix, free, names):
-        """Take Cholesky factors of the blocks of fields."""
-        for name in names:
-            own, chosen = self._unknowns[name], ng.BitArray(free)
+    def _factorise(self, matrix, free, fields):
+        """Take Cholesky factors of the blocks of fields, by their numbers."""
+        for number in fields:
+            own, chosen = self.space.Range(number), ng.BitArray(free)
             chosen[: own.start] = False
             chosen[own.stop :] = False
-            self._factors[name] = matrix.Inverse(chosen, "sparsecholesky")
+            self._factors[number] = matrix.Inverse(chosen, "sparsecholesky")
 
     def add(self, tangent, free):
         self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
-        self._factorise(self._matrix, free, ("u3", "psi1", "psi2", "approach"))
+        self._factorise(self._matrix, free, (2, 3, 4, 6))  # u3, psi1, psi2 and the approach
 
     def solve(self, residual):
         """The solution but for a ten-thousandth of the residual, a vector."""

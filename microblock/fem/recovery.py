@@ -116,8 +116,7 @@ def _edges(state):
     # not an end of the obstacle, or of the boundary
     free = np.isfinite(state.gaps[corner, outside]) & (before >= 0) & (before < len(nodes.points))
     corner, i, last, outside, before = np.array((corner, i, last, outside, before))[:, free]
-    x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(nodes.points, axis=0).T))))
-    way, inner = np.abs(x[outside] - x[last]), np.abs(x[last] - x[before])
+    way, inner = (np.hypot(*(nodes.points[other] - nodes.points[last]).T) for other in (outside, before))
     p, q = state.pressures[corner, last] ** 2, state.pressures[corner, before] ** 2
     slopes, counts = np.maximum((q - p) / inner, p / way), np.count_nonzero(state.closed, axis=1)  # K^2
     facets = np.zeros(len(nodes.apart), int)
@@ -144,7 +143,7 @@ def refine_until(solver, load, approach, rtol):
         Beyond MOST unknowns or PASSES passes, or beyond SOON if MOST would miss rtol; `rtol_reached` is the
         smallest estimate.
     """
-    best, found, besides, failed, before = math.inf, None, "raise the order of the body", None, ()
+    best, found, besides, failed, known = math.inf, None, "raise the order of the body", None, []
     for passes in range(1, PASSES + 1):
         try:
             found = solver.at(load, approach, found)
@@ -160,25 +159,26 @@ def refine_until(solver, load, approach, rtol):
             kept(replace(found, error_estimate=best))
         if parts.total <= rtol:
             return replace(found, error_estimate=parts.total)
-        now = (found.unknowns, parts.energy, parts.surface)
-        if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, *before, *now)):
+        known.append((found.unknowns, parts.energy, parts.surface))
+        if found.unknowns > MOST or (found.unknowns > SOON and _hopeless(rtol, known[-2:])):
             break
-        before = now
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
         # an rtol far away asks for all elements alike, and not for the worst ones first
         solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
-    where = {"load": load, "approach": approach}
-    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **where) from failed
+    at = {"load": load, "approach": approach}
+    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **at) from failed
 
 
-def _hopeless(rtol, *passes):
-    """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order of a pass."""
-    if len(passes) < 6 or passes[3] <= passes[0]:  # triangles of quadrilaterals may have as many
+def _hopeless(rtol, passes):
+    """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order between two
+    passes, [(unknowns, energy, surface)].
+    """
+    (few, *coarse), (more, *fine) = np.array((passes[0], passes[-1]))
+    if more <= few:  # triangles of quadrilaterals may have as many, and a first pass has none before
         return False
-    few, *coarse, more, energy, surface = passes
-    ahead, both = 1.5 * math.log(MOST / more) / math.log(more / few), zip(coarse, (energy, surface))
-    return any(fine * (fine / max(part, 1e-300)) ** ahead > rtol for part, fine in both)
+    ahead = 1.5 * math.log(MOST / more) / math.log(more / few)
+    return np.any(fine * (fine / np.maximum(coarse, 1e-300)) ** ahead > rtol)
 
 
 def marked(found, left):
@@ -239,28 +239,21 @@ def cut(mesh, chosen):
 
 
 def of_triangles(mesh):
-    """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
-    sides.
-    """
+    """A mesh with quadrilaterals cut in halves; None without any, or with curved sides."""
     old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
     quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
     if not quads.any():
         return None
-    points, corners = old.Coordinates(), cells["nodes"][quads, :4] - 1
-    diagonals = np.linalg.norm(points[corners[:, :2]] - points[corners[:, 2:]], axis=2)
-    halves = np.where(diagonals[:, :1] <= diagonals[:, 1:], (0, 1, 2, 0, 2, 3), (0, 1, 3, 1, 2, 3))
-    parts = np.take_along_axis(corners, halves, axis=1).reshape(-1, 3)
-    triangles = np.concatenate((cells["nodes"][~quads, :3] - 1, parts))
+    parts = cells["nodes"][quads][:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    triangles = np.concatenate((cells["nodes"][~quads, :3], parts))
     numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
-    both = (2, triangles, numbers), (1, sides["nodes"][:, :2] - 1, sides["index"])
-    found = of_elements(
-        points,
-        [
-            (dim, name, elements[index == number])
-            for dim, elements, index in both
-            for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
-        ],
-    )
+    both = (2, triangles, numbers), (1, sides["nodes"][:, :2], sides["index"])
+    regions = [
+        (dim, name, elements[index == number] - 1)
+        for dim, elements, index in both
+        for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
+    ]
+    found = of_elements(old.Coordinates(), regions)
     lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
     return found if math.isclose(*lengths, rel_tol=1e-12) else None

@@ -6,19 +6,20 @@ import numpy as np
 
 from ..corners import projected_gradients
 from ..corners.surface_law import closed_corners, on_surface
-from ..errors import NOT_YET, BadArgument, require
-from ..model.solver import SOLVED, Solver
+from ..errors import NOT_YET, require
+from ..model.solver import SOLVED
 from ..model.state import in_space
 from .condensation import Flexibility3D, condensed
 from .facets import initial_gaps
-from .forecast import body_cost
+from .forecast import OnGivenMesh
 from .state3d import SurfaceNodes
 
 
-class Solver3D(Solver):
+class Solver3D(OnGivenMesh):
     """States of a body in space on its condensed contact nodes."""
 
-    most_corners, verifies, in_space = None, True, "nodes"
+    most_corners, in_space = None, "nodes"
+    no_rtol = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -35,11 +36,10 @@ class Solver3D(Solver):
         return initial_gaps(self.law, self.nodes, self.obstacle)
 
     def solve(self, load, approach, rtol, initial=None):
-        self._require_given_mesh(rtol)
+        self.require_given_mesh(rtol)
         H, residual = Flexibility3D(self.directions(self.nodes.points), self.nodes), 1e-9
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
-        if not found.load > 0:
-            raise BadArgument("approach", approach, NOT_YET)
+        require(found.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
         level = found.load, found.approach
@@ -49,28 +49,15 @@ class Solver3D(Solver):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
         nodes, (3, n); BadArgument where the obstacle lies in held nodes.
         """
-        forces, unknowns = self.of_least_norm(forces, closed), self.nodes.body.space.FreeDofs().NumSet()
-        u, phi1, phi2 = surface
+        forces, (u, phi1, phi2) = self.of_least_norm(forces, closed), surface
         psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
-        counts = residual, iterations, int(unknowns)
+        counts = residual, iterations, self.nodes.body.unknowns
         found = SurfaceNodes(self, load, approach, forces, u, psi, *counts, closed=touching, **how)
         held = ~self.nodes.free["u3"]
         inside = found.inside(self.nodes.points[held], np.vstack((found.displacement, found.psi))[:, held])
-        if inside > SOLVED * np.abs(found.displacement).max():
-            raise BadArgument(
-                "obstacle",
-                self.obstacle,
-                f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}",
-            )
+        words = f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}"
+        require(inside <= SOLVED * np.abs(found.displacement).max(), "obstacle", self.obstacle, words)
         return found
-
-    def _require_given_mesh(self, rtol):
-        words = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
-        require(rtol is None, "rtol", rtol, words)
-
-    def predicted(self, load, approach, rtol):
-        self._require_given_mesh(rtol)
-        return body_cost("condensed", self.body, None)
 
     def state(self, solution):
         nodes = solution.nodes

@@ -1,14 +1,10 @@
 """A solution on the contact nodes of a body in space."""
 
-from __future__ import annotations
-
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import cast
 
 import numpy as np
 
-from ..model.types import AnyArray as Array
 from .mesh_solution import OnMesh
 
 
@@ -22,10 +18,10 @@ class SurfaceNodes(OnMesh):
     """
 
     _: KW_ONLY
-    closed: Array
+    closed: np.ndarray
 
     @cached_property
-    def micromoment(self) -> Array:
+    def micromoment(self):
         """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
         if self.solver.surface_law.clamped:  # not of planes of symmetry
@@ -33,18 +29,18 @@ class SurfaceNodes(OnMesh):
                 nodes.moments_of(name, self.fields.forces) * nodes.is_free(name, self.solver.body)
                 for name in ("psi1", "psi2")
             ]
-        return cast(Array, np.array(moments) / self.weights)
+        return np.array(moments) / self.weights
 
     @property
-    def loads(self) -> Array:
+    def loads(self):
         """Nodal forces, and moments in the measure of (-psi2, psi1) ell/2, array (3, n) (force)."""
         return np.einsum("cin,cn->in", self.solver.directions(self.points), self.forces)
 
-    def pressure(self, corner: int, places: Array) -> Array:
+    def pressure(self, corner, places):
         """Returns the pressure of a corner at places, (k, 2) or (k, 3)."""
         return self.between(self.pressures[corner], places)
 
-    def between(self, values: Array, places: Array) -> Array:
+    def between(self, values, places):
         """Returns nodal values at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
@@ -53,10 +49,10 @@ class SurfaceNodes(OnMesh):
         return np.ma.filled(between(*places.T[:2]), 0.0)
 
     @property
-    def gaps(self) -> Array:
-        return cast(Array, self.solver.initial_gaps)
+    def gaps(self):
+        return self.solver.initial_gaps
 
-    def remarks(self) -> list[str]:
+    def remarks(self):
         """Returns sentences on what the state has no estimate for."""
         nodes, moved, count = self.nodes, np.abs(self.displacement).max(), np.count_nonzero(self.closed)
         half_width = float(np.sqrt(nodes.weights[self.closed > 0].sum() / np.pi))
@@ -78,7 +74,7 @@ class SurfaceNodes(OnMesh):
         ]
         return [words for holds, words in found if holds]
 
-    def _beside(self) -> float:
+    def _beside(self):
         """How deep the obstacle reaches into the surface beside the contact boundary."""
         numbers = self.nodes.beyond
         places = np.array([self.nodes.body.mesh.vertices[int(number)].point for number in numbers])
@@ -89,7 +85,7 @@ class SurfaceNodes(OnMesh):
         own = [getattr(self.fields, name).vec.FV().NumPy()[numbers] for name in ("u3", "psi1", "psi2")]
         return self.inside(places, np.array((-own[0], *own[1:])))
 
-    def inside(self, places: Array, moved: Array) -> float:
+    def inside(self, places, moved):
         """How deep the obstacle reaches into the surface at places, (k, 3), with displacement, psi1 and psi2
         `moved`, (3, k).
         """

@@ -5,20 +5,19 @@ from collections.abc import Mapping
 import ngsolve as ng
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import require
 
 
 def patterns(body, fixed):
     """{field: pattern of all boundaries where a body holds it}."""
-    if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
-        raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
+    known = isinstance(fixed, (str, Mapping)) or (isinstance(fixed, tuple) and not fixed)
+    require(known, "fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
     given = dict.fromkeys(body.names, fixed) if isinstance(fixed, str) else dict(fixed)
     found = {name: [pattern] for name, pattern in given.items()}
     for name, values in body.prescribed.items():
         found.setdefault(name, []).extend(values)
     for name, named in found.items():
-        if name not in body.names:
-            raise BadArgument("field", name, f"fields are {', '.join(body.names)}")
+        require(name in body.names, "field", name, f"fields are {', '.join(body.names)}")
         for pattern in named:
             body.boundary(pattern, "prescribed" if pattern in body.prescribed.get(name, ()) else "fixed")
     return {name: "|".join(named) for name, named in found.items()}
@@ -33,22 +32,20 @@ def held_on(body, boundary):
 def pressed(body):
     """The region of the contact boundary; in the plane BadArgument where u2 is held there."""
     region = body.boundary(body.contact, "contact")
-    if body.mesh.dim < 3 and "u2" in held_on(body, body.contact):
-        raise BadArgument(
-            "boundary",
-            body.contact,
-            f"is constrained in u2 by the supports on {body.fixed['u2']}: "
-            "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone",
-        )
+    words = (
+        f"is constrained in u2 by the supports on {body.fixed.get('u2')}: "
+        "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone"
+    )
+    held = body.mesh.dim < 3 and "u2" in held_on(body, body.contact)
+    require(not held, "boundary", body.contact, words)
     return region
 
 
 def require_held(body):
     """BadArgument where a displacement is held nowhere."""
     for name in body.names:
-        if name.startswith("u") and name not in body.fixed:
-            words = f"must hold the body: {name} is not fixed on any boundary, and nothing else stops it"
-            raise BadArgument("fixed", body.fixed, words)
+        words = f"must hold the body: {name} is not fixed on any boundary, and nothing else stops it"
+        require(name in body.fixed or not name.startswith("u"), "fixed", body.fixed, words)
 
 
 def require_periodic(body):
@@ -56,9 +53,9 @@ def require_periodic(body):
     identifies.
     """
     for own in (dict(values).values() for values in body.prescribed.values() if body.periodic):
-        if len(set(own)) > 1 or any(isinstance(value, ng.CoefficientFunction) for value in own):
-            words = "must be one number for each field on a periodic body, whose mesh identifies points"
-            raise BadArgument("prescribed", body.prescribed, words)
+        functions = any(isinstance(value, ng.CoefficientFunction) for value in own)
+        words = "must be one number for each field on a periodic body, whose mesh identifies points"
+        require(len(set(own)) < 2 and not functions, "prescribed", body.prescribed, words)
 
 
 def prescribe(body, components):

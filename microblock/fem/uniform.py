@@ -4,11 +4,11 @@ nodes or by Newton's method.
 
 import math
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged
+from ..errors import NotConverged, require
 from ..model import methods, picture
 from .body import Body
 from .friction import history_to
@@ -22,8 +22,7 @@ class UniformSolver(GroundSolver):
     """States of a Block on one mesh; its `options` are `Uniform`."""
 
     def solve(self, load, approach, rtol, initial=None):
-        if rtol is not None:
-            raise BadArgument("rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
+        require(rtol is None, "rtol", rtol, "chooses the mesh: Uniform(h=...) fixes it; take Fitted()")
         if approach is None:
             solver = self._reaching(load)
             return solver._unfolded(load, solver.on_mesh.solve(self.share(load), None, None))
@@ -35,10 +34,8 @@ class UniformSolver(GroundSolver):
         return tried[-1]._unfolded(load, found)
 
     def history(self, pairs, coupled, rtol):
-        if self.domain == math.inf:
-            raise BadArgument(
-                "body", self.body, "must have a size: histories know displacements, which the far end decides"
-            )
+        words = "must have a size: histories know displacements, which the far end decides"
+        require(self.has_level, "body", self.body, words)
         if rtol is not None:
             shorter = [replace(self.options, h=self.options.h / 2**number) for number in range(4)]
             return history_to(rtol, [UniformSolver(self.contact, each) for each in shorter], pairs, coupled)
@@ -59,16 +56,13 @@ class UniformSolver(GroundSolver):
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
         squares = math.ceil((2 * half_width + self.solid.ell) / self.options.h)
-        if squares not in self._solvers:
-            self._solvers[squares] = UniformSolver(
-                self.contact, replace(self.options, reach=squares * self.options.h)
-            )
-        return self._solvers[squares]
+        return self._with_squares(squares)
 
     @cached_property
-    def _solvers(self):
-        """{squares up to their end: UniformSolver}."""
-        return {}
+    def _with_squares(self):
+        """The UniformSolver of a number of squares up to their end, made once."""
+        h = self.options.h
+        return cache(lambda count: UniformSolver(self.contact, replace(self.options, reach=count * h)))
 
     def prepare(self):
         """The `NodalSolver.system`, or Newton's, made once."""
@@ -88,8 +82,8 @@ class UniformSolver(GroundSolver):
 
     def _body(self, half):
         """The body, or its half x1 > 0."""
-        if self.reach is None:
-            raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")
+        words = "must be given where no load chooses it: Uniform(reach=...)"
+        require(self.reach is not None, "reach", None, words)
         far = FAR * self.reach if self.domain == math.inf else self.domain
         ground = Ground(far, (0.0 if half else -self.reach, self.reach), half)
         mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
