@@ -118,7 +118,7 @@ def draw(axis, state):
     )
     axis.tick_params(axis="y", left=False, labelleft=False)
     axis.spines["left"].set_visible(False)
-    if len(corners) == 2 and not axis.get_legend():
+    if len(corners) == 2:
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
     touches = "" if len(corners) == 2 else "; their middle touches"
