@@ -71,16 +71,17 @@ def solve(
     rtol : relative L2 error of pressure and micromoment (0.001 if not given, 0.01 with a window)
     path : whether to follow the events from first touch to the largest load
     """
-    obstacles: dict[str, Any] = {"height": height, "samples": samples}
-    known = [(name, given) for name, given in obstacles.items() if given is not None]
-    if len(known) != 1:
+    if (height is None) == (samples is None):
         raise BadArgument("height", height or "EXPR", "either this or --samples FILE must be given")
     if noise is not None and samples is None:
         raise BadArgument("noise", noise, "belongs to --samples FILE")
     if psi0_deg and contact != "microblock":
         raise BadArgument("psi0_deg", psi0_deg, "belongs to --contact microblock")
-    ((name, given),) = known
-    obstacle = function_of_x(given, name) if name == "height" else read_samples(given, name, noise)
+    obstacle: Any = None
+    if samples is not None:
+        name, given, obstacle = "samples", samples, read_samples(samples, "samples", noise)
+    elif height is not None:
+        name, given, obstacle = "height", height, function_of_x(height, "height")
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
     law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(
@@ -108,21 +109,19 @@ def figure(result):
 
 def table(result):
     """What is printed: material and law as taken, and a row a state."""
-    first, rtol = result["states"][0], result["parameters"]["rtol"]
-    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": rtol}
-    events = {"events": result["events"]} if "events" in result else {}
-    return {**taken, "states": list(map(row, result["states"])), **events}
-
-
-def row(state):
-    return {
-        "load": state.load,
-        "contact_length": state.contact_area,
-        "zones": len(state.zones["contact"]),
-        "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
-        "approach": state.approach,
-        "error_estimate": state.error_estimate,
-    }
+    rows = [
+        {
+            "load": state.load,
+            "contact_length": state.contact_area,
+            "zones": len(state.zones["contact"]),
+            "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
+            "error_estimate": state.error_estimate,
+        }
+        for state in result["states"]
+    ]
+    first, parameters = result["states"][0], result["parameters"]
+    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": parameters["rtol"]}
+    return {**taken, "states": rows, "events": result.get("events", {})}
 
 
 def main(words=None):
