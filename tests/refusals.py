@@ -178,7 +178,7 @@ NAMED = {
     "number": "nu tilt level alpha_prime beta_prime x load_error Event.shear",
     "not negative": "beta eta mu_c friction hurst",
     "whole": "order order_psi nodes workers accuracy seed elements Event.pair",
-    "flag": "couples periodic even progress coupled retry quiet",
+    "flag": "couples periodic even progress coupled quiet",
     "word": "face psi0_in kind zone shape rule contact corner boundary field direction control",
     "pair": "window waves",
     "array": (

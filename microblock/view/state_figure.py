@@ -22,8 +22,7 @@ def draw(state):
     axes = drawing.subplot_mosaic(places, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.5, zorder=0)
-        for label, row, look in lines:
-            axes[name].plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+        _plot(axes[name], surface, lines)
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
         if len(lines) > 1:
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
@@ -45,11 +44,15 @@ def draw_curves(axis, state):
     surface = state.surface()
     shown = curves(surface)
     lines = *shown["pressure"], *((name, row, look | {"ls": ":"}) for name, row, look in shown["micromoment"])
-    for label, row, look in lines:
-        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+    _plot(axis, surface, lines)
     axis.set(xlabel="$x_1$ (length)", ylabel="stress")
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=len(lines))
     return drawing
+
+
+def _plot(axis, surface, lines):
+    for label, row, look in lines:
+        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
 
 
 def curves(surface):
