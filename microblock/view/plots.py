@@ -1,7 +1,6 @@
 """Figure style: sizes for print, colours for the colour-blind."""
 
 import io
-from textwrap import fill
 from typing import Any
 
 import matplotlib
@@ -38,9 +37,7 @@ class Drawing(Figure):
 
     def captioned(self, text):
         """This figure with a text above it, broken to its width."""
-        across = int(16 * self.get_figwidth())  # 17.5 letters of 8 points in an inch were measured
-        lines = [fill(line, across) for line in text.splitlines()]
-        self.suptitle("\n".join(lines), fontsize=8, parse_math=False)
+        self.suptitle(text, fontsize=8, parse_math=False, wrap=True)
         return self
 
     def _repr_png_(self):
