@@ -136,11 +136,11 @@ def processes(workers: int | None = None) -> Iterator[Any]:
             pool.join()
 
 
-def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
-    """Returns a call without arguments that travels to another process, also of a function of a notebook."""
+def carried(pool, *call):
+    """Schedules a call, also of a function of a notebook, which pickles of Python do not carry."""
     import cloudpickle
 
-    return partial(_called, cloudpickle.dumps(partial(function, *arguments)))
+    return pool.schedule(_called, (cloudpickle.dumps(partial(*call)),))
 
 
 def _called(call):
@@ -163,7 +163,7 @@ def _outcomes(executor, workers, function, points, recorded):
     if not points:
         return
     with processes(workers) if executor is None else nullcontext(executor) as pool:
-        submit = pool.submit if executor is not None else lambda *call: pool.schedule(carried(*call))
+        submit = partial(carried, pool) if executor is None else pool.submit
         waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
         try:
             for future in as_completed(waiting):
