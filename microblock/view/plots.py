@@ -33,12 +33,7 @@ styled = matplotlib.rc_context(STYLE)
 
 
 class Drawing(Figure):
-    """A figure with a caption that shows itself in a notebook."""
-
-    def captioned(self, text):
-        """This figure with a text above it, broken to its width."""
-        self.suptitle(text, fontsize=8, parse_math=False, wrap=True)
-        return self
+    """A figure that shows itself in a notebook."""
 
     def _repr_png_(self):
         written = io.BytesIO()
