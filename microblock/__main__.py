@@ -6,7 +6,8 @@ Method     panels fitted to the zones of each corner; between the ends of a wind
 Units      as given, any that go together, such as mm, MPa and N/mm.
 EXPR       numbers, x, pi, e, inf (no obstacle there), + - * / **, parentheses, and of numpy abs sqrt cbrt exp
            log sin cos tan arcsin arccos arctan sinh cosh tanh sign floor ceil minimum maximum hypot arctan2
-           power clip, where(x < 0, 1, 2). An expression that begins with a minus is written --height=EXPR.
+           power clip where, comparisons (1 where they hold, else 0). An expression that begins with a minus
+           is written --height=EXPR.
 FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header and
            lines that begin with # are left out. The height is that of the obstacle's lower side, upwards.
            Straight lines between the samples, no obstacle beyond them. Each sample is a jump of the slope:
@@ -106,21 +107,19 @@ def figure(result):
 
 def table(result):
     """What is printed: material and law as taken, and a row a state."""
-    first, rtol = result["states"][0], result["parameters"]["rtol"]
-    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": rtol}
-    events = {"events": result["events"]} if "events" in result else {}
-    return {**taken, "states": list(map(row, result["states"])), **events}
-
-
-def row(state):
-    return {
-        "load": state.load,
-        "contact_length": state.contact_area,
-        "zones": len(state.zones["contact"]),
-        "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
-        "approach": state.approach,
-        "error_estimate": state.error_estimate,
-    }
+    rows = [
+        {
+            "load": state.load,
+            "contact_length": state.contact_area,
+            "zones": len(state.zones["contact"]),
+            "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
+            "error_estimate": state.error_estimate,
+        }
+        for state in result["states"]
+    ]
+    first, parameters = result["states"][0], result["parameters"]
+    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": parameters["rtol"]}
+    return {**taken, "states": rows, "events": result.get("events", {})}
 
 
 def main(words=None):

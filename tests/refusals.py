@@ -18,7 +18,7 @@ import warnings
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from decimal import Decimal
-from functools import cache, partial
+from functools import cache
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
@@ -35,7 +35,6 @@ from microblock.command import flag, options
 from microblock.corners import active_set, projected_gradients
 from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton
 from microblock.halfplane import kernels
-from microblock.view.explorer import Explorer
 
 TABLE = Path(__file__).with_name("refusals.csv")
 COMMAND = "python -m cases "
@@ -117,9 +116,6 @@ def history(kind):
     return PROBLEMS[kind].history([(1.0, 0.0), (1.0, 0.1)], rtol=None if "body" in kind else 0.2)
 
 
-explorer = cache(partial(Explorer, PROBLEMS["panels"], 0.1))
-
-
 def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
     return mb.Contact(body, obstacle, law, method).solve(load)
 
@@ -182,7 +178,7 @@ NAMED = {
     "number": "nu tilt level alpha_prime beta_prime x load_error Event.shear",
     "not negative": "beta eta mu_c friction hurst",
     "whole": "order order_psi nodes workers accuracy seed elements Event.pair",
-    "flag": "couples periodic even progress coupled retry quiet",
+    "flag": "couples periodic even progress coupled quiet",
     "word": "face psi0_in kind zone shape rule contact corner boundary field direction control",
     "pair": "window waves",
     "array": (
@@ -272,9 +268,7 @@ CALLS = {
     # the documented level below
     "Loads": "",
     "Loads3D": "",
-    "Explorer": "problem=PROBLEMS['panels'], load=0.1",
     "friction.FrictionFacets": "body=BODY, law=Unilateral(0.3), obstacle=CYLINDER",
-    "explorer().update": "",
     "Condensation": "body=BODY",
     "ContactFacets": "body=BODY, law=LAW, obstacle=CYLINDER",
     "MonolithicNewton": "facets=FACETS",

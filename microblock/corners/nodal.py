@@ -224,10 +224,6 @@ class NodalSolver(Solver):
         x, between = self.compliance.points[:, 0], borders(other.x)[1:-1]
         return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(between, x)]
 
-    def follow(self, load, rtol, initial):
-        """The solution at a load, begun with a neighbour's closed corners."""
-        return self.at(load, initial=initial)
-
     def path(self, last, rtol):
         return NodalPath(self.contact, last, None)
 

@@ -7,13 +7,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import Delaunay
 
 from ..errors import BadArgument, MissingExtra, require_kind, require_place, writing
 from ..model.events import Event, LoadPath
 from ..model.history import History
 from ..model.state import State
 from ..model.zones import contains
-from .records import write_records, write_text
+from .records import write_records
 
 
 def profile(state: State) -> dict[str, np.ndarray]:
@@ -50,7 +51,8 @@ def to_csv(
     what : state, History, LoadPath, or list of states, of events or of dict
         A state gives a row a node or cell: its `profile`, load, approach, error estimate, energy, residual,
         method and warnings; with friction also shear force, tangential approach, dissipation and work. Among
-        states the column "state" counts from 0. Events and dicts with the same keys give a row each.
+        states the column "state" counts from 0. Events and dicts give a row each, with empty cells where they
+        lack a key of others.
     path : str or path
         With the ending ".csv", ".txt", ".dat" or none.
 
@@ -94,10 +96,6 @@ def _rows(what):
     if not rows or not all(isinstance(row, Mapping) for row in rows):
         words = "must be a state, a history, a load path, or a list of at least one state, event or dict"
         raise BadArgument("what", what, words)
-    for number, row in enumerate(rows):
-        if row.keys() != rows[0].keys():
-            words = f"must have the columns of the first one, {list(rows[0])}"
-            raise BadArgument(f"row {number}", list(row), words)
     return rows
 
 
@@ -112,15 +110,15 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     Parameters
     ----------
     state : State or History
-        Each state of a history has its files, and a series for ParaView has their numbers as time.
+        Each state of a history has its files.
     path : str or path
-        Beginning of the files' names before "_surface.vtu" and "_body.vtu", in a history with the number of
-        the state, and before ".pvd" of the series.
+        Beginning of the files' names before "_surface.vtu" and "_body.vtu"; in a history "_surface_0.vtu" and
+        so on, which ParaView opens as a series.
 
     Returns
     -------
     list of Path
-        The files, that of a series first.
+        The files.
 
     Raises
     ------
@@ -141,9 +139,14 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     require_kind((State, History), "a state, or a history of states", state=state)
     require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
+    states = {"": state}
     if isinstance(state, History):
-        return _write_series(state.states, path)
-    surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
+        states = {f"_{number}": own for number, own in enumerate(state.states)}
+    return [file for number, own in states.items() for file in _written(own, path, number)]
+
+
+def _written(state, path, number):
+    surface, body = (Path(f"{path}_{part}{number}.vtu") for part in ("surface", "body"))
     fields = getattr(state.solution, "fields", None)
     if hasattr(fields, "body"):  # the body first, since it may raise an error: then no file is written
         _write_mesh(fields, body)
@@ -153,33 +156,21 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     return [surface] if fields is None else [surface, body]
 
 
-def _write_series(states, path):
-    sets = [to_vtk(state, f"{path}_{number}") for number, state in enumerate(states)]
-    lines = [
-        f'<DataSet timestep="{number}" part="{part}" file="{file.name}"/>'
-        for number, files in enumerate(sets)
-        for part, file in enumerate(files)
-    ]
-    series = Path(f"{path}.pvd")
-    header = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
-    write_text(series, header + "\n".join(lines) + "\n</Collection></VTKFile>\n")
-    return [series, *(file for files in sets for file in files)]
-
-
 def _write_surface(state, path):
     data = profile(state)
     points = [data["x1"], *(data.pop(name, np.zeros_like(data["x1"])) for name in ("x2", "x3"))]
     if state.flat:
         kind, cells = "line", _lines(state)
-    elif state.squares is not None:
-        firsts = np.cumsum([0, *(square.count**2 for square in state.squares)])
-        parts = [_quadrilaterals(square.count, square.count) for square in state.squares]
-        kind, cells = "quad", np.vstack([first + part for first, part in zip(firsts, parts)])
     else:
-        kind, cells = "triangle", state.triangles
+        kind, cells = "triangle", state.triangles if state.squares is None else _triangles(*points[:2])
     if not len(cells):  # the surface of a column is one point
         kind, cells = "vertex", np.zeros((1, 1), int)
     _write(path, np.column_stack(points), [(kind, cells)], data)
+
+
+def _triangles(x, y):
+    """Triangles between points, array (m, 3)."""
+    return Delaunay(np.column_stack((x, y))).simplices
 
 
 def _lines(state):
@@ -189,12 +180,6 @@ def _lines(state):
         intervals = [zone for zones in state.zones.values() for zone in zones]
         together = contains(intervals, (state.x[:-1] + state.x[1:]) / 2)
     return np.flatnonzero(together)[:, None] + np.arange(2)
-
-
-def _quadrilaterals(rows, columns):
-    """Corners of the cells between nodes, numbered row after row."""
-    first = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
-    return first[:, None] + np.array((0, 1, columns + 1, columns))
 
 
 def _write_grid(state, path):
@@ -210,7 +195,7 @@ def _write_grid(state, path):
         "stress": found.stress.reshape(4, -1).T,
         "couple_stress": found.couple_stress.T,
     }
-    cells = [("quad", _quadrilaterals(len(x2), len(x1)))]
+    cells = [("triangle", _triangles(across, down))]
     _write(path, np.column_stack((across, down, zero)), cells, data)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import LARGEST, BadArgument, require_kind
 from ..model.types import Array
 
-MOST = 100  # terms within terms
+LONGEST, MOST = 500, 100  # characters, and terms within terms
 FUNCTIONS = {
     name: getattr(np, name)
     for name in (
@@ -37,13 +37,13 @@ OPERATORS = {
     ast.NotEq: np.not_equal,
 }
 ALLOWED = (
-    f"allowed are x, numbers, pi, e, inf, + - * / **, parentheses, {', '.join(FUNCTIONS)}, and "
-    "a comparison as first argument of where"
+    f"allowed are x, numbers up to {LARGEST:g}, pi, e, inf, + - * / **, comparisons, parentheses, "
+    f"{', '.join(FUNCTIONS)}, in up to {LONGEST} characters and {MOST} nested terms"
 )
 
 
 class _Refused(Exception):
-    """The refused term, or number of the character, and why."""
+    """The refused term, or the number of the character."""
 
 
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
@@ -52,8 +52,7 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
     Raises
     ------
     BadArgument
-        By `name` and place, if the formula holds what `ALLOWED` does not list, a number above 1e50, more
-        than 500 characters or 100 nested terms.
+        By `name` and place, if the formula holds what `ALLOWED` does not list.
 
     Examples
     --------
@@ -73,11 +72,12 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
         tree = _tree(formula)
         function(np.zeros(1))  # which visits each term
     except _Refused as refused:
-        where, words = refused.args
+        (where,) = refused.args
         start = getattr(where, "col_offset", where)
         part = formula[start : getattr(where, "end_col_offset", start + 1)][:40] or "the end"
-        allowed = f"{ascii(part)} at place {start + 1} {words}; {ALLOWED}"
-        raise BadArgument(name, formula, allowed) from None
+        power = ": write ** for powers" * (part == "^")
+        words = f"{ascii(part)} at place {start + 1} cannot stand there{power}; {ALLOWED}"
+        raise BadArgument(name, formula, words) from None
     function.__name__ = formula
     return function
 
@@ -85,50 +85,34 @@ def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Arra
 def _tree(formula):
     """Returns the parsed formula, of bounded length and plain characters."""
     # no quotes, brackets, other alphabets, ends of lines, ...
-    strange = re.sub(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}", "", formula, count=1)
-    start = len(formula) - len(strange)
-    if strange:
-        power = ": write ** for powers" * (strange[0] == "^")
-        raise _Refused(start, "is beyond 500 characters" if start == 500 else f"is not allowed{power}")
+    plain = re.match(rf"[A-Za-z0-9_ .,+*/()<>=!-]{{0,{LONGEST}}}", formula).end()
+    if plain < len(formula):
+        raise _Refused(plain)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that run into words
             return ast.parse(formula, mode="eval").body
     except (SyntaxError, MemoryError, RecursionError) as failure:
-        place = getattr(failure, "offset", 0) or len(formula) + 1
-        raise _Refused(place - 1, f"cannot stand there ({getattr(failure, 'msg', 'too deep')})") from None
+        raise _Refused((getattr(failure, "offset", 0) or len(formula) + 1) - 1) from None
 
 
-def _value(node, x, depth=0, compared=False):
-    """Returns a term at x, array (n,), or a number; `compared`: it must be a comparison."""
-    if depth > MOST:
-        raise _Refused(node, "has too many terms around it")
-    if isinstance(node, ast.Compare) != compared:
-        raise _Refused(node, "must be a comparison" if compared else "is a comparison outside of where")
-    names = {"x": x, "pi": np.pi, "e": np.e, "inf": np.inf}
-    if getattr(node, "id", None) in names:
-        return names[node.id]
-    if type(getattr(node, "value", None)) in (int, float):
-        if node.value > LARGEST:
-            raise _Refused(node, f"is above {LARGEST:g}")
-        return np.float64(node.value)
-    function, parts = _function(node)
-    values = [_value(part, x, depth + 1, function is np.where and part is parts[0]) for part in parts]
-    return function(*values)
-
-
-def _function(node):
-    """Returns the function of a term, and its arguments."""
-    operators = getattr(node, "ops", [getattr(node, "op", None)])
-    parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
-    if len(operators) == 1 and type(operators[0]) in OPERATORS:
-        return OPERATORS[type(operators[0])], parts
-    if not isinstance(node, ast.Call):
-        raise _Refused(node, "is not allowed")
-    function = FUNCTIONS.get(getattr(node.func, "id", ""))
-    if function is None:
-        raise _Refused(node.func, "is no function of the list")
-    number = getattr(function, "nin", 3)  # numpy has it of all but `where` and `clip`
-    if len(node.args) != number or node.keywords:
-        raise _Refused(node, f"must have {number} unnamed argument{'s'[number == 1 :]}")
-    return function, node.args
+def _value(node, x, depth=0):
+    """Returns a term at x, array (n,), or a number; a comparison is 1 where it holds, else 0."""
+    match node:
+        case ast.Name(id="x"):
+            return x
+        case ast.Name(id="pi" | "e" | "inf"):
+            return getattr(np, node.id)
+        case ast.Constant(value=int() | float()) if node.value <= LARGEST and node.value is not True:
+            return np.float64(node.value)
+        case ast.UnaryOp(op=operator) | ast.BinOp(op=operator) | ast.Compare(ops=[operator]):
+            function = OPERATORS.get(type(operator))
+            parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
+        case ast.Call(func=ast.Name(), args=parts, keywords=[]):
+            function = FUNCTIONS.get(node.func.id)
+        case _:
+            function = None
+    # numpy has the number of arguments of all but `where` and `clip`
+    if function is None or depth > MOST or len(parts) != getattr(function, "nin", 3):
+        raise _Refused(node)
+    return np.multiply(1.0, function(*(_value(part, x, depth + 1) for part in parts)))

@@ -28,12 +28,10 @@ def write_text(path: str | os.PathLike, text: str, name: str = "path") -> None:
 
 
 def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:
-    """Writes a CSV file, whole or not at all: rows {column: value} with the first one's columns, and versions
-    unless there are some.
-    """
+    """Writes a CSV file, whole or not at all: rows {column: value}, and versions unless there are some."""
     known = {f"version_{name}": version for name, version in versions().items()}
     text = io.StringIO(newline="")
-    table = csv.DictWriter(text, fieldnames=dict.fromkeys([*(rows[0] if rows else ()), *known]))
+    table = csv.DictWriter(text, dict.fromkeys(column for row in (*rows, known) for column in row))
     table.writeheader()
     table.writerows({**known, **row} for row in rows)
     write_text(path, text.getvalue())

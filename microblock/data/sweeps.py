@@ -17,6 +17,7 @@ from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from tqdm import tqdm
@@ -43,7 +44,6 @@ def sweep(
     executor: Executor | None = None,
     workers: int | None = None,
     records: str | os.PathLike | None = None,
-    retry: bool = False,
     quiet: bool = False,
 ) -> list[dict]:
     """Call ``function(**point)`` at each point, in parallel; a point that fails does not stop the others.
@@ -63,10 +63,9 @@ def sweep(
         Number of local processes, by default one a core.
     records : str or path, optional
         A folder of records, a file a point, with which an interrupted sweep goes on. A point is computed
-        again after a change of a loaded file of the user's or of microblock, of a package's version, or of
-        the script, if that defines the function: in a module of its own the function outlives it.
-    retry : bool
-        Whether failed points are computed again.
+        again if it failed, and after a change of a loaded file of the user's or of microblock, of a package's
+        version, or of the script, if that defines the function: in a module of its own the function outlives
+        it.
     quiet : bool
         Whether to leave out the bar, else as that of `Contact.solve`, and the number of outdated records.
 
@@ -96,7 +95,7 @@ def sweep(
     """
     if not callable(function):
         raise BadArgument("function", function, "must be a function")
-    require_flag(retry=retry, quiet=quiet)
+    require_flag(quiet=quiet)
     points = _points(over)
     if executor is not None and workers is not None:
         raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
@@ -107,14 +106,12 @@ def sweep(
     keys = range(len(points)) if records is None else [digest(function, point) for point in points]
     folder = None if records is None else made_folder(records, "records")
     known = {} if folder is None else _known(folder, keys, quiet)
-    known = {key: record for key, record in known.items() if not (retry and record["error"])}
     missing = {key: point for key, point in zip(keys, points) if key not in known}
     with counting("sweep", False if quiet else None, total=len(missing)):
         for key, outcome in _outcomes(executor, workers, function, missing, folder is not None):
             known[key] = {"point": missing[key], **outcome}
-            if folder is not None:  # of a process that died, the modules of this one
-                record = known[key] | {"modules": outcome["modules"] or loaded()}
-                write_text(folder / f"{key}.json", json.dumps(record, default=str), "records")
+            if folder is not None and not outcome["error"]:
+                write_text(folder / f"{key}.json", json.dumps(known[key], default=str), "records")
             counted()
     return _rows(points, [known[key] for key in keys])
 
@@ -128,25 +125,22 @@ def processes(workers: int | None = None) -> Iterator[Any]:
         pools, _ = import_module("pebble"), import_module("cloudpickle")
     except ModuleNotFoundError as failure:
         raise MissingExtra("sweep()", str(failure.name), "study") from failure
-    names = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))  # for the processes, before they import numpy
+    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     spawn = get_context("spawn")  # forked ones share NGSolve's locks
-    pool = pools.ProcessPool(workers or os.cpu_count() or 1, context=spawn)
-    try:
-        yield pool
-    finally:
-        pool.stop()
-        pool.join()
-        for name, value in before.items():
-            os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+    with patch.dict(os.environ, threads):  # for the processes, before they import numpy
+        pool = pools.ProcessPool(workers or os.cpu_count() or 1, context=spawn)
+        try:
+            yield pool
+        finally:
+            pool.stop()
+            pool.join()
 
 
-def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
-    """Returns a call without arguments that travels to another process, also of a function of a notebook."""
+def carried(pool, *call):
+    """Schedules a call, also of a function of a notebook, which pickles of Python do not carry."""
     import cloudpickle
 
-    return partial(_called, cloudpickle.dumps(partial(function, *arguments)))
+    return pool.schedule(_called, (cloudpickle.dumps(partial(*call)),))
 
 
 def _called(call):
@@ -169,7 +163,7 @@ def _outcomes(executor, workers, function, points, recorded):
     if not points:
         return
     with processes(workers) if executor is None else nullcontext(executor) as pool:
-        submit = pool.submit if executor is not None else lambda *call: pool.schedule(carried(*call))
+        submit = partial(carried, pool) if executor is None else pool.submit
         waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
         try:
             for future in as_completed(waiting):
@@ -223,12 +217,10 @@ def _told(failure):
 
 
 def _rows(points, found):
-    answers = [one["answer"] or {} for one in found]
-    columns = dict.fromkeys(name for row in (*points, *answers) for name in row)
-    return [
-        columns | point | answer | {"seconds": one["seconds"], "error": one["error"]}
-        for point, answer, one in zip(points, answers, found)
-    ]
+    ends = ({name: record[name] for name in ("seconds", "error")} for record in found)
+    rows = [point | (record["answer"] or {}) for point, record in zip(points, found)]
+    columns = dict.fromkeys(name for row in rows for name in row)
+    return [columns | row | end for row, end in zip(rows, ends)]
 
 
 def _known(folder: Path, keys: Iterable[object], quiet: bool) -> dict[object, dict]:

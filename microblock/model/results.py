@@ -179,7 +179,8 @@ def saved(
     """
     if ax is None and (warnings or caption):
         lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
-        drawing.captioned("\n".join(lines).strip())
+        # broken to the width of the figure
+        drawing.suptitle("\n".join(lines).strip(), fontsize=8, parse_math=False, wrap=True)
     if file is not None:
         require_place(file, "file", formats := drawing.canvas.get_supported_filetypes())
         path = Path(file)

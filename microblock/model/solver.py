@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 class Solver:
     """Base of solvers, made of a `Contact` and the method that the user has named, its `options`.
 
-    It defines `solve`; it may define `path` for events, `history` for friction, and `follow` where a
-    neighbouring solution saves work.
+    It defines `solve`; it may define `path` for events and `history` for friction.
 
     Attributes
     ----------
@@ -165,7 +164,3 @@ class Solver:
             f"cannot follow friction on a {type(self.body).__name__}: take a HalfPlane without a period, a "
             "Body on a mesh in the plane, or Uniform(h=...) on a Block",
         )
-
-    def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
-        """Returns the Solution at a load, soon, from a neighbouring one."""
-        return self.solve(load, None, rtol, initial)

@@ -20,7 +20,7 @@ FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress 
 @plots.styled
 def draw_below(state, quantity="psi", axis=None):
     """A Figure with contours of one of QUANTITIES of a state whose solution has fields_below(box): x1, x2,
-    triangles (m, 3), psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
+    triangles (m, 3) or None, psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]
@@ -48,14 +48,11 @@ def draw_below(state, quantity="psi", axis=None):
 
 
 def half_plane_grid(box):
-    """x1, x2, triangles of points denser towards the surface, arrays (n,), (n,), (m, 3)."""
+    """x1 and x2 of points denser towards the surface, arrays (n,), between which triangles are any."""
     (left, right), depth = box
     down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
     x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
-    number = np.arange(x1.size).reshape(x1.shape)
-    corner, beside, under, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
-    halves = (corner, beside, under), (beside, across, under)
-    return x1.ravel(), x2.ravel(), np.concatenate([np.stack(half, axis=-1).reshape(-1, 3) for half in halves])
+    return x1.ravel(), x2.ravel(), None
 
 
 def values(psi, stress, quantity):

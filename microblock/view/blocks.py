@@ -3,7 +3,6 @@ psi0 + psi. Displacements, heights and angles are magnified alike: a corner touc
 is closed.
 """
 
-import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -85,9 +84,8 @@ def window(ell, contact):
 
 def magnification(turn, depth):
     """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1."""
-    most = min((limit / size for limit, size in ((0.35, turn), (1.0, depth)) if size), default=1.0)
-    decade = 10.0 ** math.floor(math.log10(max(most, 1.0)))
-    return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
+    steps = [digit * 10.0**decade for decade in range(16 if turn or depth else 0) for digit in (1, 2, 5)]
+    return max((step for step in steps if step * turn <= 0.35 and step * depth <= 1), default=1.0)
 
 
 def turn(corners):
@@ -118,7 +116,7 @@ def draw(axis, state):
     )
     axis.tick_params(axis="y", left=False, labelleft=False)
     axis.spines["left"].set_visible(False)
-    if len(corners) == 2 and not axis.get_legend():
+    if len(corners) == 2:
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
     touches = "" if len(corners) == 2 else "; their middle touches"

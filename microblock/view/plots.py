@@ -1,7 +1,6 @@
 """Figure style: sizes for print, colours for the colour-blind."""
 
 import io
-from textwrap import fill
 from typing import Any
 
 import matplotlib
@@ -34,14 +33,7 @@ styled = matplotlib.rc_context(STYLE)
 
 
 class Drawing(Figure):
-    """A figure with a caption that shows itself in a notebook."""
-
-    def captioned(self, text):
-        """This figure with a text above it, broken to its width."""
-        across = int(16 * self.get_figwidth())  # 17.5 letters of 8 points in an inch were measured
-        lines = [fill(line, across) for line in text.splitlines()]
-        self.suptitle("\n".join(lines), fontsize=8, parse_math=False)
-        return self
+    """A figure that shows itself in a notebook."""
 
     def _repr_png_(self):
         written = io.BytesIO()

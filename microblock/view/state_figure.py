@@ -1,7 +1,6 @@
 """The figure of a state of the plane: curves over x1, zones and rotated blocks."""
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from ..model.sharp import unbounded
 from . import blocks, plots
@@ -15,29 +14,17 @@ LABELS = {
 
 
 @plots.styled
-def draw(state, drawing=None):
-    """The figure of a state about its contact; a `drawing` of a state under the same kind of law takes its
-    curves, and keeps panels, ticks and labels.
-    """
+def draw(state):
+    """The figure of a state about its contact."""
     surface, corners = blocks.without_rounding(state.surface()), tuple(state.pressures)
-    if drawing is None:  # its canvas is kept with it, and knows the formulas once they are set
-        drawing = FigureCanvasAgg(
-            plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
-        ).figure
-        places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
-        drawing.subplot_mosaic(places, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
-    for axis in drawing.axes:
-        for artist in (*axis.lines, *axis.collections, *axis.texts):
-            artist.remove()
-        axis.relim()
-        axis.autoscale()
-    axes = {axis.get_label(): axis for axis in drawing.axes}
+    drawing = plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
+    places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
+    axes = drawing.subplot_mosaic(places, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.5, zorder=0)
-        for label, row, look in lines:
-            axes[name].plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+        _plot(axes[name], surface, lines)
         axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
-        if len(lines) > 1 and not axes[name].get_legend():
+        if len(lines) > 1:
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     most = 4 * state.load / state.contact_area if state.contact_area else np.inf
     for name in ("pressure", "micromoment"):
@@ -57,11 +44,15 @@ def draw_curves(axis, state):
     surface = state.surface()
     shown = curves(surface)
     lines = *shown["pressure"], *((name, row, look | {"ls": ":"}) for name, row, look in shown["micromoment"])
-    for label, row, look in lines:
-        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+    _plot(axis, surface, lines)
     axis.set(xlabel="$x_1$ (length)", ylabel="stress")
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=len(lines))
     return drawing
+
+
+def _plot(axis, surface, lines):
+    for label, row, look in lines:
+        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
 
 
 def curves(surface):

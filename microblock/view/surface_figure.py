@@ -87,23 +87,16 @@ def _from_above(axis, state, values, label, **look):
     """The colour bar of values at cells or nodes, (n,), drawn from above."""
     if state.squares is not None:
         look = {"norm": Normalize(values.min(), values.max()), **look}
-        boxes = [
-            [x + square.side * half for x in square.middle for half in (-0.5, 0.5)]
-            for square in state.squares
-        ]
-        for square, own, box in zip(state.squares, np.split(values, len(boxes)), boxes):
-            own = own.reshape(square.count, square.count)
-            shown = axis.imshow(own.T, extent=box, origin="lower", **look)
-        lows, highs = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
-        middle, half = (lows + highs) / 2, np.max(highs - lows) / 2  # a row of squares has room above it
-        sides = half * np.array((-1, 1))
-        axis.set(xlim=middle[0] + sides, ylim=middle[1] + sides)
+        for square, own in zip(state.squares, np.split(values, len(state.squares))):
+            rows = own.reshape(square.count, square.count).T
+            shown = axis.pcolormesh(*square.axes, rows, rasterized=True, **look)
     elif "norm" in look:  # numbers have nothing between nodes
         shown = axis.scatter(state.x1, state.x2, c=values, s=5, linewidths=0, **look)
     else:
         places = state.x1, state.x2, state.triangles
         shown = axis.tripcolor(*places, values, shading="gouraud", rasterized=True, **look)
-    axis.set(xlabel="$x_1$", ylabel="$x_2$", aspect="equal", title=label)
+    axis.set(xlabel="$x_1$", ylabel="$x_2$", title=label)
+    axis.set(aspect="equal", adjustable="datalim", box_aspect=1)  # a row of squares has room above it
     axis.locator_params(nbins=4)  # as many as are there when the layout is made
     return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
 

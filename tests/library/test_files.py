@@ -147,6 +147,8 @@ def test_histories_paths_and_rows_list_what_they_have(tmp_path):
     (back,) = read_records(tmp_path / "rows.csv")
     assert {name: back[name] for name in rows[0]} == rows[0]
     assert back["version_microblock"] == mb.__version__
+    mb.to_csv([{"a": 1}, {"b": 2}], tmp_path / "rows.csv")
+    assert [(row["a"], row["b"]) for row in read_records(tmp_path / "rows.csv")] == [(1, None), (None, 2)]
 
 
 def test_numbers_that_do_not_exist_are_none():
@@ -171,7 +173,7 @@ def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contac
     state = solved(method=mb.Panels(order=8))
     grid = meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
     points = grid.points
-    assert [len(block.data) for block in grid.cells] == [80 * 40]
+    assert [len(block.data) for block in grid.cells] == [2 * 80 * 40]
     for number in range(0, len(points), 300):
         point = points[number]
         own = state.fields(point[:1], point[1])

@@ -7,7 +7,6 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import microblock as mb
 from microblock.fem import meshes
-from microblock.view.explorer import Explorer
 
 SOLID, LAW = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), mb.Unilateral()
 MESH = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
@@ -50,7 +49,6 @@ ENTRIES = {  # body, method, and what is asked of the problem
     "body": (BODY, None, lambda problem: problem.solve(load=0.5)),
     "body, events": (BODY, None, lambda problem: problem.path(load=0.5).events),
     "newton": (BODY, mb.Newton(), lambda problem: problem.solve(load=0.5)),
-    "Explorer": (GROUND, None, lambda problem: Explorer(problem, load=1.0)),
 }
 
 
