@@ -55,7 +55,8 @@ class Response:
             away -= self.period * np.rint(away / self.period)
         found = np.zeros((len(self.mean), away.shape[1])) + self.mean
         for block in in_blocks(away.shape[1], self.ways.shape[1]):
-            found[:, block] += (self.spectrum @ np.exp(1j * self.ways.T @ away[:, block])).real
+            phases, spectrum = self.ways.T @ away[:, block], self.spectrum
+            found[:, block] += spectrum.real @ np.cos(phases) - spectrum.imag @ np.sin(phases)
         found /= self.period**2
         for image in np.ndindex(3, 3):
             x, y = away - self.period * (np.array(image)[:, None] - 1)
