@@ -34,6 +34,10 @@ class LineCells(CellSolution, LineSolution):
         return self.solver.problem
 
     @property
+    def data_exhausted(self):
+        return bool(self.notes)  # which are those of `sampled.said`
+
+    @property
     def x(self):
         return self.grid.axes[0]
 

@@ -35,13 +35,16 @@ def left_open(solver, state):
 def said(solver, state, rtol):
     """A solution with a note if its samples leave far more open than rtol."""
     share = left_open(solver, state)
-    if share < 10 * rtol:
+    stopped = state.error_estimate > rtol
+    if share < 10 * rtol and not stopped:
         return state
     noise = " or moved up and down by the noise" * bool(shape_of(solver.obstacle).noise)
     words = (
         f"the samples leave {share:.1g} of the pressure open: with every second one left out{noise} it "
-        f"differs by that in L2; rtol = {rtol:g} is far below and holds for the straight lines between them"
+        "differs by that in L2"
     )
-    if state.error_estimate > rtol:
-        words = words.partition(";")[0] + f", so that cells stop at an error of {state.error_estimate:.1g}"
+    if stopped:
+        words += f", so that cells stop at an error of {state.error_estimate:.1g}"
+    else:
+        words += f"; rtol = {rtol:g} is far below and holds for the straight lines between them"
     return replace(state, notes=(*state.notes, words))

@@ -66,6 +66,8 @@ def of_samples(state: State) -> list[str]:
     if sharp:
         found.append(
             f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {sharp} of "
-            "them; a smooth curve through them, Obstacle(CubicSpline(x, z)) of SciPy, has no such places"
+            "them; a smooth curve of SciPy has no such places: take curve = CubicSpline(x, z), or if the "
+            "heights have noise UnivariateSpline(x, z, s=1.1 * len(x) * noise**2), and then "
+            "Obstacle(lambda t: np.where((t < x[0]) | (t > x[-1]), np.inf, curve(t)))"
         )
     return found

@@ -116,6 +116,8 @@ class Solution:
         Parts of the error estimate.
     notes : tuple of str
         Sentences on the computation, such as a fallback that was taken.
+    data_exhausted : bool
+        Whether the notes say that the data mean no more, and no rtol helps.
     has_edges : bool
         Whether the contact ends somewhere.
     apart : boolean array (n - 1,) or None
@@ -128,6 +130,7 @@ class Solution:
 
     estimate: ErrorParts | None = None
     notes: tuple[str, ...] = ()
+    data_exhausted: bool = False
     has_edges: bool = True
     apart: Flags | None = None
     period: float | None = None
@@ -892,7 +895,7 @@ def _to_read(value: Any) -> Any:
 def _far_off(state: State) -> list[str]:
     error = state.error_estimate or 0.0
     words = f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"
-    return [words] * (error > 0.1)
+    return [words] * (error > 0.1 and not state.solution.data_exhausted)
 
 
 def _beyond_small_strain(state: State) -> list[str]:

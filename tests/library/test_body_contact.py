@@ -303,8 +303,11 @@ def test_a_contact_that_fills_its_boundary_and_would_go_on_says_so():
     assert told == [False, True]
     on_top = pressed(flat(), obstacle=mb.Plane())  # ends where the surface does
     assert not any(words in text for text in on_top.warnings)
-    with pytest.raises(mb.NotConverged, match="or name all of the surface.*" + words):
-        problem.solve(load=8 * P, rtol=1e-2)
+    with pytest.raises(mb.NotConverged, match="or name all of the surface.*" + words) as stalled:
+        problem.solve(load=8 * P, rtol=1e-3)
+    # of 40 passes, 16 s, in which 0.54 becomes 0.42: ten tell that the rest do not help
+    assert stalled.value.iterations == 11
+    assert problem.solve(load=8 * P, rtol=stalled.value.rtol_reached).error_estimate < 0.6
 
 
 def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):

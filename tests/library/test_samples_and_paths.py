@@ -1,7 +1,10 @@
 """Samples with noise on cells, and events that cells follow."""
 
+import re
+
 import numpy as np
 import pytest
+from scipy.interpolate import UnivariateSpline
 from scipy.optimize import brentq
 
 import microblock as mb
@@ -52,6 +55,24 @@ def test_the_noise_counts():
     quiet, noisy = (sampled(1000, 0.0, noise).solve(load=1.0, rtol=1e-3) for noise in (None, 1e-4))
     assert left_open(noisy) > 5 * left_open(quiet)
     assert not [words for words in sampled(10001).solve(load=1.0, rtol=1e-3).warnings if "open" in words]
+
+
+def test_noise_that_stops_cells_is_said_once_with_a_curve_that_is_answered():
+    """A smaller rtol was advised beside, and CubicSpline(x, z), which was not done within a minute."""
+    x = np.linspace(-1, 1, 400)
+    z = x**2 / 20 + 2e-4 * np.random.default_rng(1).standard_normal(400)
+    problem = mb.Contact(GROUND, mb.Obstacle.from_samples(x, z), mb.Microblock())
+    for rtol in (None, 0.1):
+        words = problem.solve(load=1.0, rtol=rtol).warnings
+        assert ["error" in sentence for sentence in words].count(True) == 1
+        assert "cells stop at an error" in words[-1]
+    fit, obstacle = re.search(r"noise (Univ.*\)), and then (Obstacle.*)", words[-2]).groups()
+    curve = eval(fit, {"UnivariateSpline": UnivariateSpline, "noise": 2e-4, "x": x, "z": z})
+    smooth = eval(obstacle, {"Obstacle": mb.Obstacle, "np": np, "curve": curve, "x": x})
+    state = problem.with_(obstacle=smooth).solve(load=1.0)
+    exact = problem.with_(obstacle=mb.Cylinder(R=10)).solve(load=1.0)
+    # noise of 2e-4 over some 6 coefficients of 400: 2e-5 of height beside 6e-3 of approach
+    assert not state.warnings and error(state, exact) < 1e-2
 
 
 RIPPLES = {
