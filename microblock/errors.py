@@ -1,4 +1,4 @@
-"""The errors that microblock raises on purpose."""
+"""The errors that microblock raises on purpose, the checks of arguments that raise them, and whole files."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ class Bulk:
     ----------
     matrix : csr_matrix (unknowns, unknowns)
     contact : array (m,), the free ones of these
-    block : as of `factors.Factors`
+    block : as of `factors.SuperLU`
 
     Raises
     ------

@@ -171,7 +171,7 @@ class MeshSolution(OnMesh, NodalSolution):
         return super().energy if self.found is None else float(self.fields.energy())
 
     def fields_below(self, box):
-        """What `draw_below` and `draw_body` ask for, in elements within the box."""
+        """What `draw_below` asks for, in elements within the box."""
         return mesh_fields.below(self.fields, box)
 
     def interpolated(self, values, x):

@@ -234,8 +234,9 @@ class LineSolver(CellSolver):
             return cost.of("cells", len(self.offsets) * self.options.nodes)
         if self.period is not None:
             return self._periodic(load, approach, rtol)
-        # that of the usual method, which is made only once
-        known = (self if load is None else self.contact.solver).picture(load)
+        # that of panels, where they are the usual method, is made only once
+        source = self if load is None else self.contact.solver
+        known = getattr(source, "picture", self.picture)(load)
         steps = f"must not jump, as its height does at x = {known.steps[0]:g}" if known.steps else ""
         require(not steps, "obstacle", self.obstacle, steps)
         sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells

@@ -78,7 +78,7 @@ class Block(OfSolid):
 
 def require_body(body: Any) -> None:
     """Raises BadArgument unless this is a body."""
-    lacking = [name for name in ("solid", "methods") if not hasattr(body, name)]
+    lacking = [name for name in ("solid", "methods") if not getattr(body, name, None)]
     if lacking or isinstance(body, type):
         words = "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)"
         raise BadArgument("body", body, words + "".join(f": it has no {name}" for name in lacking[:1]))

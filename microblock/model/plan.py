@@ -21,7 +21,7 @@ class Candidate:
     cost : Cost or None
         None where the method predicts nothing, or cannot answer.
     refusal : str
-        Why the method cannot answer; empty where it can.
+        Why the method cannot answer, without a cost; empty where it can.
     """
 
     solver: Any
@@ -39,10 +39,10 @@ class Candidate:
         return type(self.method).__name__.lower()
 
     def __repr__(self) -> str:
-        if self.refusal or self.cost is None:
-            return f"{self.name:10s}{shortened(self.refusal) or 'no prediction'}"
-        cost = self.cost
-        return f"{self.name:10s}{cost.seconds:8.2g} s{cost.memory / 1e6:9.2g} MB{cost.unknowns:9.2g} unknowns"
+        cost, words = self.cost, shortened(self.refusal) or "no prediction"
+        if cost is not None:
+            words = f"{cost.seconds:8.2g} s{cost.memory / 1e6:9.2g} MB{cost.unknowns:9.2g} unknowns"
+        return f"{self.name:9s} {words}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,12 +78,13 @@ class Plan:
 
 def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
     """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol, or to the usual one
-    of the first: by their seconds if all predict them. Seconds of others count twice, since states of the
-    usual method know more: on a half-plane edges of zones and fields below the surface. What would take more
-    than MOST_MEMORY is refused.
+    of the first that has one: by their seconds if all predict them. Seconds of others count twice, since
+    states of the usual method know more: on a half-plane edges of zones and fields below the surface. What
+    would take more than MOST_MEMORY is refused.
     """
     able, refused = [], []
-    rtol = solvers[0].usual_rtol if rtol is None else rtol
+    if rtol is None:
+        rtol = next((solver.usual_rtol for solver in solvers if solver.usual_rtol), None)
     for number, solver in enumerate(solvers):
         try:
             cost = solver.predicted(load, approach, rtol)

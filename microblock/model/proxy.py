@@ -1,4 +1,4 @@
-"""A function known by its values alone, as polynomials on pieces.
+"""A function known by its values alone: pieces on which a polynomial follows it, and its singular points.
 
 Pieces on which a polynomial of degree NODES - 1 does not follow are halved (as chebfun does: Battles and
 Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside none is short enough. What is

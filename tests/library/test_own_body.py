@@ -8,6 +8,7 @@ from microblock.corners.compliance import Compliance
 from microblock.corners.follower import FrictionalContact
 from microblock.corners.nodal import NodalSolver
 from microblock.model.methods import GivenCompliance
+from microblock.model.solver import Solver
 from microblock.model.state import Solution, State
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -41,8 +42,8 @@ def test_a_body_is_a_solid_and_methods():
     with pytest.raises(mb.BadArgument, match="^solid = .*no of"):
         state.problem.with_(solid=mb.Cosserat(E=1, nu=0.3, beta=1, ell=0.1))
     assert state.problem.with_(solid=SOLID) == state.problem
-    for lacking in ("solid", "methods"):
-        body = type("Half", (), {"solid": SOLID, "methods": (GivenCompliance,), lacking: property()})()
+    for lacking, nothing in (("solid", property()), ("methods", property()), ("methods", ())):
+        body = type("Half", (), {"solid": SOLID, "methods": (GivenCompliance,), lacking: nothing})()
         with pytest.raises(mb.BadArgument, match=f"^body = .*it has no {lacking}"):
             pressed(body)
 
@@ -67,6 +68,16 @@ def test_a_method_is_a_solver_and_gives_its_name():
     body = type("Mine", (Springs,), {"methods": (type("Empty", (), {}),)})()
     with pytest.raises(mb.BadArgument, match="^method = .*no attribute `solver`"):
         pressed(body)
+
+
+def test_a_method_of_ones_own_on_a_half_plane_stands_beside_panels_and_cells():
+    """It has no usual rtol, predicts nothing and knows no picture: a TypeError and an AttributeError."""
+    kind = type("Longer_Than_Others", (), {"solver": type("Formula", (Solver,), {})})
+    body = type("Mine", (mb.HalfPlane,), {"methods": (kind, mb.Panels, mb.Cells)})(SOLID)
+    for rtol in (None, 1e-4):
+        plan = mb.Contact(body, CYLINDER, LINE).plan(load=1.0, rtol=rtol)
+        assert [one.name for one in plan.candidates] == ["longer_than_others", "panels", "cells"]
+        assert repr(plan).startswith("longer_than_others no prediction  <- the usual method")
 
 
 def test_what_a_solution_lacks_is_named():
