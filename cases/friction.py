@@ -68,7 +68,7 @@ def solve(
 def traction_figure(states):
     """Shear traction over its bound (a), and stick zones (b), one shear load after the other."""
     drawing, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(3.54, 4.0), layout="constrained")
-    colours = plt.get_cmap("viridis")(np.linspace(0, 0.8, len(states)))
+    colours = plt.get_cmap("viridis")(np.linspace(0, 0.6, len(states)))  # lighter ones fade on a white page
     for level, (state, colour) in enumerate(zip(states, colours)):
         bound = state.law.friction * state.pressure
         touching = bound > 0

@@ -98,7 +98,10 @@ def figure(states):
     axes[1].set_xlabel(r"$x_1/a_\mathrm{Hz}$")
     for axis in axes:
         axis.legend(loc="center left", bbox_to_anchor=(1, 0.5))
-    return {"own_mesh": drawing, "own_mesh_stress": states["block with a hole"].plot_below("s22")}
+    stress, axis = plt.subplots(figsize=(3.54, 2.2), layout="constrained")
+    states["block with a hole"].plot_below("s22", ax=axis)
+    axis.set_title("around the hole; contact in black")
+    return {"own_mesh": drawing, "own_mesh_stress": stress}
 
 
 if __name__ == "__main__":

@@ -148,7 +148,7 @@ def card(item):
         return f'<p class="failed">{item["name"]} failed: {html.escape(item["failed"])}<br>{repeat}</p>'
     return (
         f'<figure id="{item["name"]}"><h3>{text(item["message"])}</h3>{pictures(item)}<figcaption>'
-        f"{text(item['title'])}, {item['seconds']:.1f} s: {repeat}</figcaption></figure>"
+        f"{text(item['title'])} ({item['seconds']:.1f} s): {repeat}</figcaption></figure>"
     )
 
 

@@ -1,4 +1,7 @@
-"""Where methods fail: what becomes of seeded runs, a fifth of them near a degeneracy.
+"""Where methods fail
+
+Of seeded runs, a fifth near a degeneracy, no answer is beyond its promise; the others are refused or out of
+time.
 
 :Geometry:  strip, cylinders, wedges, user meshes, compliances drawn at random; see `limits_maps.MAPS`
 :Equations: those of the paper and, with friction, Coulomb's law

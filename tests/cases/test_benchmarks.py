@@ -70,7 +70,7 @@ def test_quick_maps(tmp_path, capsys):
 def test_an_unknown_part_of_a_study_is_refused(study, capsys):
     """It was passed over: all of the study ran, or nothing."""
     assert main([study, "--quick", "--only", "nowhere"]) == 2
-    assert "--only nowhere: must be one of" in capsys.readouterr().err
+    assert "--only: only = 'nowhere': must be one of" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name, setting", [
