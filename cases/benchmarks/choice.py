@@ -71,38 +71,40 @@ def answered(kind, k):
         simple = mb.Sphere(1.0) if kind == "space" else mb.Cylinder(1.0)
         with suppress(mb.MicroblockError):
             problem.with_(obstacle=simple, method=known.method).solve(load=load)
-    if plan is not None and plan.candidates and plan.candidates[0].cost:
-        cost = plan.candidates[0].cost
-        rows[0] |= {
-            "taken": plan.candidates[0].name,
-            "predicted": cost.seconds,
-            "predicted_memory": cost.memory,
-        }
+    if plan is not None and plan.candidates:
+        rows[0] |= {"taken": plan.candidates[0].name} | expected(plan.candidates[0])
     rows[0] |= measured(judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verify))
     for other in () if plan is None else (*plan.candidates, *plan.refused):
         alone = problem.with_(method=other.method)
-        row = {"words": words, "rtol": rtol, "method": other.name}
-        row |= {"predicted": other.cost.seconds, "predicted_memory": other.cost.memory} if other.cost else {}
+        row = {"words": words, "rtol": rtol, "method": other.name} | expected(other)
         case = judging.Case(words, rtol, lambda alone=alone: alone.solve(load=load, rtol=rtol), None)
         rows.append(row | measured(case))
     return rows
+
+
+def expected(candidate):
+    """What a candidate of a plan is expected to take."""
+    names = "predicted", "predicted_memory", "predicted_unknowns"
+    return dict(zip(names, candidate.cost or ()))
 
 
 def measured(case):
     """What became of a case, its seconds and the peak of its memory."""
     before = line_of("self/status", "VmRSS")
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins again
-    peaks = []
+    known = {}
 
     def solve():
         try:
-            return case.solve()
+            state = case.solve()
+            known["unknowns"] = getattr(state, "unknowns", None)  # a history has none
+            return state
         finally:
-            peaks.append(line_of("self/status", "VmHWM"))
+            known["memory"] = 1e6 * (line_of("self/status", "VmHWM") - before)
 
     verify = case.verify or (lambda state: (0.0, state.error_estimate, 0.0))
     row = judging.outcome(judging.Case(case.text, case.rtol, solve, verify), LONGEST)
-    return row | {"memory": 1e6 * (peaks[0] - before) if peaks else None}
+    return row | known
 
 
 def alone(kind, k):

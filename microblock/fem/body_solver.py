@@ -10,7 +10,7 @@ from ..model.progress import counting
 from .body import Body
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
-from .forecast import body_cost
+from .forecast import body_cost, refined_cost
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .recovery import refine_until
@@ -35,7 +35,9 @@ class BodySolver(FollowsFriction, NodalSolver):
 
     def predicted(self, load, approach, rtol):
         self._require_given_mesh(rtol)
-        return body_cost("condensed", self.body, rtol)
+        if rtol is None:
+            return body_cost("condensed", self.body)
+        return refined_cost(self.body, self.obstacle, rtol)
 
     @cached_property
     def counter(self):

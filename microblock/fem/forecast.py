@@ -1,25 +1,29 @@
 """What finite elements are expected to take."""
 
-import math
-
-import numpy as np
-
 from .. import cost
-from ..model.picture import low
+from ..halfplane.forecast import likely_zones
+from ..model.zones import zone_edges
+from .fitted_mesh import along_surface
 
 
-def fitted_cost(picture, corners, rtol):
-    """The Cost of fitted meshes under a picture."""
-    # edges of zones and slope discontinuities have elements that shrink towards them; more where corners
-    # meet them apart
-    valleys, kinks = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.kinks))
-    places = (3 + corners) / 4 * max(valleys, 1) + (1.4 * corners - 0.6) * kinks
-    return cost.of("fitted", 370 * places * math.log10(rtol) ** 2)
+def fitted_cost(solver, rtol):
+    """The Cost of a FittedSolver with a picture to rtol."""
+    zones = likely_zones(solver.problem, solver.picture)
+    ground, parts = solver.surface(zones)
+    tips = {*solver.features(ground), *zone_edges(zones)}
+    order, depth = solver.levels(rtol, even=False)[:2][-1]
+    # a mesh has some 6 elements for one at the surface, with 1.2 unknowns for each pair of orders
+    return cost.of("fitted", 7 * order**2 * along_surface(tips, parts, depth))
 
 
-def body_cost(method, body, rtol):
-    """The Cost of a method on a body's mesh, or on finer ones to rtol."""
+def body_cost(method, body):
+    """The Cost of a method on the mesh of a body."""
     unknowns = body.space.FreeDofs().NumSet()
-    if rtol is not None:  # errors of recovery fall like the elements of edges and of the surface
-        unknowns = max(unknowns, 600 / rtol)
     return cost.of(f"{method} in space" if body.in_space else method, unknowns)
+
+
+def refined_cost(body, obstacle, rtol):
+    """The Cost of meshes that are cut from that of a body on, to rtol."""
+    # recovery errs like the elements at the surface, and cuts those at slope discontinuities again and again
+    kinks = len(getattr(obstacle, "kinks", ()))
+    return cost.of("refined", max(body.space.FreeDofs().NumSet(), 200 / rtol + 600 * kinks))

@@ -43,7 +43,7 @@ class NewtonSolver(FollowsFriction, Solver):
 
     def predicted(self, load, approach, rtol):
         self._require_given_mesh(rtol)
-        return body_cost("newton", self.body, None)
+        return body_cost("newton", self.body)
 
     def of(self, state):
         """The MeshSolution of a NodalState."""

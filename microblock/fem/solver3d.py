@@ -70,7 +70,7 @@ class Solver3D(Solver):
 
     def predicted(self, load, approach, rtol):
         self._require_given_mesh(rtol)
-        return body_cost("condensed", self.body, None)
+        return body_cost("condensed", self.body)
 
     def state(self, solution):
         nodes = solution.nodes

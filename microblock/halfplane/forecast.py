@@ -5,6 +5,8 @@ roots at edges leave a relative error like cell/zone, inverse roots at ends, and
 one has named, one like the root of cell/contact.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .. import cost
@@ -14,21 +16,26 @@ from .panels import make_panels
 from .search import orders
 
 
-def panels_cost(problem, rtol, order=None):
-    """The Cost of panels for a Problem with a picture, to rtol or of an order."""
-    sites, last = problem.picture.sites, len(problem.picture.sites) - 1
-    touching = runs(low(problem.picture, sites))
-    zones = [(float(sites[max(i - 1, 0)]), float(sites[min(j + 1, last)])) for i, j in touching]
-    by_corner = {
-        corner: tuple((left + shift, right + shift) for left, right in zones)
-        for corner, shift in enumerate(problem.shifts)
-    }
-    order = order or orders(problem.picture.simple, rtol)[-1]
-    count = len(make_panels(problem, problem.computed(by_corner), order).e)
-    # zones are searched for again and again where peaks part them
-    peaks = np.count_nonzero(
-        low(problem.picture, problem.picture.kinks) & (np.array(problem.picture.jumps) > 0)
+def likely_zones(problem, picture):
+    """{corner: intervals} where a classical contact would reach under a picture."""
+    sites, last = picture.sites, len(picture.sites) - 1
+    touching = [(max(i - 1, 0), min(j + 1, last)) for i, j in runs(low(picture, sites))]
+    return problem.computed(
+        {
+            corner: tuple((float(sites[i] + shift), float(sites[j] + shift)) for i, j in touching)
+            for corner, shift in enumerate(problem.shifts)
+        }
     )
+
+
+def panels_cost(problem, load, rtol, order=None):
+    """The Cost of panels for a Problem with a picture, to rtol or of an order."""
+    # the picture may be that of four times the load
+    picture = replace(problem.picture, rise=2 * load / (np.pi * problem.E_star))
+    order = order or orders(picture.simple, rtol)[-1]
+    count = len(make_panels(problem, likely_zones(problem, picture), order).e)
+    # zones are searched for again and again where peaks part them
+    peaks = np.count_nonzero(low(picture, picture.kinks) & (np.array(picture.jumps) > 0))
     return cost.of("panels", order * count, 1 + peaks / 4)
 
 
