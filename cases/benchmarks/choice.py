@@ -31,6 +31,8 @@ RECORD = Path(__file__).parent / "results" / "choice.csv"
 KINDS = {"line": 80, "samples": 20, "period": 20, "block": 20, "mesh": 20, "space": 20, "friction": 20}
 TOLERANCES = 1e-2, 1e-3, 1e-5
 LONGEST = 60  # seconds of a run
+LARGE = 3e8  # bytes above which memory is compared: libraries take tens of MB to begin
+ANSWERS = ["right", "warned", "wrong", "unjudged"]
 
 
 def drawn(kind, k):
@@ -100,7 +102,7 @@ def measured(case):
             known["unknowns"] = getattr(state, "unknowns", None)  # a history has none
             return state
         finally:
-            known["memory"] = 1e6 * (line_of("self/status", "VmHWM") - before)
+            known["memory"] = 2**20 * (line_of("self/status", "VmHWM") - before)
 
     verify = case.verify or (lambda state: (0.0, state.error_estimate, 0.0))
     row = judging.outcome(judging.Case(case.text, case.rtol, solve, verify), LONGEST)
@@ -118,10 +120,30 @@ def profile(runs):
     """Time of the chosen method over the best one's, of problems that some method answers: array (n,), inf
     where it gave no answer.
     """
-    answers = runs[runs["class"].isin(["right", "warned", "wrong", "unjudged"])]
+    answers = runs[runs["class"].isin(ANSWERS)]
     best = answers.groupby(["kind", "number"]).seconds.min()
     chosen = answers[answers.method == "chosen"].set_index(["kind", "number"]).seconds
     return np.sort((chosen.reindex(best.index) / best).fillna(np.inf).to_numpy())
+
+
+def agreement(runs):
+    """Predicted over measured seconds of the methods that were taken and answered, and bytes of those above
+    LARGE: two arrays. Other methods run later in the same process, on memory that is there.
+    """
+    taken = runs[(runs.method == "chosen") & runs["class"].isin(ANSWERS) & runs.predicted.notna()]
+    large = taken[taken.memory > LARGE]
+    return (taken.predicted / taken.seconds).to_numpy(), (large.predicted_memory / large.memory).to_numpy()
+
+
+def told(runs):
+    """A line on the choice and the predictions."""
+    shares = [np.mean(profile(runs) <= bar) for bar in (1.5, 3)]
+    seconds, memory = agreement(runs)
+    within = [np.mean(np.abs(np.log(ratio)) <= np.log(bar)) for ratio, bar in ((seconds, 3), (memory, 1.5))]
+    return (
+        f"chosen within 1.5 and 3 times the least time: {shares[0]:.0%} and {shares[1]:.0%}; predicted within "
+        f"3 times: {within[0]:.0%} of {len(seconds)}; memory within 1.5: {within[1]:.0%} of {len(memory)}"
+    )
 
 
 def figure(runs=None):
@@ -150,6 +172,7 @@ def main(words=None):
         known = pd.read_csv(RECORD) if RECORD.exists() else rows[:0]
         pd.concat([known, rows], ignore_index=True).to_csv(RECORD, index=False)
         print(rows.drop(columns="message").to_string(header=False, index=False), flush=True)
+    print(told(pd.read_csv(RECORD)))
 
 
 if __name__ == "__main__":
