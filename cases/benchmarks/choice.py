@@ -141,8 +141,9 @@ def told(runs):
     seconds, memory = agreement(runs)
     within = [np.mean(np.abs(np.log(ratio)) <= np.log(bar)) for ratio, bar in ((seconds, 3), (memory, 1.5))]
     return (
-        f"chosen within 1.5 and 3 times the least time: {shares[0]:.0%} and {shares[1]:.0%}; predicted within "
-        f"3 times: {within[0]:.0%} of {len(seconds)}; memory within 1.5: {within[1]:.0%} of {len(memory)}"
+        f"chosen within 1.5 and 3 times the least time: {shares[0]:.0%} and {shares[1]:.0%}; predicted "
+        f"within 3 times: {within[0]:.0%} of {len(seconds)}; memory within 1.5: {within[1]:.0%} "
+        f"of {len(memory)}"
     )
 
 

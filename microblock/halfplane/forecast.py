@@ -36,7 +36,7 @@ def panels_cost(problem, load, rtol, order=None):
     count = len(make_panels(problem, likely_zones(problem, picture), order).e)
     # zones are searched for again and again where peaks part them
     peaks = np.count_nonzero(low(picture, picture.kinks) & (np.array(picture.jumps) > 0))
-    return cost.of("panels", order * count, 1 + peaks / 4)
+    return cost.of("panels", order * count, 1 + peaks)
 
 
 def bends(picture):
@@ -50,8 +50,8 @@ def bends(picture):
     return float(np.sqrt(square)) / 2
 
 
-def cells_cost(picture, rtol, fewest, most):
-    """The Cost of equal cells under a picture, between `fewest` and `most`."""
+def cells_cost(picture, rtol, fewest, most, times):
+    """The Cost of equal cells under a picture, between `fewest` and `most`, solved for so many times."""
     valleys, ends = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.ends))
     peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
@@ -60,7 +60,7 @@ def cells_cost(picture, rtol, fewest, most):
     needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
     needed += np.sum(slopes**2) / 2 / rtol**2 if picture.found else 2 * np.sum(slopes) / rtol
-    return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)))
+    return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)), times)
 
 
 def period_cost(gaps, corners, rtol, fewest):
