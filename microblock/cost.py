@@ -23,7 +23,8 @@ class Cost(NamedTuple):
     seconds : float
         Of one processor core.
     memory : float
-        Bytes beside those of the program itself.
+        Bytes at the peak that grow with the unknowns; below 3e8 the tens of MB that libraries take to begin
+        weigh as much.
     unknowns : float
         Of the last discretisation.
     """
@@ -45,13 +46,14 @@ class Rate(NamedTuple):
 
 RATES = {
     "panels": Rate(0.015, 1.1e-5, 1.5, 120, 2),
-    "cells": Rate(0.01, 3e-6, 1.06, 280, 1),
-    "fitted": Rate(0.08, 2.4e-5, 1.15, 1.5e4, 1.05),
-    "condensed": Rate(0.02, 8e-6, 1.05, 5e3, 1.05),
+    "cells": Rate(0.01, 3e-6, 1.06, 360, 1),
+    "fitted": Rate(0.1, 8e-6, 1.2, 7e3, 1.05),
+    "condensed": Rate(0.02, 8e-6, 1.05, 3.5e3, 1.05),
+    "refined": Rate(0.02, 4e-7, 1.5, 7e3, 1.05),
     "newton": Rate(0.02, 4e-5, 1.07, 5e3, 1.05),
     "condensed in space": Rate(0.05, 4e-6, 1.4, 1e3, 1.33),
     "newton in space": Rate(0.05, 4e-5, 1.3, 2e3, 1.1),
-    "cells in space": Rate(0.1, 3e-6, 1.08, 250, 1),
+    "cells in space": Rate(0.1, 3e-6, 1.08, 360, 1),
 }
 
 

@@ -31,6 +31,8 @@ RECORD = Path(__file__).parent / "results" / "choice.csv"
 KINDS = {"line": 80, "samples": 20, "period": 20, "block": 20, "mesh": 20, "space": 20, "friction": 20}
 TOLERANCES = 1e-2, 1e-3, 1e-5
 LONGEST = 60  # seconds of a run
+LARGE = 3e8  # bytes above which memory is compared: libraries take tens of MB to begin
+ANSWERS = ["right", "warned", "wrong", "unjudged"]
 
 
 def drawn(kind, k):
@@ -71,38 +73,40 @@ def answered(kind, k):
         simple = mb.Sphere(1.0) if kind == "space" else mb.Cylinder(1.0)
         with suppress(mb.MicroblockError):
             problem.with_(obstacle=simple, method=known.method).solve(load=load)
-    if plan is not None and plan.candidates and plan.candidates[0].cost:
-        cost = plan.candidates[0].cost
-        rows[0] |= {
-            "taken": plan.candidates[0].name,
-            "predicted": cost.seconds,
-            "predicted_memory": cost.memory,
-        }
+    if plan is not None and plan.candidates:
+        rows[0] |= {"taken": plan.candidates[0].name} | expected(plan.candidates[0])
     rows[0] |= measured(judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verify))
     for other in () if plan is None else (*plan.candidates, *plan.refused):
         alone = problem.with_(method=other.method)
-        row = {"words": words, "rtol": rtol, "method": other.name}
-        row |= {"predicted": other.cost.seconds, "predicted_memory": other.cost.memory} if other.cost else {}
+        row = {"words": words, "rtol": rtol, "method": other.name} | expected(other)
         case = judging.Case(words, rtol, lambda alone=alone: alone.solve(load=load, rtol=rtol), None)
         rows.append(row | measured(case))
     return rows
+
+
+def expected(candidate):
+    """What a candidate of a plan is expected to take."""
+    names = "predicted", "predicted_memory", "predicted_unknowns"
+    return dict(zip(names, candidate.cost or ()))
 
 
 def measured(case):
     """What became of a case, its seconds and the peak of its memory."""
     before = line_of("self/status", "VmRSS")
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins again
-    peaks = []
+    known = {}
 
     def solve():
         try:
-            return case.solve()
+            state = case.solve()
+            known["unknowns"] = getattr(state, "unknowns", None)  # a history has none
+            return state
         finally:
-            peaks.append(line_of("self/status", "VmHWM"))
+            known["memory"] = 2**20 * (line_of("self/status", "VmHWM") - before)
 
     verify = case.verify or (lambda state: (0.0, state.error_estimate, 0.0))
     row = judging.outcome(judging.Case(case.text, case.rtol, solve, verify), LONGEST)
-    return row | {"memory": 1e6 * (peaks[0] - before) if peaks else None}
+    return row | known
 
 
 def alone(kind, k):
@@ -116,10 +120,31 @@ def profile(runs):
     """Time of the chosen method over the best one's, of problems that some method answers: array (n,), inf
     where it gave no answer.
     """
-    answers = runs[runs["class"].isin(["right", "warned", "wrong", "unjudged"])]
+    answers = runs[runs["class"].isin(ANSWERS)]
     best = answers.groupby(["kind", "number"]).seconds.min()
     chosen = answers[answers.method == "chosen"].set_index(["kind", "number"]).seconds
     return np.sort((chosen.reindex(best.index) / best).fillna(np.inf).to_numpy())
+
+
+def agreement(runs):
+    """Predicted over measured seconds of the methods that were taken and answered, and bytes of those above
+    LARGE: two arrays. Other methods run later in the same process, on memory that is there.
+    """
+    taken = runs[(runs.method == "chosen") & runs["class"].isin(ANSWERS) & runs.predicted.notna()]
+    large = taken[taken.memory > LARGE]
+    return (taken.predicted / taken.seconds).to_numpy(), (large.predicted_memory / large.memory).to_numpy()
+
+
+def told(runs):
+    """A line on the choice and the predictions."""
+    shares = [np.mean(profile(runs) <= bar) for bar in (1.5, 3)]
+    seconds, memory = agreement(runs)
+    within = [np.mean(np.abs(np.log(ratio)) <= np.log(bar)) for ratio, bar in ((seconds, 3), (memory, 1.5))]
+    return (
+        f"chosen within 1.5 and 3 times the least time: {shares[0]:.0%} and {shares[1]:.0%}; predicted "
+        f"within 3 times: {within[0]:.0%} of {len(seconds)}; memory within 1.5: {within[1]:.0%} "
+        f"of {len(memory)}"
+    )
 
 
 def figure(runs=None):
@@ -148,6 +173,7 @@ def main(words=None):
         known = pd.read_csv(RECORD) if RECORD.exists() else rows[:0]
         pd.concat([known, rows], ignore_index=True).to_csv(RECORD, index=False)
         print(rows.drop(columns="message").to_string(header=False, index=False), flush=True)
+    print(told(pd.read_csv(RECORD)))
 
 
 if __name__ == "__main__":

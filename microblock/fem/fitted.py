@@ -75,7 +75,7 @@ class FittedSolver(MeshFitter):
 
     def predicted(self, load, approach, rtol):
         load = self.first_load(approach) if load is None else load
-        return fitted_cost(self._pictured(load).picture, len(self.law.corners), rtol)
+        return fitted_cost(self._pictured(load), rtol)
 
     def path(self, last, rtol):
         return FittedPath(self.contact, last, rtol)
@@ -125,7 +125,7 @@ class FittedSolver(MeshFitter):
         *_, zones = first_zones(self.problem, load)
         return zones
 
-    def _levels(self, rtol, even):
+    def levels(self, rtol, even):
         """Refinement levels from the one before the first that may reach rtol; or that of the fixed order."""
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
@@ -138,7 +138,7 @@ class FittedSolver(MeshFitter):
     def _refined(self, load, rtol, zones, even):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
         coarse, best, passes, why = None, math.inf, 0, ""
-        for level in self._levels(rtol, even):
+        for level in self.levels(rtol, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
             except NotConverged as failure:  # this level's mesh, and not the estimate of the one before

@@ -21,6 +21,11 @@ MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners
 LAYERS = 2.4  # width of a partial zone over the layer length
 
 
+def along_surface(tips, parts, levels):
+    """Number of elements of a fitted mesh along the surface, about."""
+    return sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
+
+
 class MeshFitter(GroundSolver):
     """What makes fitted meshes, for the `picture` of the obstacle at a load."""
 
@@ -53,8 +58,7 @@ class MeshFitter(GroundSolver):
     def meshed(self, ground, tips, parts, levels, order, even):
         """The Body on a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
-        elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
-        count = (elements + len(sizes) / 2) * order
+        count = (along_surface(tips, parts, levels) + len(sizes) / 2) * order
         if count > MOST_NODES and not getattr(self.picture, "simple", True):
             instead = "take HalfPlane(solid) with Cells()"
             if self.domain < math.inf:

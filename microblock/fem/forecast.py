@@ -1,22 +1,21 @@
 """What finite elements are expected to take."""
 
-import math
-
-import numpy as np
-
 from .. import cost
 from ..errors import require
-from ..model.picture import low
+from ..halfplane.forecast import likely_zones
 from ..model.solver import Solver
+from ..model.zones import zone_edges
+from .fitted_mesh import along_surface
 
 
-def fitted_cost(picture, corners, rtol):
-    """The Cost of fitted meshes under a picture."""
-    # edges of zones and slope discontinuities have elements that shrink towards them; more where corners
-    # meet them apart
-    valleys, kinks = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.kinks))
-    places = (3 + corners) / 4 * max(valleys, 1) + (1.4 * corners - 0.6) * kinks
-    return cost.of("fitted", 370 * places * math.log10(rtol) ** 2)
+def fitted_cost(solver, rtol):
+    """The Cost of a FittedSolver with a picture to rtol."""
+    zones = likely_zones(solver.problem, solver.picture)
+    ground, parts = solver.surface(zones)
+    tips = {*solver.features(ground), *zone_edges(zones)}
+    order, depth = solver.levels(rtol, even=False)[:2][-1]
+    # a mesh has some 6 elements for one at the surface, with 1.2 unknowns for each pair of orders
+    return cost.of("fitted", 7 * order**2 * along_surface(tips, parts, depth))
 
 
 class OnGivenMesh(Solver):
@@ -38,6 +37,8 @@ class OnGivenMesh(Solver):
     def predicted(self, load, approach, rtol):
         self.require_given_mesh(rtol)
         unknowns = self.body.unknowns
-        if rtol is not None:  # errors of recovery fall like the elements of edges and of the surface
-            unknowns = max(unknowns, 600 / rtol)
-        return cost.of(self.rate + " in space" * self.body.in_space, unknowns)
+        if rtol is None:
+            return cost.of(self.rate + " in space" * self.body.in_space, unknowns)
+        # recovery errs like the elements at the surface, and cuts those at kinks again and again
+        kinks = len(getattr(self.obstacle, "kinks", ()))
+        return cost.of("refined", max(unknowns, 200 / rtol + 600 * kinks))

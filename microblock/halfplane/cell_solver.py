@@ -241,7 +241,8 @@ class LineSolver(CellSolver):
         require(not steps, "obstacle", self.obstacle, steps)
         sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
         most = 4 * self.cheap if sampled else np.inf
-        expected = cells_cost(known, rtol, 4 * self._coarsest(known), most)
+        # every second sample is left out once
+        expected = cells_cost(known, rtol, 4 * self._coarsest(known), most, 1 + sampled)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected

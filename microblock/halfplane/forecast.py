@@ -5,6 +5,8 @@ roots at edges leave a relative error like cell/zone, inverse roots at ends, and
 one has named, one like the root of cell/contact.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .. import cost
@@ -14,22 +16,27 @@ from .panels import make_panels
 from .search import orders
 
 
-def panels_cost(problem, rtol, order=None):
-    """The Cost of panels for a Problem with a picture, to rtol or of an order."""
-    sites, last = problem.picture.sites, len(problem.picture.sites) - 1
-    touching = runs(low(problem.picture, sites))
-    zones = [(float(sites[max(i - 1, 0)]), float(sites[min(j + 1, last)])) for i, j in touching]
-    by_corner = {
-        corner: tuple((left + shift, right + shift) for left, right in zones)
-        for corner, shift in enumerate(problem.shifts)
-    }
-    order = order or orders(problem.picture.simple, rtol)[-1]
-    count = len(make_panels(problem, problem.computed(by_corner), order).e)
-    # zones are searched for again and again where peaks part them
-    peaks = np.count_nonzero(
-        low(problem.picture, problem.picture.kinks) & (np.array(problem.picture.jumps) > 0)
+def likely_zones(problem, picture):
+    """{corner: intervals} where a classical contact would reach under a picture."""
+    sites, last = picture.sites, len(picture.sites) - 1
+    touching = [(max(i - 1, 0), min(j + 1, last)) for i, j in runs(low(picture, sites))]
+    return problem.computed(
+        {
+            corner: tuple((float(sites[i] + shift), float(sites[j] + shift)) for i, j in touching)
+            for corner, shift in enumerate(problem.shifts)
+        }
     )
-    return cost.of("panels", order * count, 1 + peaks / 4)
+
+
+def panels_cost(problem, load, rtol, order=None):
+    """The Cost of panels for a Problem with a picture, to rtol or of an order."""
+    # the picture may be that of four times the load
+    picture = replace(problem.picture, rise=2 * load / (np.pi * problem.E_star))
+    order = order or orders(picture.simple, rtol)[-1]
+    count = len(make_panels(problem, likely_zones(problem, picture), order).e)
+    # zones are searched for again and again where peaks part them
+    peaks = np.count_nonzero(low(picture, picture.kinks) & (np.array(picture.jumps) > 0))
+    return cost.of("panels", order * count, 1 + peaks)
 
 
 def bends(picture):
@@ -43,8 +50,8 @@ def bends(picture):
     return float(np.sqrt(square)) / 2
 
 
-def cells_cost(picture, rtol, fewest, most):
-    """The Cost of equal cells under a picture, between `fewest` and `most`."""
+def cells_cost(picture, rtol, fewest, most, times):
+    """The Cost of equal cells under a picture, between `fewest` and `most`, solved for so many times."""
     valleys, ends = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.ends))
     peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
@@ -53,7 +60,7 @@ def cells_cost(picture, rtol, fewest, most):
     needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
     needed += np.sum(slopes**2) / 2 / rtol**2 if picture.found else 2 * np.sum(slopes) / rtol
-    return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)))
+    return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)), times)
 
 
 def period_cost(gaps, corners, rtol, fewest):

@@ -53,7 +53,7 @@ class PanelSolver(Solver):
     def predicted(self, load, approach, rtol):
         self._require_load(approach)
         self._check_width(load)
-        return panels_cost(self._pictured_problem(load), rtol, self.options.order)
+        return panels_cost(self._pictured_problem(load), load, rtol, self.options.order)
 
     def _require_load(self, approach):
         words = (

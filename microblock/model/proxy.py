@@ -173,6 +173,6 @@ def _jump(function: Function, place: float, others: Iterable[float], whole: floa
         rise, _, steep = (near - far) / steps
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
         return np.nan
-    # less what the curvature adds, which is as the step; a power of the distance leaves other jumps at other steps
+    # less what the curvature adds, which is as the step; powers of the distance leave jumps that differ
     earlier, jump = between + (between - first) / 9, second + (second - between) / 9
     return jump if abs(jump - earlier) <= 0.05 * abs(jump) else 0.0
