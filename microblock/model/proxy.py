@@ -175,4 +175,5 @@ def _jump(function: Function, place: float, others: Iterable[float], whole: floa
         return np.nan
     # less what the curvature adds, which is as the step; powers of the distance leave jumps that differ
     earlier, jump = between + (between - first) / 9, second + (second - between) / 9
-    return jump if abs(jump - earlier) <= 0.05 * abs(jump) else 0.0
+    shrinks = abs(second) <= 0.9 * abs(first) and abs(jump - earlier) > 0.05 * abs(jump)
+    return 0.0 if shrinks else jump
