@@ -75,7 +75,7 @@ class FittedSolver(MeshFitter):
 
     def predicted(self, load, approach, rtol):
         load = self.first_load(approach) if load is None else load
-        return fitted_cost(self._pictured(load), rtol)
+        return fitted_cost(self._pictured(load), load, rtol)
 
     def path(self, last, rtol):
         return FittedPath(self.contact, last, rtol)
@@ -106,7 +106,7 @@ class FittedSolver(MeshFitter):
                 return self._refined(load, rtol, near.zones, self.options.even)
         zones, failures = self.first_zones(load, rtol), []
         if not any(common(own, [(-self.furthest, self.furthest)]) for own in zones.values()):
-            raise self._unsettled(load, zones, 0)
+            raise self.unsettled(load, zones, 0)
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
@@ -158,7 +158,7 @@ class FittedSolver(MeshFitter):
                 return mesh, passes
             coarse = mesh.part
         if best == math.inf or (self._leaves(zones) and not why):
-            raise self._unsettled(load, zones, passes)
+            raise self.unsettled(load, zones, passes)
         besides = "" if why else "fix the discretisation, Fitted(order=...)"
         raise out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4)
 
@@ -193,7 +193,7 @@ class FittedSolver(MeshFitter):
             last = edges
         return mesh if other is None else None, zones, passes
 
-    def _unsettled(self, load, zones, passes):
+    def unsettled(self, load, zones, passes):
         if self._leaves(zones):
             if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
                 return BadArgument("obstacle", self.contact.obstacle, f"does not rise at all: {BOUNDED}")

@@ -4,13 +4,16 @@ from .. import cost
 from ..errors import require
 from ..halfplane.forecast import likely_zones
 from ..model.solver import Solver
-from ..model.zones import zone_edges
+from ..model.zones import common, zone_edges
 from .fitted_mesh import along_surface
 
 
-def fitted_cost(solver, rtol):
-    """The Cost of a FittedSolver with a picture to rtol."""
-    zones = likely_zones(solver.problem, solver.picture)
+def fitted_cost(solver, load, rtol):
+    """The Cost of a FittedSolver with a picture to rtol; BadArgument for zones beyond the body."""
+    likely, inside = likely_zones(solver.problem, solver.picture), [(-solver.furthest, solver.furthest)]
+    zones = {corner: common(own, inside) for corner, own in likely.items()}
+    if not any(zones.values()):
+        raise solver.unsettled(load, likely, 0)
     ground, parts = solver.surface(zones)
     tips = {*solver.features(ground), *zone_edges(zones)}
     order, depth = solver.levels(rtol, even=False)[:2][-1]

@@ -12,6 +12,7 @@ MESH = mb.Body(
     meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.2), SOLID, 2, fixed="bottom"
 )
 ROUND = mb.Cylinder(R=10)
+SAMPLED = mb.Obstacle.from_samples(np.linspace(-1, 1, 17), np.linspace(-1, 1, 17) ** 2 / 20)
 
 
 def ripples(x):
@@ -31,6 +32,8 @@ def ripples(x):
         (BLOCK, ROUND, {"rtol": 1e-4}, "fitted"),
         (BLOCK, mb.Wedge(slope=0.05), {}, "fitted"),
         (MESH, ROUND, {}, "condensed"),
+        (MESH, SAMPLED, {"rtol": 5e-2}, "condensed"),
+        (BLOCK, mb.Punch(half_width=0.3), {"rtol": 1e-3}, "fitted"),
     ],
 )
 def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
