@@ -4,6 +4,7 @@ Everything that a page needs is put beside it: no page asks the network for anyt
 """
 
 import hashlib
+import logging
 import os
 import re
 import shutil
@@ -44,6 +45,12 @@ default_role = "code"  # single backquotes are code in our docstrings
 # notebooks run when the pages are built; their outputs are kept until a file of the program changes
 FILES = sorted(path for part in ("microblock", "cases") for path in (DOCS.parent / part).rglob("*.py"))
 DIGEST = hashlib.sha256(b"".join(path.read_bytes() for path in FILES)).hexdigest()[:16]
+PROFILE = DOCS.parent / "out" / "ipython" / "profile_default"
+PROFILE.mkdir(parents=True, exist_ok=True)
+# each kernel warns that it is not encrypted; those of a build talk within this machine
+(PROFILE / "ipython_kernel_config.py").write_text("get_config().IPKernelApp.log_level = 'ERROR'\n")
+os.environ["IPYTHONDIR"] = str(PROFILE.parent)
+logging.getLogger("traitlets").setLevel("WARNING")  # which notebook is executed is no news
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(DOCS.parent / "out" / "notebooks" / DIGEST)
 nb_execution_timeout = 300

@@ -95,7 +95,7 @@ def turn(corners):
 @plots.styled
 def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
-    drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.0)
+    drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.3)
     contact, corners = state.zones["contact"], tuple(state.pressures)
     shown = blocks(state.surface(window(state.solid.ell, contact)), contact)
     (left, right), look = shown.window, {"edgecolor": "0.35", "linewidth": 0.5}
@@ -106,13 +106,14 @@ def draw(axis, state):
     axis.add_collection(PolyCollection(shown.squares - down, facecolor=fills, **look))
     axis.plot(*(shown.surface - down).T, color="k", linewidth=0.5)
     above = 0.08 * (right - left)
+    lowest = (shown.squares - down)[..., 1].min(initial=0)
     x, over = (shown.obstacle - down).T
     axis.fill_between(x, over, np.fmax(over, above), facecolor="0.75", edgecolor="k", lw=0.5, zorder=0.5)
     axis.set(
         aspect="equal",
         xlabel="$x_1$ (length)",
         xlim=(left, right),
-        ylim=(above - 0.29 * (right - left), above),
+        ylim=(lowest - 0.06 * (right - left), above),  # with room for the key of the blocks
     )
     axis.tick_params(axis="y", left=False, labelleft=False)
     axis.spines["left"].set_visible(False)
