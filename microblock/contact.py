@@ -377,12 +377,12 @@ class Contact:
         require(friction, "law", self.law, words)
         require_flag(coupled=coupled)
         rtol = require_tolerance(rtol)
-        found = pairs_of(pairs, friction)
-        followers = [solver for solver in self._solvers if solver.follows(found)] or [self.solver]
+        loads = pairs_of(pairs, friction)
+        followers = [solver for solver in self._solvers if solver.follows(loads)] or [self.solver]
         with counting("history", progress):
             return first_answer(
                 map(Candidate, followers),
-                lambda candidate: candidate.solver.history(found, bool(coupled), rtol),
+                lambda candidate: candidate.solver.history(loads, bool(coupled), rtol),
             )
 
     def with_(

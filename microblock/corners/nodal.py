@@ -46,8 +46,7 @@ class OfNodes(Solution):
     residual: float
     iterations: int
     unknowns: int
-    method: str = "nodes"
-
+    method: str = ""  # a field in place of the property of `Solution`
     mirrored: bool = False
 
     @property

@@ -39,8 +39,8 @@ class Within:
 
         ends = tuple(end if own(end) else math.copysign(math.inf, end) for end in found.ends)
         ends = () if all(map(math.isinf, ends)) else ends
-        steps, known = tuple(filter(own, found.steps)), found.found and bool(ends or found.kinks)
-        return replace(found, ends=ends, steps=steps, found=known)
+        steps, known = tuple(filter(own, found.steps)), found.detected and bool(ends or found.kinks)
+        return replace(found, ends=ends, steps=steps, detected=known)
 
     def __repr__(self):
         return repr(self.whole)

@@ -59,7 +59,7 @@ def cells_cost(picture, rtol, fewest, most, times):
     smooth = max(2 * valleys, bends(picture) if np.isfinite(picture.lengths).any() else 0.0, 2)
     needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
-    needed += np.sum(slopes**2) / 2 / rtol**2 if picture.found else 2 * np.sum(slopes) / rtol
+    needed += np.sum(slopes**2) / 2 / rtol**2 if picture.detected else 2 * np.sum(slopes) / rtol
     return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)), times)
 
 

@@ -47,8 +47,8 @@ class Picture:
         Pieces on which the height is a polynomial, as of `Proxy`; inf where only kinks and ends count.
     kinks, jumps, ends, steps : tuples of float
         Slope discontinuities, their jumps and edges; places at which the height jumps.
-    found : bool
-        Whether some of these were detected.
+    detected : bool
+        Whether some of these are not named by the obstacle.
     """
 
     lowest: float
@@ -65,7 +65,7 @@ class Picture:
     jumps: tuple[float, ...]
     ends: tuple[float, ...]
     steps: tuple[float, ...]
-    found: bool
+    detected: bool
 
     @property
     def minima(self) -> Array:
@@ -77,7 +77,7 @@ class Picture:
     def simple(self) -> bool:
         """Whether nothing much narrower than the contact lies beside the one lowest place."""
         few = len(self.minima) <= 1 and len(self.kinks) <= 2 and len(self.angle.samples) == 0
-        return few and not self.found and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
+        return few and not self.detected and bool(self.lengths.min(initial=np.inf) > self.half_width / 4)
 
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
@@ -128,8 +128,8 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
     gone = singular[np.isnan(jumps)].tolist()
     outermost = zip(sites[[0, -1]].tolist(), (-np.inf, np.inf))
-    detected = tuple(place if place in gone else beyond for place, beyond in outermost)
-    known = ends or (detected if np.isfinite(detected).any() else ())
+    seen_ends = tuple(place if place in gone else beyond for place, beyond in outermost)
+    known = ends or (seen_ends if np.isfinite(seen_ends).any() else ())
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
     kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
     kinks = dict(sorted(kinks.items()))
@@ -152,23 +152,26 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
         jumps=tuple(kinks.values()),
         ends=known,
         steps=tuple(place for place in gone if place not in known),
-        found=kinks != named or known != ends,
+        detected=kinks != named or known != ends,
     )
 
 
-def low(found: Picture, places: ArrayLike) -> Flags:
+def low(sampled: Picture, places: ArrayLike) -> Flags:
     """Returns whether a classical contact would reach places, boolean array (m,)."""
-    heights = np.interp(np.asarray(places, float), found.sites, found.heights)
-    return np.asarray(heights <= found.heights.min() + found.rise)
+    heights = np.interp(np.asarray(places, float), sampled.sites, sampled.heights)
+    return np.asarray(heights <= sampled.heights.min() + sampled.rise)
 
 
-def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
+def seen(obstacle: ObstacleLike, sampled: Picture) -> ObstacleLike:
+    """Returns the obstacle with the kinks and ends that its picture has, as it is if it names them all."""
     height: Any = getattr(obstacle, "height", obstacle)
-    return Seen(height, found.kinks, found.jumps, found.ends) if found.found else obstacle
+    return Seen(height, sampled.kinks, sampled.jumps, sampled.ends) if sampled.detected else obstacle
 
 
 @dataclass(frozen=True)
 class Seen(Obstacle):
+    """A height with kinks and ends that nobody has named."""
+
     ends: tuple[float, ...] = ()
 
 
@@ -233,11 +236,11 @@ def _profiles(
         "sampled everywhere; Cells(nodes=..., window=...) take a part of it"
     )
     require(spacing <= half / 50, name, given, words)
-    found = []
+    pieces = []
     for left, right in stretches:
-        own = min(spacing, (right - left) / (40 * samples))
-        edges = np.linspace(left, right, 2 + int((right - left) / (samples * own)))
+        distance = min(spacing, (right - left) / (40 * samples))
+        edges = np.linspace(left, right, 2 + int((right - left) / (samples * distance)))
         edges = np.union1d(edges, [place for place in (*kinks, *ends) if left < place < right])
         known = [place for place in kinks if left < place < right]
-        found.append(proxy(function, edges, floor, known, name, given))
-    return found
+        pieces.append(proxy(function, edges, floor, known, name, given))
+    return pieces

@@ -145,9 +145,8 @@ def plain_data(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [plain_data(one) for one in value]
     if isinstance(value, (np.ndarray, np.generic)):
-        return np.where(
-            np.isfinite(value), value, np.array(None)
-        ).tolist()  # of objects: floats of Python and None
+        objects = np.where(np.isfinite(value), value, np.array(None))  # numbers of Python and None
+        return objects.tolist()
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

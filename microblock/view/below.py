@@ -48,7 +48,7 @@ def draw_below(state, quantity="psi", axis=None):
 
 
 def half_plane_grid(box):
-    """x1 and x2 of points denser towards the surface, arrays (n,), between which triangles are any."""
+    """x1 and x2 of points, arrays (n,), denser towards the surface; no triangles: any between them serve."""
     (left, right), depth = box
     down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
     x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
