@@ -198,4 +198,5 @@ def require_jumps(obstacle: ObstacleLike, ell: float) -> None:
     wrong = (errors[1] > 0.01 * np.abs(jumps)) & (errors[1] > errors[0] / 2)
     n = np.argmax(wrong)
     words = f"must be those of the slope of the height, which jumps by {change[n]:.3g} at x = {kinks[n]:.4g}"
+    words += ": mind signs, and give kinks with all their digits"
     require(not wrong.any(), "jumps", tuple(jumps.tolist()), words)
