@@ -143,8 +143,7 @@ def refine_until(solver, load, approach, rtol):
         Beyond MOST unknowns or PASSES passes, beyond SOON if MOST would miss rtol, or if PASSES would;
         `rtol_reached` is the smallest estimate.
     """
-    best, found, besides, failed, known = math.inf, None, "raise the order of the body", None, []
-    totals = []
+    best, found, besides, failed, passed = math.inf, None, "raise the order of the body", None, []
     for passes in range(1, PASSES + 1):
         try:
             found = solver.at(load, approach, found)
@@ -160,10 +159,9 @@ def refine_until(solver, load, approach, rtol):
             kept(replace(found, error_estimate=best))
         if parts.total <= rtol:
             return replace(found, error_estimate=parts.total)
-        known.append((found.unknowns, parts.energy, parts.surface))
-        totals.append(parts.total)
-        far = found.unknowns > SOON and _hopeless(rtol, known[-2:])
-        if found.unknowns > MOST or far or _stalled(rtol, totals):
+        passed.append((found.unknowns, parts))
+        far = found.unknowns > SOON and _hopeless(rtol, passed[-2:])
+        if found.unknowns > MOST or far or _stalled(rtol, [own.total for _, own in passed]):
             break
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
         # an rtol far away asks for all elements alike, and not for the worst ones first
@@ -173,11 +171,13 @@ def refine_until(solver, load, approach, rtol):
     raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **at) from failed
 
 
-def _hopeless(rtol, passes):
+def _hopeless(rtol, passed):
     """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order between two
-    passes, [(unknowns, energy, surface)].
+    passes, [(unknowns, parts of the estimate)].
     """
-    (few, *coarse), (more, *fine) = np.array((passes[0], passes[-1]))
+    ends = passed[0], passed[-1]
+    few, more = (unknowns for unknowns, _ in ends)
+    coarse, fine = (np.array((parts.energy, parts.surface)) for _, parts in ends)
     if more <= few:  # triangles of quadrilaterals may have as many, and a first pass has none before
         return False
     ahead = 1.5 * math.log(MOST / more) / math.log(more / few)
@@ -251,13 +251,19 @@ def cut(mesh, chosen):
 
 
 def of_triangles(mesh):
-    """A mesh with quadrilaterals cut in halves; None without any, or with curved sides."""
+    """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
+    sides.
+    """
     old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
     cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
     quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
     if not quads.any():
         return None
-    parts = cells["nodes"][quads][:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    corners = cells["nodes"][quads][:, :4]
+    points = old.Coordinates()[corners - 1]
+    diagonals = np.linalg.norm(points[:, :2] - points[:, 2:], axis=2)
+    ways = np.where(diagonals[:, :1] <= diagonals[:, 1:], (0, 1, 2, 0, 2, 3), (0, 1, 3, 1, 2, 3))
+    parts = np.take_along_axis(corners, ways, axis=1).reshape(-1, 3)
     triangles = np.concatenate((cells["nodes"][~quads, :3], parts))
     numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
     both = (2, triangles, numbers), (1, sides["nodes"][:, :2], sides["index"])

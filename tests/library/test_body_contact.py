@@ -322,6 +322,17 @@ def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
     assert far.value.rtol_reached < 1.5 * near.value.rtol_reached
 
 
+@pytest.mark.parametrize("slope", [2, -2])
+def test_sheared_quadrilaterals_are_cut_alike_whatever_the_side(slope):
+    """Along the shorter diagonal, sqrt(2) here: along sqrt(10) refinement took twice as much."""
+    mesh = recovery.of_triangles(
+        MakeStructured2DMesh(nx=3, ny=2, mapping=lambda x, y: (3 * x + 2 * slope * y, 2 * y))
+    )
+    ends = np.array([[mesh[vertex].point for vertex in edge.vertices] for edge in mesh.edges])
+    lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    assert lengths.max() == pytest.approx(np.sqrt(5)) and lengths.min() == pytest.approx(1)
+
+
 def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
     """Corner A ends half a block later than the contact point, B earlier."""
     ends = {0: (-0.9, 1.1), 1: (-1.1, 0.9)}
