@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.ndimage import find_objects, label, map_coordinates, minimum_filter
+from scipy.ndimage import find_objects, map_coordinates, minimum_filter
 
-from ..corners.cell_solver import EQUAL
+from ..corners.cell_solver import EQUAL, spots
 from ..corners.on_cells import Grid
 from ..errors import NotConverged
 from ..model.progress import counted
@@ -48,7 +48,7 @@ def window(
         outside = touching(state, picture)[0]
         places = np.vstack((places, outside))
         parts, grows = [(box, reach) for box in _clusters(outside, 1.5 * reach)], False
-        for grid, reaches, own in zip(before.grids, reach_of(state, 2), spots(state)):
+        for grid, reaches, own in zip(before.grids, reach_of(state, 2), rectangles(state)):
             held = before.near(grid, *places.T).T
             held = held[grid.beyond(*held.T) <= 0]
             for low, high in own:
@@ -180,12 +180,12 @@ def _afar(solver: Any, grid: Grid, applied: Sequence[Array], places: Array, itse
     return np.asarray(found)
 
 
-def spots(state: Any) -> list[list[Array]]:
+def rectangles(state: Any) -> list[list[Array]]:
     """Returns the rectangles of connected cells that press, arrays (2, 2), of each square."""
     found = []
     for grid, closed in zip(state.grid.grids, state.closed.reshape(-1, *[state.grid.count] * 2)):
         low = np.array(grid.middle) - grid.side / 2
-        parts = find_objects(label(closed, np.ones((3, 3)))[0])
+        parts = find_objects(spots(closed, periodic=False))
         found.append(
             [low + grid.width * np.transpose([(one.start, one.stop) for one in part]) for part in parts]
         )

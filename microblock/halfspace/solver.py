@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -74,17 +75,18 @@ class SurfaceCells(CellSolution):
         return self.interpolated(self.pressures[corner], *places.T[:2])
 
     def between(self, values: Array, places: Array) -> Array:
-        """Returns values on cells, array (n, n), at places, array (k, 2) or (k, 3); raises BadArgument beside
-        the cells where that is not 0.
-        """
-        vanishes = not values.any() if values is self.opposite else not self.solver.surface_law.clamped
-        inside = vanishes or self.is_whole or np.all(self.grid.beyond(*places.T[:2]) <= 0)
-        require(inside, "points", places, "must lie in the squares, beside which this is not known")
-        return self.interpolated(values, *places.T[:2])
+        """Returns micromoments on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        return self._known(values, places, vanishes=not self.solver.surface_law.clamped)
 
     def counter_displacement(self, places: Array) -> Array:
         """Returns the displacement along x3 of a second body at places, array (k,)."""
-        return self.between(self.opposite, places)
+        return self._known(self.opposite, places, vanishes=not self.opposite.any())
+
+    def _known(self, values: Array, places: Array, vanishes: bool) -> Array:
+        """Returns values on cells at places; raises BadArgument beside the cells unless they vanish there."""
+        inside = vanishes or self.is_whole or np.all(self.grid.beyond(*places.T[:2]) <= 0)
+        require(inside, "points", places, "must lie in the squares, beside which this is not known")
+        return self.interpolated(values, *places.T[:2])
 
 
 class SurfaceSolver(CellSolver):
@@ -168,7 +170,7 @@ class SurfaceSolver(CellSolver):
         cut = any(search.reach_of(state, 1))
         outside, hidden = search.touching(state, picture)
         if self.options.window is None and (cut or len(outside)):
-            return np.vstack((*(spot for spots in search.spots(state) for spot in spots), outside)), (), False
+            return np.vstack((*chain(*search.rectangles(state)), outside)), (), False
         return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
     def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
