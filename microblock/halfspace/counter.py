@@ -108,7 +108,7 @@ class Counter:
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        return np.asarray(self.response(self.pressed(forces)[None])[0])
+        return self.response(self.pressed(forces)[None])[0]
 
     def above(self, forces: Array) -> Array:
         """Returns u2 at the contact points, array (n, n)."""

@@ -46,7 +46,7 @@ class Radial:
 
     def __call__(self, r: Array) -> Array:
         """Returns the functions at r > 0, array (6, ...)."""
-        return np.asarray(np.moveaxis(self._spline(np.log(r)), -1, 0) / r)
+        return np.moveaxis(self._spline(np.log(r)), -1, 0) / r
 
 
 class Kernels(Radial):
@@ -82,7 +82,7 @@ class Kernels(Radial):
         reach = width / 2 / np.cos(angle)
         r = reach[:, None] * radii**2  # a logarithm of r, in r u, is flattened
         whole = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
-        return np.asarray(2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2)
+        return 2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2
 
 
 def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:

@@ -275,7 +275,7 @@ def tangents(normals: Array) -> Array:
     return np.column_stack((normals[:, 1], -normals[:, 0]))
 
 
-def check(law: object, in_space: bool = False) -> None:
+def check(law: Any, in_space: bool = False) -> None:
     """Raises BadArgument unless this is a law, `in_space` one that is known there."""
     if isinstance(law, type):
         home = "mb." * law.__module__.startswith("microblock")
@@ -289,7 +289,7 @@ def check(law: object, in_space: bool = False) -> None:
     if type(law) in BUILT_IN:
         return
     require(not in_space, "law", law, "must be Microblock, Unilateral or Microclamped over a surface")
-    _check_corners(cast("Law", law))
+    _check_corners(law)
 
 
 def _check_corners(law: Law) -> None:

@@ -31,8 +31,7 @@ class Candidate:
     @property
     def method(self) -> MethodLike:
         """The method, as `Contact` takes it."""
-        method: MethodLike = self.solver.options
-        return method
+        return self.solver.options
 
     @property
     def name(self) -> str:

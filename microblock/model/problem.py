@@ -142,7 +142,7 @@ class Problem:
 
     def levers(self, x: Array) -> Array:
         """Returns the levers of (29) at x, array (corners, ...); 0 where psi is prescribed."""
-        return laws.levers(self.law, np.asarray(x)) * (not self.law.clamps_rotation)
+        return laws.levers(self.law, x) * (not self.law.clamps_rotation)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns levers of the corners numbered `corner` at x, arrays (n,)."""

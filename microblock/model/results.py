@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -103,7 +103,7 @@ class PlainData:
         """
         from .archive import data_set  # here: whoever does not ask for it does not load it
 
-        return data_set(cast(Any, self))
+        return data_set(self)
 
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit, functions and meshes

@@ -167,7 +167,7 @@ class Solution:
         self,
         points: Array,
         normals: Array,
-        pressures: ArrayLike,
+        pressures: Array,
         micromoment: Array,
         psi: Array,
         displacement: Array,
@@ -178,7 +178,7 @@ class Solution:
         return Surface(
             points,
             normals,
-            np.asarray(pressures),
+            pressures,
             self.corner_gaps(points, normals, displacement, psi),
             micromoment,
             psi,
@@ -679,8 +679,8 @@ class State(PlainData):
         """
         require_choice(("x1", "diagonal"), direction=direction)
         require(self.squares, "direction", direction, "belongs to cells in three dimensions")
-        fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
         squares: Any = self.squares
+        fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
         (first, second), cuts = np.mean([square.middle for square in squares], axis=0), []
         for square, values in zip(squares, np.split(fields, len(squares), axis=1)):
             x1 = square.axes[0]
