@@ -13,8 +13,6 @@ Forces 1, -1, -1, 1 on a small block hardly displace the second body. These gaps
 displace besides.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

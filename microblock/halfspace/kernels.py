@@ -9,8 +9,6 @@ everywhere, u from p is that of U - V^2/W, and m = -V/W e p with J1. All are fas
 (Hamilton, MNRAS 312 (2000) 257), tabulated in log r.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise

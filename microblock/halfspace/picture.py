@@ -11,8 +11,6 @@ forces is convex in P.
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 

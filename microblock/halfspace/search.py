@@ -8,8 +8,6 @@
 This ends when no square is new and none shrinks much.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 

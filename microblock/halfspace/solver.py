@@ -6,8 +6,6 @@
    below rtol and no place between the cells would touch.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain

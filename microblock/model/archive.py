@@ -21,7 +21,6 @@ from ..errors import BadArgument, MissingExtra, Named, replacing, require_place,
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
-from .results import unit
 from .state import State, Surface
 from .types import AnyArray, Interval, Zones
 
@@ -31,6 +30,23 @@ NAMES: dict[Any, Iterable[str]] = {
     History: ("problem", "states", "events"),
     LoadPath: ("problem", *LoadPath._keys),
 }
+# of quantities, in the plane and where they differ in space
+UNITS = {
+    name: unit
+    for unit, names in {
+        "length": (
+            "approach", "half_width", "contact_area", "zones", "x", "points", "x1", "x2", "width",
+            "seen_width", "weights", "displacement", "opposite", "tangential_approach", "slip",
+        ),
+        "stress": ("pressure", "pressures", "shear_traction"),
+        "stress x length": ("micromoment",),
+        "radian": ("psi",),
+        "force per thickness": ("load", "shear", "load_error"),
+        "energy per thickness": ("energy", "dissipation", "work"),
+    }.items()
+    for name in names
+}  # fmt: skip
+IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "weights": "length^2"}
 
 
 class Absent:
@@ -176,7 +192,8 @@ def data_set(result: Any) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    return {"units": words} if (words := unit(name, flat)) else {}
+    units = UNITS if flat else UNITS | IN_SPACE
+    return {"units": units[name]} if name in units else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:

@@ -1,7 +1,5 @@
 """What each method is expected to take for an answer; the methods are tried in the order of seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """A contact problem along x1 as every solver takes it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
