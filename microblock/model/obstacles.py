@@ -425,6 +425,11 @@ def heights(obstacle: Any, *x: Array) -> Array:
     return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
 
 
+def jumps_of(obstacle: Any) -> zip[tuple[float, float]]:
+    """Returns (place, jump of the slope) of the slope discontinuities that an obstacle names."""
+    return zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
+
+
 def repeated(obstacle: object, period: float) -> Callable[..., Array]:
     """Returns the height of an obstacle and its images along the line, or along both axes."""
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ..errors import BOUNDED, require
-from .obstacles import Obstacle, heights
+from .obstacles import Obstacle, heights, jumps_of
 from .proxy import NOTHING, Proxy, proxy
 from .types import Array, Flags, Function, Interval, ObstacleLike
 from .zones import contains, runs
@@ -117,7 +117,7 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     """Returns the Picture of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor, ell = problem.obstacle, 1e-11 * rise, problem.solid.ell
-    named = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
+    named = dict(jumps_of(obstacle))
     ends = tuple(getattr(obstacle, "ends", ()))
     if getattr(obstacle, "formulas", False):
         pieces = [_polynomial(obstacle, stretches, np.array((*named, *ends)))]
