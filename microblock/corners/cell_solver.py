@@ -1,7 +1,5 @@
 """Contact on equal cells of a surface, matrix-free, on grids from coarse to fine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """Convolutions of real fields on equal cells with kernels that are known in Fourier space."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,7 +21,7 @@ class Waves:
     spectrum: Sequence[Sequence[Array]]
     even: tuple[int, int] = (1, 1)
 
-    def __call__(self, values: Array) -> Array:
+    def __call__(self, values):
         shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}
         waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
         for axis, length in enumerate(self.length[:-1], start=1):
@@ -40,7 +38,7 @@ class Waves:
         return np.asarray(irfft(found, self.length[-1], **threads)[..., : shape[-1]])
 
 
-def embedded(part: Array, length: int, *odd: bool) -> Array:
+def embedded(part, length, *odd):
     """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis."""
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part

@@ -14,15 +14,10 @@ node slips. Pairs beyond their limit are exchanged at once, and if that brings n
 first one alone (Murty, Opsearch 11 (1974) 123).
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterable
 from copy import copy, deepcopy
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
 from ..errors import BadArgument, NotConverged
@@ -31,7 +26,6 @@ from ..model.types import Array, Flags
 from ..threads import released
 from .rounding import PATHS
 
-Numbers = NDArray[np.integer[Any]]
 KINDS = "leave", "slip", "stick", "open", "close", "slip"  # the last one backwards
 
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
@@ -62,26 +56,26 @@ class FrictionalContact:
     coupled: bool = True
     normals: Array | None = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         if not self.nodes:
             raise BadArgument("tangential", self.tangential, "must be of one node or more")
 
     @property
-    def nodes(self) -> int:
+    def nodes(self):
         return len(self.tangential)
 
-    def moved(self, n: Array, t: Array) -> Array:
+    def moved(self, n, t):
         """Changes of gaps, then drag s, of forces: array (corners n + n,)."""
         gaps = self.normal @ n + (self.cross.T @ t if self.coupled else 0.0)
         return np.concatenate((gaps, self.cross @ n + self.tangential @ t))
 
     @property
-    def size(self) -> float:
+    def size(self):
         """Largest displacement of a node under a unit shear force there (length per force)."""
         return float(np.abs(np.diag(self.tangential)).max()) or 1.0
 
     @property
-    def motions(self) -> Array:
+    def motions(self):
         """B: rows of corners, then of nodes; columns d and D."""
         n = self.nodes
         n1, n2 = np.tile([[0.0], [1.0]], n) if self.normals is None else self.normals.T
@@ -89,7 +83,7 @@ class FrictionalContact:
         return np.vstack((across, np.column_stack((n1, n2))))
 
     @property
-    def matrix(self) -> Array:
+    def matrix(self):
         """M, compliances over `size`."""
         B, seen = self.motions, self.cross.T * self.coupled
         response = np.block([[self.normal, seen], [self.cross, self.tangential]]) / self.size
@@ -156,18 +150,18 @@ class Tableau:
     sign : that of the product of all pivots
     """
 
-    def __init__(self, matrix: Array) -> None:
+    def __init__(self, matrix):
         self._made, self.sign, self._count = matrix, 1.0, 0
         self.exchanged = np.zeros(len(matrix), bool)
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
-    def times(self, numbers: Any, weights: Array) -> Any:
+    def times(self, numbers, weights):
         return self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
 
-    def entries(self, rows: Any, columns: Any) -> Any:
+    def entries(self, rows, columns):
         return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
 
-    def pivot(self, i: int) -> bool:
+    def pivot(self, i):
         """Exchanges a pair and returns True, unless the pivot is 0 to rounding."""
         column = self._made[:, i] + self._left @ self._right[i]
         row = self._made[i] + self._right @ self._left[i]
@@ -190,7 +184,7 @@ class Tableau:
             self._left[:] = self._right[:] = 0.0
         return True
 
-    def lean(self, i: int, others: Numbers, share: float) -> None:
+    def lean(self, i, others, share):
         """Replaces x_i by x_i - share*sum(x_others); where it is not exchanged, the others are not."""
         there = self.exchanged[others]
         if not share:  # of most
@@ -220,7 +214,7 @@ class Sets:
     Raises NotConverged if the answer is not unique.
     """
 
-    def __init__(self, contact: FrictionalContact, pairs: Iterable[int]) -> None:
+    def __init__(self, contact, pairs):
         m, n = len(contact.gaps), contact.nodes
         self.contact, self.slips, self.tableau = contact, np.zeros(n), Tableau(contact.matrix)
         self.of, self.flat = np.arange(m).reshape(-1, n), not contact.motions[:m, 1].any()
@@ -229,19 +223,19 @@ class Sets:
         self.tableau.sign = 1.0
 
     @property
-    def closed(self) -> Flags:
+    def closed(self):
         return self.tableau.exchanged[: self.of.size]
 
     @property
-    def stick(self) -> Flags:
+    def stick(self):
         return self.tableau.exchanged[self.of.size : -2]
 
     @property
-    def last(self) -> bool:
+    def last(self):
         """Whether one node alone sticks."""
         return self.flat and np.count_nonzero(self.stick) == 1
 
-    def _meant(self, number: int, passing: Array) -> tuple[list[int], int, float]:
+    def _meant(self, number, passing):
         """Pairs to exchange, the node, and its slip then."""
         m, n = len(self.closed), len(self.slips)
         node = (number - m) % n
@@ -257,7 +251,7 @@ class Sets:
         direction = 0.0 if still else float(np.sign(passing[node]))
         return [number] if direction else [number, shear], node, direction
 
-    def exchange(self, number: int, passing: Array) -> bool:
+    def exchange(self, number, passing):
         """Closes or opens a corner, or lets a node slip or stick; returns False where that is singular.
 
         Parameters
@@ -290,7 +284,7 @@ class Sets:
         self.slips[node] = direction
         return True
 
-    def determinant(self, number: int, passing: Array) -> float:
+    def determinant(self, number, passing):
         pairs, node, direction = self._meant(number, passing)
         T, row, corners = self.tableau.entries, len(self.closed) + node, self.of[:, node]
         found = T(np.reshape(pairs, (-1, 1)), np.array(pairs, int))
@@ -303,10 +297,10 @@ class Sets:
 class Follower:
     """The contact along loads (P, Q), from first touch on."""
 
-    def __init__(self, contact: FrictionalContact) -> None:
+    def __init__(self, contact):
         n, m = contact.nodes, len(contact.gaps)
         self.contact, self.legs = contact, 0
-        self.changes: list[Change] = []
+        self.changes = []
         self._m, self._motions, self._nodes, self._u = (
             m,
             contact.motions,
@@ -327,7 +321,7 @@ class Follower:
         self.y[: m + n] -= heights[corner] * self._motions[:, 0]
         self.sets = Sets(contact, [corner, m + corner % n, m + n, m + n + 1])
 
-    def to(self, *target: float) -> Moment:
+    def to(self, *target):
         """Follows loads (P, Q) on a straight way; returns the Moment at its end. Raises NotConverged if rates
         are not unique or there are none; `reached` says where.
         """
@@ -343,7 +337,7 @@ class Follower:
         self.legs += 1
         return self.moment()
 
-    def _follow(self, end: Array, way: Array) -> None:
+    def _follow(self, end, way):
         done = 0.0
         start, f = self.y[self._u], self.contact.friction
         if self.sets.flat:
@@ -364,10 +358,10 @@ class Follower:
             done += step
         raise NotConverged("corners open and nodes slip to and fro without end")
 
-    def _bound(self) -> Any:
+    def _bound(self):
         return self.contact.friction * self.x[self.sets.of].sum(axis=0)
 
-    def _rates(self, way: Array) -> tuple[Array, Array]:
+    def _rates(self, way):
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
         rest[self._u] = way
         rates = self.sets.tableau.times(self._u, way)
@@ -375,7 +369,7 @@ class Follower:
         dx[nodes] += self.contact.friction * self.sets.slips * dx[self.sets.of].sum(axis=0)
         return dx, dy
 
-    def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
+    def _look(self, way):
         """Rates of x and y; then values, rates of falling and flags of limits, of forces or gaps of corners,
         of bounds forwards or rates of slip, and of bounds backwards.
         """
@@ -395,7 +389,7 @@ class Follower:
         most = np.concatenate((np.where(closed, tiny, PATHS * self._span), tiny * ones, tiny * ones))
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
 
-    def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, float]:
+    def _settled(self, way, remaining):
         fewest, idle = np.inf, 0
         for _ in range(BUDGET * len(self.x)):
             dx, dy, value, fall, limit = self._look(way)
@@ -416,7 +410,7 @@ class Follower:
                 self.sets.exchange(int(each), passing)
         raise NotConverged(f"no rates were found; {UNIQUE}")
 
-    def _require_unique(self, limit: Numbers, way: Array, passing: Array) -> None:
+    def _require_unique(self, limit, way, passing):
         """NotConverged where states turn back or there are two ways on."""
         if self.sets.tableau.sign <= 0:
             raise NotConverged(f"the answer may not be unique, as states turn back; {UNIQUE}")
@@ -434,7 +428,7 @@ class Follower:
             if holds and not np.any(still & (fall > 0)):
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
-    def _advance(self, dx: Array, dy: Array, step: float) -> None:
+    def _advance(self, dx, dy, step):
         """Goes on; means over the step make work and dissipation exact."""
         nodes, u, m, size = self._nodes, self._u, self._m, self._size
         x, y = self.x + step / 2 * dx, self.y[u] + step / 2 * dy[u]
@@ -445,13 +439,13 @@ class Follower:
         self.x, self.y = self.x + step * dx, self.y + step * dy
         self._snap()
 
-    def _snap(self) -> None:
+    def _snap(self):
         """Puts all that is at its limit there exactly."""
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
         self.x[: self._m][~closed] = self.y[: self._m][closed] = 0.0
         self.x[self._nodes] = np.where(stick, self.x[self._nodes], slips * self._bound())
 
-    def _off(self) -> Array:
+    def _off(self):
         """The residual of (c)."""
         m, nodes = self._m, self._nodes
         moved = self.contact.moved(self.x[:m], self.x[nodes]) / self._size
@@ -460,20 +454,20 @@ class Follower:
         there = np.isfinite(self.y)
         return np.where(there, found, 0.0) - np.where(there, self.y, 0.0)
 
-    def _correct(self) -> None:
+    def _correct(self):
         off, active = self._off(), self.sets.tableau.exchanged
         fix = self.sets.tableau.times(active, off[active])
         self.x, self.y = self.x - np.where(active, fix, 0.0), self.y + np.where(active, 0.0, off - fix)
         self._snap()
 
-    def _note(self, share: float) -> None:
+    def _note(self, share):
         now = np.concatenate((3.0 + self.sets.closed, np.where(self.sets.stick, 2.0, self.sets.slips)))
         for i in np.flatnonzero(now != self._seen).tolist():
             self.changes.append(Change(self.legs, share, KINDS[int(now[i])], i - self._m * (i >= self._m)))
         new = np.isnan(self.first) & (now[self._nodes] != 0)
         self._seen, self.first[new] = now, -self.y[self._nodes][new]
 
-    def moment(self) -> Moment:
+    def moment(self):
         own, m, size, off = self.contact, self._m, self._size, self._off()
         n, t, bound = self.x[:m].copy(), self.x[self._nodes].copy(), self._bound()
         raised, displaced = np.split(own.moved(n, t), [m])

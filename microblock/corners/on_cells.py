@@ -12,18 +12,13 @@ direction e of a wave R is [[U, V e], [V e, W_par + (W - W_par) e e]], where W_p
 Without images R is that of cells in a period of twice the length.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
 from scipy.ndimage import map_coordinates
 
-from ..model.types import AnyArray as Array
 from .convolution import Waves, embedded
 from .rounding import PATHS
 
@@ -39,53 +34,53 @@ class Grid:
     middle: tuple[float, ...] = (0.0, 0.0)
 
     @cached_property
-    def axes(self) -> tuple[Array, ...]:
+    def axes(self):
         """Centres along each axis, arrays (count,)."""
         x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
         return tuple(middle + x for middle in self.middle)
 
     @property
-    def places(self) -> tuple[Array, ...]:
+    def places(self):
         """Coordinates of all centres, arrays (count, ...)."""
         return np.meshgrid(*self.axes, indexing="ij")
 
     @property
-    def side(self) -> float:
+    def side(self):
         """Of all cells together (length)."""
         return self.count * self.width
 
     @property
-    def area(self) -> float:
+    def area(self):
         """Of a cell (length or length^2)."""
         return float(self.width ** len(self.middle))
 
     @property
-    def grids(self) -> tuple[Grid, ...]:
+    def grids(self):
         return (self,)
 
-    def near(self, grid: Grid, *x: Array) -> Array:
+    def near(self, grid, *x):
         """Returns places, which have no images, array (d, ...)."""
         return np.array(x)
 
-    def of(self, count: int) -> Grid:
+    def of(self, count):
         """Returns the same square of so many cells a side."""
         return Grid(count, self.side / count, self.middle)
 
-    def beyond(self, *x: Array) -> Array:
+    def beyond(self, *x):
         """Returns how far places are outside (length, the largest along an axis)."""
         apart = [np.abs(along - middle) for along, middle in zip(x, self.middle)]
         return np.asarray(np.max(apart, axis=0) - self.side / 2)
 
-    def steps(self, *x: Array) -> Array:
+    def steps(self, *x):
         """Returns places in cells from the first one on, array (d, ...)."""
         apart = [one - own[0] for one, own in zip(x, self.axes)]
         return np.array(np.broadcast_arrays(*apart)) / self.width
 
-    def nearest(self, *x: Array) -> Array:
+    def nearest(self, *x):
         """Returns the numbers of the nearest cells, array (d, ...) of int."""
         return np.clip(np.rint(self.steps(*x)).astype(int), 0, self.count - 1)
 
-    def interpolated(self, values: Array, periodic: bool, *x: Array) -> Array:
+    def interpolated(self, values, periodic, *x):
         """Returns values on cells, array (n, ...), between their centres; 0 outside."""
         places, n = self.steps(*x), self.count
         found = map_coordinates(values, places, order=1, mode="grid-wrap" if periodic else "nearest")
@@ -151,29 +146,29 @@ class Flexibility:
 
         self.back = back
 
-    def __matmul__(self, forces: Array) -> Array:
+    def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, ...)."""
-        found: Array = np.tensordot(self._rows, surface := self.surface(forces), 1)
+        found = np.tensordot(self._rows, surface := self.surface(forces), 1)
         found += (self.tilt * surface[1:]).sum(axis=0)
         return found if self.counter is None else found + self.counter @ forces
 
     @cached_property
-    def _rows(self) -> Array:
+    def _rows(self):
         """(1, -s) of the corners, array (corners, 1 + d); of one corner (1,)."""
         ones = np.ones((len(self.offsets), 1))
         return ones if len(ones) == 1 else np.hstack((ones, -self.offsets))
 
-    def surface(self, forces: Array) -> Array:
+    def surface(self, forces):
         """(u, phi), or u of one corner, array (1 + d or 1, ...)."""
         return self.response(self.resultants(forces))
 
-    def resultants(self, forces: Array) -> Array:
+    def resultants(self, forces):
         """(p, m), or p of one corner, array (1 + d or 1, ...)."""
-        found: Array = np.tensordot(self._rows.T, forces, 1)
+        found = np.tensordot(self._rows.T, forces, 1)
         found[1:] += self.tilt * found[0]
         return found
 
-    def turned(self, forces: Array, surface: Array) -> tuple[Array, Array]:
+    def turned(self, forces, surface):
         """phi and m, arrays (d, ...), from forces and their `surface`."""
         if self.aside is None:
             return surface[1:], self.resultants(forces)[1:]
@@ -181,7 +176,7 @@ class Flexibility:
         both = np.zeros_like(beside), beside
         return both if self.clamped else both[::-1]
 
-    def on_face(self, there: Array) -> Callable[[Array], Array]:
+    def on_face(self, there):
         """From gaps to forces of least norm on some corners, boolean (corners, ...); of
         fewer than four on all.
 
@@ -193,7 +188,7 @@ class Flexibility:
             return inverse
         back = np.linalg.inv(self._rows) if len(there) < len(NONE) else self._backs_of(there)
 
-        def precondition(gaps: Array) -> Array:
+        def precondition(gaps):
             surface = np.einsum("sc...,c...->s...", back, gaps)
             surface[0] -= (self.tilt * surface[-len(self.tilt) :]).sum(axis=0)
             found = inverse(surface)
@@ -202,26 +197,26 @@ class Flexibility:
 
         return precondition
 
-    def _backs_of(self, there: Array) -> Array:
+    def _backs_of(self, there):
         return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
 
     @cached_property
-    def _backs(self) -> Array:
+    def _backs(self):
         """B of each set of corners: array (3 or 4, corners, 16)."""
         sets = np.arange(16)[:, None] >> np.arange(4) & 1
         return np.stack([self._back(there) for there in sets], axis=2)
 
-    def _back(self, there: Array) -> Array:
+    def _back(self, there):
         rows = self._rows if self.counter is None else np.insert(self._rows, 1, NONE, axis=1)
         D, E = np.diag(self.short), rows * there[:, None]
         return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
 
     @property
-    def settling_displaces(self) -> bool:
+    def settling_displaces(self):
         """Whether `settled` displaces a second body."""
         return self.counter is not None and len(self.offsets) == len(NONE)
 
-    def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
+    def settled(self, forces, g0, slope=None):
         """Forces with the same resultants and the least work on the initial gaps: "--" or "++" of a block is
         open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a second body
         the forces 1, -1, -1, 1 take a step down the slope.
@@ -238,18 +233,18 @@ class Flexibility:
         return twisted(forces, down, known)
 
 
-def of_least_norm(forces: Array) -> Array:
+def of_least_norm(forces):
     """The share of NONE that leaves forces of the least norm."""
     return -np.tensordot(NONE, forces, 1) / len(NONE)
 
 
-def twisted(forces: Array, share: Array, where: Array) -> Array:
+def twisted(forces, share, where):
     """Forces, array (4, ...), plus a share of NONE at some blocks, cut where a force becomes 0."""
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
     return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)
 
 
-def wavenumbers(length: int, width: float, d: int) -> tuple[Any, Array]:
+def wavenumbers(length, width, d):
     """Returns wavenumbers along each axis of a period, and k, array (length, ..., length//2 + 1); at k = 0
     half of the smallest stands for the mean.
     """

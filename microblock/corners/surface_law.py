@@ -10,8 +10,6 @@ u the displacement into the body. On a cylinder along x2 this is the law (20)-(2
 psi0 = -psi0_2.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import cast
 
@@ -21,7 +19,7 @@ from ..errors import BadArgument
 from ..model.law import ACTS_IN, Microblock, surface_tilt
 from ..model.obstacles import heights
 from ..model.types import AnyArray as Array
-from ..model.types import LawLike, Tilt
+from ..model.types import Tilt
 from .on_cells import NONE, of_least_norm, twisted
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
@@ -51,7 +49,7 @@ class SurfaceLaw:
     in_gaps: bool = True
     clamped: bool = False
 
-    def tilt(self, x1: Array, x2: Array) -> Array:
+    def tilt(self, x1, x2):
         """Returns t at (x1, x2), array (2, ...), or (0, ...); raises BadArgument if a function psi0 fails, or
         is not below 1 in absolute value.
         """
@@ -59,13 +57,13 @@ class SurfaceLaw:
             return np.zeros((0, *np.shape(x1)))
         return surface_tilt(self.psi0, x1, x2)
 
-    def initial_gaps(self, obstacle: object, ell: float, x1: Array, x2: Array) -> Array:
+    def initial_gaps(self, obstacle, ell, x1, x2):
         """Returns the initial gaps of blocks at (x1, x2), array (corners, ...) (lengths)."""
         above = [heights(obstacle, x1 + ell / 2 * a, x2 + ell / 2 * b) for a, b in self.offsets]
         raised = np.tensordot(self.offsets[:, : len(self.psi0)], self.tilt(x1, x2), 1)
         return np.array(above) - ell / 2 * self.in_gaps * raised
 
-    def of_least_norm(self, forces: Array, closed: Array) -> Array:
+    def of_least_norm(self, forces, closed):
         """Returns the forces of least norm with the same resultants, none negative; arrays (corners, ...).
         Only blocks with four closed corners have a choice.
         """
@@ -74,13 +72,13 @@ class SurfaceLaw:
         return twisted(forces, of_least_norm(forces), np.all(closed, axis=0))
 
 
-def closed_corners(forces: Array, closed: Array) -> Array:
+def closed_corners(forces, closed):
     """Returns how many corners of each block touch: those with a force, or all where no gap is open."""
     touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
     return np.asarray(touching.sum(axis=0))
 
 
-def on_surface(law: LawLike) -> SurfaceLaw:
+def on_surface(law):
     """Returns the SurfaceLaw of a law of the plane; raises BadArgument if psi0 is a function of x1."""
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)

@@ -2,8 +2,6 @@
 equal cells (docs/theory/two_bodies.md).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 

@@ -9,8 +9,6 @@ friction.md, U, V, W in `symbol_of_roots`),
 On the line the kernels are integrals along k = tau exp(i pi/4), tabulated in log x.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from itertools import pairwise
 

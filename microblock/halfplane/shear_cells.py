@@ -1,7 +1,5 @@
 """Averaged compliances with shear between cells of any width (docs/theory/friction.md)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

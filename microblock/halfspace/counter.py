@@ -14,7 +14,6 @@ displace besides.
 """
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -24,8 +23,6 @@ from ..corners.convolution import Waves, embedded
 from ..corners.on_cells import NONE, wavenumbers
 from ..errors import BadArgument
 from ..halfplane.kernels import normal_symbol, short_waves
-from ..model.material import Cosserat
-from ..model.types import AnyArray as Array
 from .kernels import kernels
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
@@ -66,9 +63,7 @@ class Counter:
         If corners stand WIDEST windows outside.
     """
 
-    def __init__(
-        self, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
-    ) -> None:
+    def __init__(self, solid, ell, offsets, width, count, periodic):
         self.solid, self.ell, self.offsets, self.width = solid, ell, offsets, width
         apart = ell / 2 / width * np.abs(offsets).max()
         if not periodic and apart > WIDEST / 2 * count:
@@ -92,7 +87,7 @@ class Counter:
         self.twisted = self.held + float(np.max(whole * twist**2))
         self.near = count if periodic else next_fast_len(count, real=True)
 
-    def __matmul__(self, forces: Array) -> Array:
+    def __matmul__(self, forces):
         """Returns gaps from forces, arrays (corners, n, n)."""
         u2 = self.displacement(forces)
         gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
@@ -100,32 +95,32 @@ class Counter:
             gaps += np.multiply.outer(NONE, self.held * np.tensordot(NONE, forces, 1))
         return gaps
 
-    def pressed(self, forces: Array) -> Array:
+    def pressed(self, forces):
         """Returns the forces on cells of the second surface, array (m, m)."""
         pairs = zip(self.offsets.tolist(), forces)
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
-    def displacement(self, forces: Array) -> Array:
+    def displacement(self, forces):
         return self.response(self.pressed(forces)[None])[0]
 
-    def above(self, forces: Array) -> Array:
+    def above(self, forces):
         """Returns u2 at the contact points, array (n, n)."""
         u2 = self.displacement(forces)
         inside = slice(self.beyond, len(u2) - self.beyond)
         return u2[inside, inside]
 
     @cached_property
-    def smooth(self) -> Array:
+    def smooth(self):
         """U2 at the wavenumbers of the preconditioner, all positive."""
         return _smooth(self.solid, self.near, self.width)
 
     @cached_property
-    def _corners(self) -> Array:
+    def _corners(self):
         """What waves of u2 raise, twist and turn four corners by, array (4, ...)."""
         (u, *phi), twist = _seen(self.ell, self.near, self.width)
         return np.array((u, twist, *phi))
 
-    def added(self, R: Array, displaced: float) -> Array:
+    def added(self, R, displaced):
         """Returns R of both bodies from that of the first, array (4, 4, ...), for u, w, phi1 and phi2 in
         gap = u + a b w - a phi1 - b phi2.
         """
@@ -134,18 +129,18 @@ class Counter:
         both += self.smooth * self._corners[:, None] * self._corners
         return both
 
-    def with_short(self, short: Array, displaced: float) -> Array:
+    def with_short(self, short, displaced):
         """Returns what short waves displace, twist and turn, over the first body's displacement."""
         seen = (self._corners**2).mean(axis=(1, 2)) * short_waves(self.solid)[0] / displaced
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
 
 
-def _smooth(solid: Cosserat, length: int, width: float) -> Array:
+def _smooth(solid, length, width):
     k = wavenumbers(length, width, 2)[1]
     return normal_symbol(solid, k.ravel()).reshape(k.shape) / width**2
 
 
-def _weights(shift: float) -> tuple[Array, Array]:
+def _weights(shift):
     """Returns the cells that share a force aside, and their weights."""
     first = int(np.rint(shift))
     others = [np.delete(NODES, number) for number in range(len(NODES))]
@@ -153,7 +148,7 @@ def _weights(shift: float) -> tuple[Array, Array]:
     return first + NODES, np.array(weights)
 
 
-def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Array], Array]:
+def _seen(ell, length, width):
     """Returns (u, phi1, phi2) and twist of four corners under waves of u2."""
     ways, weights = _weights(ell / 2 / width)
     turns = (np.exp(1j * width * k[..., None] * ways) @ weights for k in wavenumbers(length, width, 2)[0])
@@ -161,7 +156,7 @@ def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Ar
     return (c1 * c2, s1 * c2, c1 * s2), -s1 * s2
 
 
-def _shares(shift: float, count: int, beyond: int) -> Any:
+def _shares(shift, count, beyond):
     """Returns shares of forces so many cells aside, sparse (m, n)."""
     ways, weights = _weights(shift)
     m, cells = count + 2 * beyond, np.arange(count)

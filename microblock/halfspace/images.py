@@ -7,9 +7,7 @@ less their long waves, and of these as a Fourier series: both converge.
 import numpy as np
 
 from ..halfplane.kernels import at_rest
-from ..model.material import Cosserat
 from ..model.quadrature import in_blocks
-from ..model.types import AnyArray as Array
 from .kernels import Radial, along_axes, kernels, spectra
 
 LONG = 20.0  # over the period, wavenumber up to which waves are summed
@@ -26,12 +24,12 @@ class Response:
     period : float or None
     """
 
-    def __init__(self, solid: Cosserat, clamped: bool, period: float | None) -> None:
+    def __init__(self, solid, clamped, period):
         self.alone, self.clamped, self.period = kernels(solid), clamped, period
         if period is None:
             return
 
-        def long(k: Array) -> Array:
+        def long(k):
             return spectra(solid, k) * np.exp(-((k * period / LONG) ** 8))
 
         self._long = Radial(long, period)
@@ -42,7 +40,7 @@ class Response:
         mean = (0, 0, 0) if clamped else (0, 0, 0, 1, 0, 1)
         self.mean = np.array(mean)[:, None] * at_rest(solid)  # its integral over a period
 
-    def __call__(self, x: Array, y: Array, itself: bool) -> Array:
+    def __call__(self, x, y, itself):
         """Returns components at distances, array (parts, ...), on a period with images; of a square and
         `itself` only these.
         """

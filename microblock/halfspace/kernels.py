@@ -9,7 +9,6 @@ everywhere, u from p is that of U - V^2/W, and m = -V/W e p with J1. All are fas
 (Hamilton, MNRAS 312 (2000) 257), tabulated in log r.
 """
 
-from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
 
@@ -17,9 +16,7 @@ import numpy as np
 from scipy.fft import fht
 from scipy.interpolate import make_interp_spline
 
-from ..model.material import Cosserat
 from ..model.quadrature import gauss_rule, in_blocks
-from ..model.types import AnyArray as Array
 from .symbol import symbol
 
 SCALES = np.logspace(-20, 20, 1281)  # 32 a decade, between which a spline is good to 1e-11
@@ -32,7 +29,7 @@ class Radial:
     1/length.
     """
 
-    def __init__(self, functions: Callable[[Array], Array], length: float) -> None:
+    def __init__(self, functions, length):
         own = functions(SCALES / length) * SCALES / (2 * np.pi * length)
         short, rest = own[:, -1:], own[:, :1] - own[:, -1:]
         smooth = own - short - rest * np.exp(-SCALES)  # what is taken off has transforms in closed form
@@ -42,7 +39,7 @@ class Radial:
         values[3] *= -1
         self._spline = make_interp_spline(np.log(SCALES * length), values.T, k=7)
 
-    def __call__(self, r: Array) -> Array:
+    def __call__(self, r):
         """Returns the functions at r > 0, array (6, ...)."""
         return np.moveaxis(self._spline(np.log(r)), -1, 0) / r
 
@@ -50,10 +47,10 @@ class Radial:
 class Kernels(Radial):
     """u, v, w0 and w2, and u and m where psi = 0 (length per force, m 1/length^2)."""
 
-    def __init__(self, solid: Cosserat) -> None:
+    def __init__(self, solid):
         super().__init__(lambda k: spectra(solid, k), solid.ell)
 
-    def cells(self, count: int, width: float, clamped: bool = False) -> Array:
+    def cells(self, count, width, clamped=False):
         """Returns responses averaged over square cells (i, j) = 0, 1, ... cells away.
 
         The array (6, count, count) has `along_axes`, with psi = 0 (3, count, count).
@@ -73,7 +70,7 @@ class Kernels(Radial):
         found[:, 0, 0] = (held, 0, 0) if clamped else (u, 0, 0, w, 0, w)
         return found
 
-    def _own(self, width: float) -> Array:
+    def _own(self, width):
         """Returns averages of u, w0 and u where psi = 0 over the loaded cell."""
         rays, turns = radii, lengths = gauss_rule(32)
         angle = rays * np.pi / 4
@@ -83,7 +80,7 @@ class Kernels(Radial):
         return 2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2
 
 
-def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:
+def along_axes(values, x, y, clamped):
     """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y), array (6, ...), or of the
     spectra at (k1, k2); where psi = 0 everywhere u, m1 and m2 from p, array (3, ...).
     """
@@ -95,7 +92,7 @@ def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:
     return np.array((u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1)))
 
 
-def spectra(solid: Cosserat, k: Array) -> Array:
+def spectra(solid, k):
     """Returns what the kernels are transforms of at wavenumbers k, array (6, ...)."""
     U, V, W, other = symbol(solid, k)
     return np.array((U, V, (W + other) / 2, (W - other) / 2, U - V**2 / W, -V / W))

@@ -11,8 +11,8 @@ forces is convex in P.
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -66,15 +66,7 @@ class Picture:
         If the obstacle is nowhere, or falls or could touch without end.
     """
 
-    def __init__(
-        self,
-        gaps: Gaps,
-        ell: float,
-        needed: tuple[float, float] | float,
-        obstacle: object,
-        window: Any = None,
-        repeats: bool = False,
-    ) -> None:
+    def __init__(self, gaps, ell, needed, obstacle, window=None, repeats=False):
         self.gaps, self.ell, self.needed, self.obstacle, self.repeats = gaps, ell, needed, obstacle, repeats
         self.samples, self.valleys, self._starts = np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 4))
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
@@ -93,21 +85,21 @@ class Picture:
             self._beside_valleys()
 
     @property
-    def lowest(self) -> Array:
+    def lowest(self):
         """x1, x2 and f of the lowest sample."""
         return self.samples[np.argmin(self.samples[:, 2])]
 
     @property
-    def deepest(self) -> Array:
+    def deepest(self):
         """Places as low as the lowest one, array (k, 2)."""
         least = self.lowest[2]
         return np.vstack((self.lowest, self.low(least + EQUAL * (self.bound - least))))[:, :2]
 
-    def low(self, approach: float) -> Array:
+    def low(self, approach):
         """Returns the samples below an approach, array (m, 3)."""
         return self.samples[self.samples[:, 2] < approach]
 
-    def separate(self, approach: float) -> Array:
+    def separate(self, approach):
         """Returns separate valleys below an approach, array (k, 2)."""
         low, found = self.valleys[np.argsort(self.valleys[:, 2])], []
         low = low[low[:, 2] < approach, :2]
@@ -116,7 +108,7 @@ class Picture:
             low = low[np.abs(low - low[0]).max(axis=1) > SAME * self.radius]
         return np.array(found).reshape(-1, 2)
 
-    def look(self, middle: Sequence[float] | Array, side: float, count: int) -> None:
+    def look(self, middle, side, count):
         """Adds samples of a square."""
         rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
@@ -130,7 +122,7 @@ class Picture:
         self.samples = np.vstack((self.samples, low))
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
-    def look_about(self, window: Any) -> None:
+    def look_about(self, window):
         """Looks at squares, and as far again on all sides, and follows what is low."""
         times = 1 if self.repeats and not np.ndim(window.side) else 3
         rows = int(FINE / np.sqrt(len(window.grids)))
@@ -139,7 +131,7 @@ class Picture:
         self.follow()
         self.seen = float(8**0.5 * np.max(window.side) / rows)  # in a disc of so many rows there is a sample
 
-    def follow(self) -> None:
+    def follow(self):
         """Adds the valleys below samples that no neighbour undercuts."""
         places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
         ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
@@ -156,11 +148,11 @@ class Picture:
         self.samples, self.valleys = (np.vstack((all, places)) for all in (self.samples, self.valleys))
         self._starts = self._starts[:0]
 
-    def _least(self, x1: Array, x2: Array) -> Array:
+    def _least(self, x1, x2):
         with np.errstate(all="ignore"):  # far away heights overflow
             return self.gaps(x1, x2).min(axis=0)
 
-    def _everywhere(self, count: int = COARSE) -> None:
+    def _everywhere(self, count=COARSE):
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):
             self.look(np.zeros(2), side, count)
@@ -191,10 +183,10 @@ class Picture:
             if reach > 8 * away:
                 break
 
-    def _refuse(self, what: str) -> None:
+    def _refuse(self, what):
         raise BadArgument("obstacle", self.obstacle, f"must {what}" + f"; {BOUNDED}" * (what != UNSEEN))
 
-    def _beside_valleys(self) -> None:
+    def _beside_valleys(self):
         seen = self.lowest[None, :2]
         while len(seen) <= VALLEYS:
             low = self.separate(self.bound)
@@ -208,7 +200,7 @@ class Picture:
             seen = np.vstack((seen, new))
             self.follow()
 
-    def _bound(self, widest: float) -> None:
+    def _bound(self, widest):
         """Sets bound and radius by discs up to a width."""
         lowest = self.lowest
         radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)

@@ -8,8 +8,7 @@
 This ends when no square is new and none shrinks much.
 """
 
-from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from scipy.ndimage import find_objects, map_coordinates, minimum_filter
@@ -19,7 +18,6 @@ from ..corners.on_cells import Grid
 from ..errors import NotConverged
 from ..model.progress import counted
 from ..model.types import AnyArray as Array
-from .picture import Picture
 from .squares import Squares, nodes, of_corners, of_nodes, on_rows
 
 Part: TypeAlias = tuple[Array, float]  # a rectangle (2, 2), and the least side of a square about it
@@ -32,9 +30,7 @@ MOST = 64  # squares, whose pairs would fill the memory
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
-def window(
-    solver: Any, picture: Picture, load: float | None, approach: float | None, places: Array
-) -> Grid | Squares:
+def window(solver, picture, load, approach, places):
     """Returns the squares about the contact and about places, array (k, 2): a Grid if one is enough."""
     reach = 3 * picture.radius
     found = _about(solver, [(box, reach) for box in _clusters(places, 1.5 * reach)], 1.5, 0.0)
@@ -66,7 +62,7 @@ def window(
     raise NotConverged(NO_WINDOW)
 
 
-def _about(solver: Any, parts: list[Part], times: float, width: float, most: int = MOST) -> Any:
+def _about(solver, parts, times, width, most=MOST):
     """Returns squares about parts, so many times as wide; one instead of more than `most`, or where three
     times as many cells of one have the width of the smallest.
     """
@@ -92,7 +88,7 @@ def _about(solver: Any, parts: list[Part], times: float, width: float, most: int
     return grids[0] if len(grids) == 1 and not period else Squares(tuple(grids), period)
 
 
-def _joined(parts: list[Part], times: float, period: float | None, shifts: Array) -> list[Part]:
+def _joined(parts, times, period, shifts):
     """Returns parts with the sides of their squares, of which those are one whose gaps are below NEAR of the
     smaller side, also when shifted.
     """
@@ -112,7 +108,7 @@ def _joined(parts: list[Part], times: float, period: float | None, shifts: Array
         parts.append((both, float(max(sides[i], sides[j]))))
 
 
-def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
+def touching(state, picture):
     """Returns places with the most negative gaps, beside the squares and between cells: arrays (k, 2)."""
     low, grid, least, solver = picture.low(state.approach), state.grid, picture.lowest[2], state.solver
     if solver.period:
@@ -125,7 +121,7 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     tip = inside[:, 2] < near - (state.approach - least) / 20
     added = (H @ (state.pressures * grid.area))[(slice(None), *cells[:, tip])]
 
-    def negative(places: Array, added: Array) -> Array:
+    def negative(places, added):
         gaps = (solver.gaps(*places.T) - state.approach + added).min(axis=0)
         deepest = np.argsort(gaps)[:256]
         return places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]]
@@ -133,14 +129,14 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     return negative(outside, beyond(state, outside)), negative(inside[tip, :2], added)
 
 
-def _lowest(window: Squares, low: Array) -> Array:
+def _lowest(window, low):
     """Returns the lowest sample, of an array (m, 3), in each cell of squares twice as wide: array (k, 2)."""
     low = low[np.argsort(low[:, 2])]
     cells = np.floor(low[:, :2] / (window.side / FEW)[window.nearest(*low[:, :2].T)[0], None])
     return low[np.unique(cells, axis=0, return_index=True)[1], :2]
 
 
-def beyond(state: Any, places: Array) -> Array:
+def beyond(state, places):
     """Returns what a state adds to gaps at places outside of its squares, array (corners, k): of a square on
     one twice as wide, farther away by the loads at its nodes.
     """
@@ -161,12 +157,12 @@ def beyond(state: Any, places: Array) -> Array:
     return found
 
 
-def _afar(solver: Any, grid: Grid, applied: Sequence[Array], places: Array, itself: bool) -> Array:
+def _afar(solver, grid, applied, places, itself):
     """Returns what forces and (p, m) at the nodes of a grid add to gaps, of `itself` only their images."""
     law, (x, y) = solver.surface_law, places[:, :, None] - of_nodes(grid, 1)[:, None]
     (forces, loads), B = applied, nodes(grid.count, 1)[1]
 
-    def displaced(K: Array, values: Array) -> Array:
+    def displaced(K, values):
         return np.einsum("rckn,cn->rk", K, (B.T @ values @ B).reshape(len(values), -1))
 
     u, *phi = displaced(on_rows(solver.response(x, y, itself), len(loads)), loads)
@@ -178,7 +174,7 @@ def _afar(solver: Any, grid: Grid, applied: Sequence[Array], places: Array, itse
     return found
 
 
-def rectangles(state: Any) -> list[list[Array]]:
+def rectangles(state):
     """Returns the rectangles of connected cells that press, arrays (2, 2), of each square."""
     found = []
     for grid, closed in zip(state.grid.grids, state.closed.reshape(-1, *[state.grid.count] * 2)):
@@ -190,19 +186,19 @@ def rectangles(state: Any) -> list[list[Array]]:
     return found
 
 
-def reach_of(state: Any, rim: int) -> Array:
+def reach_of(state, rim):
     """Returns whether cells at the rims of squares press, never on the whole of a period: bool (squares,)."""
     closed = state.closed.reshape(len(state.grid.grids), state.grid.count, -1) > 0
     inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2))
     return (inner < closed.sum(axis=(1, 2))) & (not state.is_whole)
 
 
-def _around(places: Array) -> Array:
+def _around(places):
     """Returns the least and the largest x1 and x2 of places, array (2, 2)."""
     return np.array((places.min(axis=0), places.max(axis=0)))
 
 
-def _clusters(places: Array, reach: float) -> list[Array]:
+def _clusters(places, reach):
     """Returns rectangles about places, arrays (2, 2), farther than that from each other."""
     found = []
     while len(places):

@@ -14,20 +14,16 @@ from typing import Any
 import numpy as np
 
 from .. import cost
-from ..corners.active_set import ContactState
 from ..corners.cell_solver import CellSolution, CellSolver, spots
 from ..corners.on_cells import Flexibility, Grid
-from ..corners.surface_law import SurfaceLaw, closed_corners, on_surface
-from ..cost import Cost
+from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, BadArgument, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
-from ..model.material import Cosserat, joint_modulus
+from ..model.material import joint_modulus
 from ..model.obstacles import heights, repeated
 from ..model.progress import counting
-from ..model.state import State, in_space
-from ..model.types import AnyArray as Array
-from ..model.types import ContactLike
+from ..model.state import in_space
 from . import search
 from .counter import Counter
 from .half_space import HalfSpace
@@ -35,7 +31,7 @@ from .images import Response
 from .kernels import kernels
 from .picture import FINE, Picture
 from .search import TRIES
-from .squares import Counters, Coupled, Squares
+from .squares import Counters, Coupled
 from .symbol import symbol
 
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
@@ -58,29 +54,29 @@ class SurfaceCells(CellSolution):
     seen_width: float | None = None
 
     @property
-    def touching(self) -> dict[str, Array]:
+    def touching(self):
         """{zone: which cells are closed}."""
         full = {"full": self.closed == len(self.pressures)} if len(self.pressures) > 1 else {}
         return full | {"contact": self.closed > 0}
 
     @property
-    def is_whole(self) -> bool:
+    def is_whole(self):
         """Whether the cells are those of a whole period."""
         return self.period is not None and isinstance(self.grid, Grid)
 
-    def pressure(self, corner: int, places: Array) -> Array:
+    def pressure(self, corner, places):
         """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
         return self.interpolated(self.pressures[corner], *places.T[:2])
 
-    def between(self, values: Array, places: Array) -> Array:
+    def between(self, values, places):
         """Returns micromoments on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
         return self._known(values, places, vanishes=not self.solver.surface_law.clamped)
 
-    def counter_displacement(self, places: Array) -> Array:
+    def counter_displacement(self, places):
         """Returns the displacement along x3 of a second body at places, array (k,)."""
         return self._known(self.opposite, places, vanishes=not self.opposite.any())
 
-    def _known(self, values: Array, places: Array, vanishes: bool) -> Array:
+    def _known(self, values, places, vanishes):
         """Returns values on cells at places; raises BadArgument beside the cells unless they vanish there."""
         inside = vanishes or self.is_whole or np.all(self.grid.beyond(*places.T[:2]) <= 0)
         require(inside, "points", places, "must lie in the squares, beside which this is not known")
@@ -96,7 +92,7 @@ class SurfaceSolver(CellSolver):
     dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
     followed = 128  # cells along an axis of a path
 
-    def __init__(self, contact: ContactLike, options: Any) -> None:
+    def __init__(self, contact, options):
         super().__init__(contact, options)
         if is_classical(self.solid):
             raise BadArgument(
@@ -112,12 +108,10 @@ class SurfaceSolver(CellSolver):
         self.require_repeating(lambda x1, x2: heights(self.obstacle, x1, x2))
 
     @property
-    def besides(self) -> str:
+    def besides(self):
         return "fix Cells(nodes=...)"
 
-    def solve(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
-    ) -> Any:
+    def solve(self, load, approach, rtol, initial=None):
         """Returns the SurfaceCells, as `Solver.solve`."""
         goal, fixed = self.goal(rtol), self.given_window()
         picture = self._picture(load, approach, fixed)
@@ -134,12 +128,12 @@ class SurfaceSolver(CellSolver):
             places = np.vstack((places, outside))
         raise NotConverged(search.NO_WINDOW)
 
-    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> Cost:
+    def predicted(self, load, approach, rtol):
         """Returns the Cost of cells whose edges leave rtol, on one square or on several together."""
         count = self.options.nodes or 2.0 ** np.ceil(np.log2(2.5 / self.goal(rtol)))
         return cost.of("cells in space", len(self.offsets) * count**2)
 
-    def window_of(self, load: float) -> Grid:
+    def window_of(self, load):
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
         fixed = self.given_window()
         if fixed is not None:
@@ -150,7 +144,7 @@ class SurfaceSolver(CellSolver):
         low, high = np.min(reaches, axis=0), np.max(reaches, axis=0)
         return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
 
-    def state(self, solution: Any) -> State:
+    def state(self, solution):
         """Returns the State on cells, square after square and row after row."""
         grids, second = solution.grid.grids, self.second is not None
         points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
@@ -161,7 +155,7 @@ class SurfaceSolver(CellSolver):
         areas = np.repeat([grid.area for grid in grids], grids[0].count ** 2)
         return in_space(solution, points.reshape(-1, 3), areas, **cells)
 
-    def missed(self, picture: Picture, state: SurfaceCells) -> tuple[Array, tuple[str, ...], bool]:
+    def missed(self, picture, state):
         """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
         cells would touch.
         """
@@ -171,29 +165,27 @@ class SurfaceSolver(CellSolver):
             return np.vstack((*chain(*search.rectangles(state)), outside)), (), False
         return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
-    def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
+    def estimate(self, changes, before, state):
         """Returns the error of a grid from successive changes, the load on spots, and the residual as short
         waves feel it.
         """
         return _of_changes(changes) + _share_of_spots(before, SPOT) + state.residual * state.grid.count
 
-    def hopeless(
-        self, changes: list[float], before: SurfaceCells, goal: float, finer: int, least: float
-    ) -> bool:
+    def hopeless(self, changes, before, goal, finer, least):
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
         slow = finer <= 2 and _of_changes(changes) > goal * finer**2
         return slow or _share_of_spots(before, SPOT / 2 / finer**2) > goal
 
-    def turned(self, own: Array) -> Array:
+    def turned(self, own):
         """Returns rotations about x1 and x2 of phi, array (2, ...)."""
         return np.array((own[1], -own[0]))
 
-    def gaps(self, x1: Array, x2: Array) -> Array:
+    def gaps(self, x1, x2):
         """Returns the initial gaps at places, array (corners, ...)."""
         obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
         return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
 
-    def flexibility(self, grid: Grid | Squares) -> Flexibility:
+    def flexibility(self, grid):
         """Returns the Flexibility of a grid, or of several."""
         if isinstance(grid, Grid):
             return self.alone(grid, self.period is not None)
@@ -206,24 +198,24 @@ class SurfaceSolver(CellSolver):
             counter = Counters(counters, grid, places, self.second_response)
         return Coupled(grid, owns, law.tilt(*grid.places), self.response, counter)
 
-    def alone(self, grid: Grid, periodic: bool) -> Flexibility:
+    def alone(self, grid, periodic):
         """Returns the Flexibility of one square."""
         return flexibility(self.solid, self.surface_law, grid, periodic, self.second)
 
     @cached_property
-    def second(self) -> Any:
+    def second(self):
         """Solid of a second body, or None."""
         return second_solid(self.obstacle)
 
     @cached_property
-    def response(self) -> Any:
+    def response(self):
         return Response(self.solid, self.surface_law.clamped, self.period)
 
     @cached_property
-    def second_response(self) -> Any:
+    def second_response(self):
         return Response(self.second, False, self.period)
 
-    def completed(self, state: SurfaceCells, H: Flexibility, found: ContactState) -> SurfaceCells:
+    def completed(self, state, H, found):
         """Returns a state with pressures of least norm, closed corners and a second body."""
         if not found.load > 0:
             raise BadArgument("approach", found.approach, NOT_YET)
@@ -238,14 +230,14 @@ class SurfaceSolver(CellSolver):
 
     # the window
 
-    def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
+    def _picture(self, load, approach, window):
         short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         needed = (plain, softer * plain) if approach is None else approach
         return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
-    def _is_sparse(self, picture: Picture) -> bool:
+    def _is_sparse(self, picture):
         """Returns whether so little of a period can touch that several squares of cells are tried."""
         if self.period is None or self.options.nodes is not None:
             return False
@@ -253,13 +245,11 @@ class SurfaceSolver(CellSolver):
         return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
 
 
-def flexibility(
-    solid: Cosserat, law: SurfaceLaw, grid: Grid, periodic: bool, second: Cosserat | None = None
-) -> Flexibility:
+def flexibility(solid, law, grid, periodic, second=None):
     """Returns the Flexibility of the corners of a law on a Grid, with a second body."""
     count, width = grid.count, grid.width
 
-    def cells() -> Array:
+    def cells():
         found = kernels(solid).cells(count, width, law.clamped)
         found[1:] *= width**2 if law.clamped else 1.0
         return found
@@ -269,7 +259,7 @@ def flexibility(
     return Flexibility(law.offsets, law.tilt(*grid.places), law.clamped, width, rest, waves, cells, counter)
 
 
-def _share_of_spots(state: SurfaceCells, least: float) -> float:
+def _share_of_spots(state, least):
     """Returns the load's share on spots of fewer cells."""
     load = 0.0
     for forces in state.total.reshape(-1, *[state.grid.count] * 2) * np.reshape(state.grid.area, (-1, 1, 1)):
@@ -278,18 +268,18 @@ def _share_of_spots(state: SurfaceCells, least: float) -> float:
     return float(load / state.load)
 
 
-def _of_changes(changes: list[float]) -> float:
+def _of_changes(changes):
     """Returns the error of the last grid from successive changes.
 
     Alike errors that fall by a ratio r leave r - 1 times the finer one as change, independent ones of the
     edge's steps sqrt(1 + r^2) times.
     """
-    *_, before, last = 1.4 * changes[-1], *changes  # as errors fall as a rule
+    before, last = [1.4 * changes[-1], *changes][-2:]  # as errors fall as a rule
     ratio = before / last if last > 0 else 1.4
     return max(last, before / 2.5) / min(max(ratio - 0.5, 0.5), 1.4)
 
 
-def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
+def _warnings(cut, outside, hidden):
     """Returns what a fixed window or fixed nodes leave out."""
     parts = (outside, "outside of the window"), (hidden, "between cells")
     at = [(*places[0], where) for places, where in parts if len(places)]

@@ -5,19 +5,13 @@ polynomials. Of two squares close to each other the larger one is cut into piece
 wider than twice the gap.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import Any
 
 import numpy as np
 
 from ..corners.on_cells import Flexibility, Grid
 from ..model.quadrature import lagrange
-from ..model.types import AnyArray as Array
-from .images import Response
 
 NODES = 6  # along a side, for 4e-4 of what squares half a side apart displace by
 
@@ -30,39 +24,39 @@ class Squares:
     period: float | None = None
 
     @property
-    def count(self) -> int:
+    def count(self):
         return self.grids[0].count
 
     @cached_property
-    def places(self) -> tuple[Array, ...]:
+    def places(self):
         """Coordinates of all centres, two arrays."""
         return tuple(np.stack([grid.places for grid in self.grids], axis=1))
 
     @property
-    def middle(self) -> tuple[tuple[float, ...], ...]:
+    def middle(self):
         return tuple(grid.middle for grid in self.grids)
 
     @property
-    def side(self) -> Array:
+    def side(self):
         """Sides (lengths), array (squares,)."""
         return np.array([grid.side for grid in self.grids])
 
     @property
-    def area(self) -> Array:
+    def area(self):
         """Of a cell (length^2), array (squares, 1, 1)."""
         return np.array([grid.area for grid in self.grids])[:, None, None]
 
-    def of(self, count: int) -> Squares:
+    def of(self, count):
         """Returns the same squares of so many cells a side."""
         return Squares(tuple(grid.of(count) for grid in self.grids), self.period)
 
-    def near(self, grid: Grid, *x: Array) -> Array:
+    def near(self, grid, *x):
         """Returns the images of places next to the middle of a square, array (2, ...)."""
         middle = np.reshape(grid.middle, (2, *[1] * np.ndim(x[0])))
         images = np.rint((x - middle) / (self.period or np.inf))
         return x - images * (self.period or 0.0)
 
-    def nearest(self, *x: Array) -> Array:
+    def nearest(self, *x):
         """Returns the square and the cell next to places, array (3, ...) of int."""
         places = [self.near(grid, *x) for grid in self.grids]
         beyond = [grid.beyond(*one) for grid, one in zip(self.grids, places)]
@@ -70,18 +64,18 @@ class Squares:
         cells = np.array([grid.nearest(*one) for grid, one in zip(self.grids, places)])
         return np.array((number, *np.take_along_axis(cells, number[None, None], axis=0)[0]))
 
-    def beyond(self, *x: Array) -> Array:
+    def beyond(self, *x):
         """Returns how far places are outside (length, the largest along an axis)."""
         return np.min([grid.beyond(*self.near(grid, *x)) for grid in self.grids], axis=0)
 
-    def interpolated(self, values: Array, periodic: bool, *x: Array) -> Array:
+    def interpolated(self, values, periodic, *x):
         """Returns values on cells between their centres; 0 outside."""
         pairs = zip(self.grids, values)
         return np.sum([grid.interpolated(one, False, *self.near(grid, *x)) for grid, one in pairs], axis=0)
 
 
 @lru_cache
-def nodes(count: int, pieces: int) -> tuple[Array, Array]:
+def nodes(count, pieces):
     """Returns places of nodes along a side, over it from its middle, and their shares in so many cells, array
     (count, m); the cells themselves where these are no more.
     """
@@ -94,7 +88,7 @@ def nodes(count: int, pieces: int) -> tuple[Array, Array]:
     return ((np.arange(pieces)[:, None] + own) / pieces - 0.5).ravel(), shares.reshape(count, -1)
 
 
-def of_nodes(grid: Grid, pieces: int) -> Array:
+def of_nodes(grid, pieces):
     """Returns the nodes of a square, array (2, m)."""
     along = grid.side * nodes(grid.count, pieces)[0]
     x1, x2 = np.meshgrid(*(middle + along for middle in grid.middle), indexing="ij")
@@ -114,7 +108,7 @@ class Far:
         Distances that are added between loads and what they displace (length).
     """
 
-    def __init__(self, squares: Squares, response: Callable[..., Array], apart: Array) -> None:
+    def __init__(self, squares, response, apart):
         self.squares, self.pairs, grids = squares, [], squares.grids
         for i, j in zip(*np.triu_indices(len(grids), 0 if squares.period else 1)):
             small, large = (i, j) if grids[i].side <= grids[j].side else (j, i)
@@ -128,7 +122,7 @@ class Far:
             K = K.transpose(0, 2, 1, 3).reshape(rows * shape[0], rows * shape[1])
             self.pairs.append((small, large, pieces, K))
 
-    def __call__(self, loads: Array) -> Array:
+    def __call__(self, loads):
         """Returns what loads displace, arrays (rows, squares, n, n)."""
         n, levels = self.squares.count, {1, *(pieces for *_, pieces, _ in self.pairs)}
         shares = {pieces: nodes(n, pieces)[1] for pieces in levels}
@@ -142,7 +136,7 @@ class Far:
         return sum(B @ found[pieces] @ B.T for pieces, B in shares.items())
 
 
-def gap(squares: Squares, one: Grid, other: Grid, shift: Array) -> float:
+def gap(squares, one, other, shift):
     """Returns the distance between two squares, of which one is shifted (the largest along an axis)."""
     place = squares.near(one, *(np.array(other.middle) + shift))
     return float(one.beyond(*place) - other.side / 2)
@@ -161,21 +155,19 @@ class Coupled(Flexibility):
     counter : Counters or None
     """
 
-    def __init__(
-        self, squares: Squares, owns: Sequence[Flexibility], tilt: Array, response: Response, counter: Any
-    ) -> None:
+    def __init__(self, squares, owns, tilt, response, counter):
         self.owns, self.tilt, self.counter = owns, tilt, counter
         self.offsets, self.clamped = owns[0].offsets, owns[0].clamped
 
-        def far(rows: int) -> Far:
+        def far(rows):
             return Far(squares, lambda *away: on_rows(response(*away), rows), np.zeros((1, 2)))
 
         others = far(1 if len(self.offsets) == 1 else 3)
 
-        def respond(loads: Array) -> Array:
+        def respond(loads):
             return each([own.response for own in owns], loads) + others(loads)
 
-        def aside(forces: Array) -> Array:
+        def aside(forces):
             loads = np.concatenate((forces, np.zeros((2, *forces.shape[1:]))))
             beside = far(3)(loads)[1:] * (squares.area if self.clamped else 1.0)
             return each([own.aside for own in owns], forces) + beside
@@ -184,11 +176,11 @@ class Coupled(Flexibility):
         self.aside = aside if len(self.offsets) == 1 else None
         self.back = lambda: lambda values: each([own.back() for own in owns], values)
 
-    def _backs_of(self, there: Array) -> Array:
+    def _backs_of(self, there):
         return np.stack([own._backs_of(there[:, i]) for i, own in enumerate(self.owns)], axis=2)
 
 
-def on_rows(parts: Array, rows: int) -> Array:
+def on_rows(parts, rows):
     """Returns the components of a response as the matrix from p to u, or from (p, m) to (u, phi); where psi =
     0, whose m are in the place of phi, without m.
     """
@@ -197,7 +189,7 @@ def on_rows(parts: Array, rows: int) -> Array:
     return u[None, None] if rows == 1 else np.array(((u, -v1, -v2), (v1, w11, w12), (v2, w12, w22)))
 
 
-def of_corners(response: Response, corners: Array, x: Array, y: Array, itself: bool) -> Array:
+def of_corners(response, corners, x, y, itself):
     """Returns a response from forces on corners to their gaps at distances, array (corners, corners, ...)."""
     apart = corners[:, None] - corners
     return np.array([[response(x + a, y + b, itself)[0] for a, b in row] for row in apart])
@@ -217,19 +209,19 @@ class Counters:
         See `Far`: u2 under a force.
     """
 
-    def __init__(self, owns: Sequence[Any], squares: Squares, offsets: Array, response: Response) -> None:
+    def __init__(self, owns, squares, offsets, response):
         self.owns, self.squares, self.offsets, self.response = owns, squares, offsets, response
         self.twisted = np.array([own.twisted for own in owns])[:, None, None]
         self._far = self._between(offsets)
 
-    def _between(self, offsets: Array) -> Far:
+    def _between(self, offsets):
         apart = (offsets[:, None] - offsets).reshape(-1, 2)
         return Far(self.squares, partial(of_corners, self.response, offsets), apart)
 
-    def __matmul__(self, forces: Array) -> Array:
+    def __matmul__(self, forces):
         return each([own.__matmul__ for own in self.owns], forces) + self._far(forces)
 
-    def above(self, forces: Array) -> Array:
+    def above(self, forces):
         """Returns u2 at the contact points, array (squares, n, n)."""
         middle = np.vstack((self.offsets, np.zeros((1, 2))))  # as a corner without a force
         beside = self._between(middle)(np.concatenate((forces, np.zeros((1, *forces.shape[1:])))))
@@ -237,6 +229,6 @@ class Counters:
         return np.array(owns) + beside[-1]
 
 
-def each(functions: Sequence[Any], values: Array) -> Array:
+def each(functions, values):
     """Returns what functions make of the values of their squares, arrays (..., squares, n, n)."""
     return np.stack([one(own) for one, own in zip(functions, values.swapaxes(0, 1))], axis=1)

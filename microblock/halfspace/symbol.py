@@ -20,11 +20,9 @@ import numpy as np
 
 from ..errors import BadArgument
 from ..halfplane import kernels
-from ..model.material import Cosserat
-from ..model.types import AnyArray as Array
 
 
-def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
+def symbol(solid, k):
     """Returns U, V, W and W_par at wavenumbers k, arrays like k (lengths per stress); raises BadArgument
     unless k > 0.
     """
@@ -33,7 +31,7 @@ def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
     return U, V, W, along(solid, k)
 
 
-def along(solid: Cosserat, k: Array) -> Array:
+def along(solid, k):
     """Returns W_par at wavenumbers k (1/length)."""
     g, tau = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2
     G = g + solid.alpha_prime
@@ -42,7 +40,7 @@ def along(solid: Cosserat, k: Array) -> Array:
     return s / (4 * solid.mu * (2 * g * k**2 + tau - (g * k) ** 2 * held))
 
 
-def require_stable(solid: Cosserat) -> None:
+def require_stable(solid):
     """Raises BadArgument for elliptic moduli, (13), that let the surface turn without a moment."""
     k = np.geomspace(1e-6, 1e6, 1201) / solid.ell
     if not np.all(along(solid, k) > 0):
