@@ -5,12 +5,10 @@ and depth are bounded, and powers those of doubles.
 import ast
 import re
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 
 from ..errors import LARGEST, BadArgument, require_kind
-from ..model.types import Array
 
 LONGEST, MOST = 500, 100  # characters, and terms within terms
 FUNCTIONS = {
@@ -46,7 +44,7 @@ class _Refused(Exception):
     """The refused term, or the number of the character."""
 
 
-def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
+def function_of_x(formula, name="formula"):
     """Returns the function of an array x of a formula such as ``"x**2/20"``; without a value NaN or inf.
 
     Raises

@@ -5,17 +5,15 @@ ones by the versions of their packages.
 import hashlib
 import pickle
 import sys
-from collections.abc import Callable
 from functools import cache
 from importlib import metadata, util
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 from ..errors import BadArgument
 
 
-def digest(function: Callable[..., object], point: object) -> str:
+def digest(function, point):
     """Returns the digest (SHA-256) of a call. What modules define counts by its name (see `loaded`), what the
     script defines by the whole script.
 
@@ -36,16 +34,16 @@ def digest(function: Callable[..., object], point: object) -> str:
     return hashlib.sha256(text.getvalue() + script.encode()).hexdigest()
 
 
-def loaded() -> dict[str, object]:
+def loaded():
     """Returns {module: `made_of` it when first asked} of what is loaded beside Python and the script."""
     names = {name.partition(".")[0] for name in list(sys.modules)} - {"__main__", "__mp_main__"}
     return {name: _first(name) for name in sorted(names - sys.stdlib_module_names)}
 
 
-def made_of(name: str) -> object:
+def made_of(name):
     """Returns the versions of the packages that install a module, else a digest of its files, or None."""
     try:
-        spec: Any = util.find_spec(name)
+        spec = util.find_spec(name)
         found = [*(spec.submodule_search_locations or [spec.origin])] if spec else []
     except ValueError:  # of a script, or of what was made in memory
         found = [getattr(sys.modules.get(name), "__file__", None)]

@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 from ..errors import LARGEST, BadArgument, shown
-from ..model.obstacles import Obstacle, Samples
+from ..model.obstacles import Obstacle
 from .records import number
 
 
-def read_samples(path: str | os.PathLike[str], name: str = "path", noise: float | None = None) -> Samples:
+def read_samples(path, name="path", noise=None):
     """Returns the obstacle of a text file of two columns, x (ascending) and height, with comma, semicolon or
     blanks between; a header and lines with # are left out; `noise` as of `Obstacle.from_samples`.
 
@@ -35,7 +35,7 @@ def read_samples(path: str | os.PathLike[str], name: str = "path", noise: float 
         raise wrong(f"is no text that can be read ({failure})") from failure
     numbered = enumerate(map(str.strip, text.splitlines()), 1)
     lines = [(place, line) for place, line in numbered if line and line[0] != "#"]
-    samples: list[tuple[float, ...]] = []
+    samples = []
     for place, line in lines:
         values = [number(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line)]
         known = [value for value in values if isinstance(value, (int, float))]

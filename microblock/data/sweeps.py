@@ -15,7 +15,6 @@ from functools import cache, partial
 from importlib import import_module
 from itertools import product
 from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -223,7 +222,7 @@ def _rows(points, found):
     return [columns | row | end for row, end in zip(rows, ends)]
 
 
-def _known(folder: Path, keys: Iterable[object], quiet: bool) -> dict[object, dict]:
+def _known(folder, keys, quiet):
     """Returns {key: record} of what is in the folder and would be computed alike now."""
     files = {key: folder / f"{key}.json" for key in keys}
     records = {key: json.loads(file.read_text()) for key, file in files.items() if file.exists()}

@@ -65,7 +65,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     picture, below = (widgets.Image(format="png", layout={"max_width": "100%"}) for _ in range(2))
     table, failed = widgets.HTML(), widgets.HTML()
 
-    def show(change: Any = None) -> None:
+    def show(change=None):
         nonlocal state
         failed.value = ""
         try:
