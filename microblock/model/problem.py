@@ -95,7 +95,8 @@ class Problem:
         if self.picture is None:
             return []
         own = [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts]
-        return [*own, (self._angle.edges, self._angle.lengths)]
+        own.append((self._angle.edges, self._angle.lengths))
+        return [each for each in own if np.isfinite(each[1]).any()]
 
     @cached_property
     def stretches(self) -> list[Interval]:
