@@ -24,7 +24,7 @@ from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, symbol
 from .kinks import corrections, logarithms
-from .sampled import left_open, said
+from .sampled import MOST, left_open, said
 
 
 class LineCells(CellSolution, LineSolution):
@@ -265,10 +265,10 @@ class LineSolver(CellSolver):
         return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
 
     def enough(self, goal, state):
-        """The error that suffices: on many cells what samples leave open, any if that is half of all."""
+        """The error that suffices: on many cells what samples leave open, any if that is MOST."""
         many = state.grid.count / self.cheap
         share = left_open(self, state) if many >= 1 else 0.0
-        return np.inf if share > 0.5 else max(goal, share) if many > 1 else goal
+        return np.inf if share > MOST else max(goal, share) if many > 1 else goal
 
     def weights(self, x):
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.solid.ell))
