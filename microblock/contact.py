@@ -192,7 +192,8 @@ class Contact:
         rtol : float, optional
             Relative error, that of `State.error_estimate`. Without it the usual one of the body is taken
             (1e-3; 1e-2 where it has cells alone), or the discretisation that the method or the mesh fixes;
-            those refuse it.
+            those refuse it. Under samples that leave more open of the pressure `Cells` may stay above it,
+            which `State.warnings` say.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool, optional

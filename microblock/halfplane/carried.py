@@ -65,34 +65,46 @@ def log_sizes(problem, zones, order):
     """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
     whole, found = problem.all_zones(zones), {kink: {} for kink in problem.kinks}
     most = MOST if decay(problem) else 0  # its end is none of the problem's
-    for kink, jumps in problem.kinks.items():
-        inside = [
-            (x, corner)
-            for x in (kink + way * problem.solid.ell for way in range(-most, most + 1))
-            for corner, intervals in whole.items()
-            if any(left < x < right for left, right in intervals)
-        ]
-        right = np.array([jumps.get(corner, 0.0) * (x == kink) for x, corner in inside])
-        sizes = np.linalg.solve(_short_waves_between(problem, inside), right) / np.pi
-        least = 10 ** (-order / 4) * np.abs(sizes).max(initial=0.0)
-        for (x, corner), size in zip(inside, sizes.tolist()):
-            if abs(size) >= least:
-                near = (each for each in found if abs(each - x) <= SAME * problem.solid.ell)
-                place = x if x in found else next(near, x)
-                at = found.setdefault(place, {})
-                at[corner] = at.get(corner, 0.0) + size
+    corner, step = np.divmod(np.arange((2 * most + 1) * len(whole)), 2 * most + 1)
+    kinks = np.array([*found])
+    places = kinks[:, None] + (step - most) * problem.solid.ell
+    jumps = np.array([[known.get(each, 0.0) for each in corner] for known in problem.kinks.values()])
+    jumps = jumps.reshape(places.shape) * (step == most)
+    closed = np.empty(places.shape, bool)
+    for each, intervals in whole.items():
+        edges, x = np.sort(np.ravel(intervals)), places[:, corner == each]
+        before, through = (np.searchsorted(edges, x, side=side) for side in ("left", "right"))
+        closed[:, corner == each] = (before == through) & (before % 2 == 1)
+    met = np.flatnonzero(closed.any(axis=1))
+    for rows in np.array_split(met, 1 + len(met) * len(corner) ** 2 // 10**6):  # of 10 MB
+        sizes = sizes_at(problem, places[rows], corner, closed[rows], jumps[rows])
+        least = 10 ** (-order / 4) * np.abs(sizes).max(axis=1, initial=0.0)
+        for row, n in np.argwhere(closed[rows] & (np.abs(sizes) >= least[:, None])):
+            x, size = float(places[rows[row], n]), float(sizes[row, n])
+            near = (other for other in found if abs(other - x) <= SAME * problem.solid.ell)
+            at = found.setdefault(x if x in found else next(near, x), {})
+            at[int(corner[n])] = at.get(int(corner[n]), 0.0) + size
     return {place: sizes for place, sizes in found.items() if sizes}
 
 
-def _short_waves_between(problem, inside):
-    """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n)."""
-    x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside], int)
-    lever = np.array(problem.lever(corner, x), float)
-    pressed = x - np.array(problem.shifts)[corner]
+def sizes_at(problem, x, corner, closed, jumps):
+    """K of ``p ~ K log(1/|x - place|)`` at places of numbered corners, of which some are closed, from jumps
+    of the slope: arrays (k, n), the numbers (n,).
+    """
+    between = _short_waves_between(problem, x, corner)
+    both = closed[:, None] & closed[..., None]
+    between = np.where(both, between, np.eye(len(corner)))
+    return np.linalg.solve(between, (closed * jumps)[..., None])[..., 0] / np.pi
+
+
+def _short_waves_between(problem, x, corner):
+    """Limits of k times the gaps from pressures between places of corners, (..., n): array (..., n, n)."""
+    lever = np.reshape(problem.lever(np.resize(corner, x.size), x.ravel()), x.shape)
+    pressed, near = x - np.array(problem.shifts)[corner], SAME * problem.solid.ell
     displacement, rotation = short_waves(problem.solid)
-    near = SAME * problem.solid.ell
-    matrix = (np.abs(x - x[:, None]) < near) * (displacement + rotation * np.outer(lever, lever))
-    return matrix + (np.abs(pressed - pressed[:, None]) < near) * counter_short_waves(problem.counter)
+    same, opposite = (np.abs(own[..., None] - own[..., None, :]) < near for own in (x, pressed))
+    own = same * (displacement + rotation * lever[..., None] * lever[..., None, :])
+    return own + opposite * counter_short_waves(problem.counter)
 
 
 def meeting_exponent(problem, zones, x):
@@ -105,6 +117,7 @@ def meeting_exponent(problem, zones, x):
         for corner, intervals in zones.items()
         if any(left < x + way < right for left, right in intervals)
     ]
-    matrix = _short_waves_between(problem, [(x, 0), (x, 1), *others])
+    places, corner = map(np.array, zip((x, 0), (x, 1), *others))
+    matrix = _short_waves_between(problem, places, corner)
     own = matrix[:2, :2] - matrix[:2, 2:] @ np.linalg.solve(matrix[2:, 2:], matrix[2:, :2])
     return float(np.arccos(own[0, 1] / np.sqrt(own[0, 0] * own[1, 1])) / np.pi)

@@ -18,12 +18,13 @@ from ..model.obstacles import Samples, heights, repeated
 from ..model.problem import Problem
 from ..model.state import LineSolution
 from ..model.zones import distance, distance_to_ends, runs
+from .carried import sizes_at
 from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, counter_short_waves, gap_kernel, short_waves, symbol
+from .kernels import HalfPlane, at_rest, gap_kernel, symbol
 from .kinks import corrections, logarithms
-from .sampled import left_open, said
+from .sampled import MOST, left_open, said
 
 
 class LineCells(CellSolution, LineSolution):
@@ -79,12 +80,9 @@ class LineCells(CellSolution, LineSolution):
         cells = self.grid.steps(x)[0]
         numbers = np.clip(np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None], 0, self.grid.count - 1)
         closed = np.all(self.pressures[:, numbers] > 0, axis=1)
-        problem, levers = self.problem, self.problem.levers(x)
-        displacement, rotation = short_waves(problem.solid)
-        between, alone = displacement + rotation * levers * levers[:, None], np.eye(len(levers))[..., None]
-        between = between + counter_short_waves(problem.counter) * alone
-        between = np.where(closed & closed[:, None], between, alone)
-        return cells, np.linalg.solve(between.T, (closed * jumps).T[..., None])[..., 0].T / np.pi
+        x, cells, jumps, closed = (each[..., closed.any(axis=0)] for each in (x, cells, jumps, closed))
+        at = np.tile(x[:, None], len(jumps))
+        return cells, sizes_at(self.problem, at, np.arange(len(jumps)), closed.T, jumps.T).T
 
     @cached_property
     def _logarithms(self):
@@ -267,10 +265,10 @@ class LineSolver(CellSolver):
         return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
 
     def enough(self, goal, state):
-        """The error that suffices: on many cells what samples leave open, any if that is half of all."""
+        """The error that suffices: on many cells what samples leave open, any if that is MOST."""
         many = state.grid.count / self.cheap
         share = left_open(self, state) if many >= 1 else 0.0
-        return np.inf if share > 0.5 else max(goal, share) if many > 1 else goal
+        return np.inf if share > MOST else max(goal, share) if many > 1 else goal
 
     def weights(self, x):
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.solid.ell))

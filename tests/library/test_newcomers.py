@@ -70,13 +70,20 @@ def test_jumps_that_the_slope_does_not_have_are_refused():
         with pytest.raises(mb.BadArgument, match="jumps by (-0.05 at x = 0.26|0.1 at x = 0.3): mind"):
             tent(given)
 
-    def wedge(kink):
-        obstacle = mb.Obstacle(lambda x: 0.05 * abs(x - 1 / 3) + x**2 / 20, (kink,), (0.1,))
+    def wedge(kink, jump=0.1, power=2.0):
+        obstacle = mb.Obstacle(
+            lambda x: 0.05 * abs(x - 1 / 3) + 0.05 * abs(x - 1 / 3) ** power, (kink,), (jump,)
+        )
         return mb.Contact(PLACES[0][0], obstacle, mb.Microblock())
 
     wedge(0.333333333)
     with pytest.raises(mb.BadArgument, match="all their digits"):
         wedge(0.33333)
+    for power in (1.05, 1.1, 1.5):  # of which differences beside the kink fall as slowly as the power says
+        wedge(1 / 3, power=power)
+        for given in (-0.1, 0.05, 0.09, 0.11):
+            with pytest.raises(mb.BadArgument, match="jumps by 0.1 at x"):
+                wedge(1 / 3, given, power)
 
 
 PRESS = MakeStructured2DMesh(nx=4, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
