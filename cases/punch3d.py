@@ -12,7 +12,8 @@ its finite size takes a part from the approach that falls like 1/size.
 :Equations: (10)-(17) in three dimensions, gaps of four corners, conditions (26) on each of them
 :Method:    hexahedra condensed to their contact nodes; beside them square cells of a half-space
 :Reference: the half-space, which shares neither mesh nor kernel with the block
-:Units:     lengths over the half-width of the face, pressures over P over its area A, M over that times ell
+:Units:     lengths over the half-width of the face, pressures over :math:`P/A` with its area A, M over
+            :math:`P \\ell/A`
 """
 
 import math
@@ -84,6 +85,7 @@ def figure(result):
 if __name__ == "__main__":
     result = solve()
     for name, state in result.items():
-        print(f"{name:10}  approach {state.approach:.4f}  contact area {state.contact_area:.4f}")
+        area = state.contact_area / state.load  # a quarter carries a quarter of the load
+        print(f"{name:10}  approach {state.approach:.4f}  contact area {area:.4f}")
     figure(result)
     plt.show()

@@ -4,14 +4,15 @@ Sphere on microblocks
 Larger blocks make the contact of a sphere stiffer under every law: the sphere moves less. Under microblocks,
 and only there, the area of contact grows with them, so that the hardness falls.
 
-Blocks on one corner press on a smaller circle. Blocks on four corners end, where they are far larger than
-the contact, in four contacts with a quarter of the load each.
+Blocks on one corner press on a smaller circle. Blocks on four corners that are far larger than the contact
+leave four contacts, each with a quarter of the load.
 
 :Geometry:  half-space :math:`x_3 < 0`, rigid sphere; blocks are cubes that touch with four corners
 :Equations: (10)-(17) in the half-space, gaps of four corners, conditions (26) on each of them
 :Method:    square cells of the surface, products by FFT
 :Reference: Hertz for small blocks; closed forms of large blocks (short lines at the right)
-:Units:     R = P = E* = 1; lengths over a_Hz, pressures over p_Hz, approach over a_Hz^2/R
+:Units:     :math:`R = P = E^* = 1`; lengths over :math:`a_\\mathrm{Hz}`, pressures over
+            :math:`p_\\mathrm{Hz}`, approach over :math:`a_\\mathrm{Hz}^2/R`
 """
 
 import math
