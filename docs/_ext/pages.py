@@ -13,7 +13,7 @@ from microblock.view.plots import STYLE
 
 NAMED = {
     r'(<div class="table-wrapper [^"]*")>': r'\1 tabindex="0">',
-    '\n<div id="search-results">': '\n<h1>Search</h1><p>The search field is in the menu.</p><div id="search-results">',
+    '\n(<div id="search-results">)': r"\n<h1>Search</h1><p>The search field is in the menu.</p>\1",
     "<pre>": '<pre tabindex="0">',
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="All pages">',
     '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
