@@ -21,6 +21,7 @@ from typing import Literal
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 import microblock as mb
 from microblock.fem import meshes3d
@@ -62,7 +63,8 @@ def figure(result):
     drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 5.0), layout="constrained")
     block, half_space = result.values()
     closed = np.ma.masked_equal(block.closed, 0)
-    look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5}
+    colours = plt.get_cmap("viridis_r")(np.linspace(0.35, 1, 4))  # seen on white, and turned round on black
+    look = {"cmap": ListedColormap(colours), "vmin": 0.5, "vmax": 4.5}
     shown = above.scatter(block.x1, block.x2, s=9, c=closed, plotnonfinite=False, **look)
     drawing.colorbar(shown, ax=above, ticks=range(1, 5), label="corners that touch")
     above.set(xlabel="$x_1/a$", ylabel="$x_2/a$", aspect="equal")

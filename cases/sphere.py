@@ -19,6 +19,7 @@ import math
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 import microblock as mb
 from cases.hertz import LAWS
@@ -69,7 +70,8 @@ def large_blocks(solid, contact):
 def draw_corners(axis, state, unit=a_Hz):
     """Corners that touch, from above; lengths over a unit."""
     edge = (state.x1[-1] + state.width / 2) / unit
-    look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
+    colours = plt.get_cmap("viridis_r")(np.linspace(0.35, 1, 4))  # seen on white, and turned round on black
+    look = {"cmap": ListedColormap(colours), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
     touching = np.ma.masked_equal(state.closed.reshape(state.shape).T, 0)
     shown = axis.imshow(touching, extent=(-edge, edge, -edge, edge), **look)
     axis.figure.colorbar(shown, ax=axis, ticks=range(1, 5), label="corners that touch")
