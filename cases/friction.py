@@ -14,7 +14,8 @@ half-width.
 :Equations: (10)-(18), (20)-(22), (26); on each block a shear force of at most f times its normal force
 :Method:    cells graded towards all edges, loads followed from event to event
 :Reference: Cattaneo and Mindlin: two equal bodies with small blocks dissipate :math:`f^2/2` in a cycle
-:Units:     R = E* = a_Hz = 1: lengths over a_Hz, shear loads over f P, energies over P a_Hz^2/R
+:Units:     :math:`R = E^* = a_\\mathrm{Hz} = 1`: lengths over :math:`a_\\mathrm{Hz}`, shear loads over
+            :math:`f P`, energies over :math:`P a_\\mathrm{Hz}^2/R`
 """
 
 import math

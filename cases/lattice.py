@@ -12,7 +12,8 @@ except at the ends of the contact, where the pressure changes within a block.
 :Equations: balance of forces and couples on each block; conditions (26) on each corner
 :Method:    Fourier sums along the surface of the blocks; panels on the continuum, averaged over each block
 :Reference: moduli of long waves, :math:`\\nu = 0`, :math:`\\beta = 1`, :math:`\\gamma' = 1/6`
-:Units:     a_Hz = R = 1 at the load 1: lengths over a_Hz, forces over p_Hz b, couples over p_Hz b^2
+:Units:     :math:`a_\\mathrm{Hz} = R = 1` at the load 1: lengths over :math:`a_\\mathrm{Hz}`, forces over
+            :math:`p_\\mathrm{Hz} b`, couples over :math:`p_\\mathrm{Hz} b^2`
 """
 
 import math

@@ -5,7 +5,8 @@ A hole moves the load to the firm side; a thin layer presses back like a Winkler
 like a half-plane.
 
 :Geometry:  a cylinder with the force P per thickness on (a) a block of 8 by 4 with a hole of the radius
-            0.8, (b) layers of the thickness h; both are bonded to a rigid base (u = 0, psi = 0)
+            0.8, (b) layers of the thickness h; both are bonded to a rigid base, with no
+            displacement and no rotation
 :Equations: (10)-(18) in the body, corner gaps (20)-(22), contact conditions (26)
 :Method:    finite elements on a mesh of Netgen, refined until the estimated error is below rtol
 :Reference: thin layer: :math:`p = (\\lambda + 2\\mu)\\, u/h` and :math:`M = \\gamma' \\mu\\, \\ell^2\\,

@@ -12,7 +12,8 @@ its finite size takes a part from the approach that falls like 1/size.
 :Equations: (10)-(17) in three dimensions, gaps of four corners, conditions (26) on each of them
 :Method:    hexahedra condensed to their contact nodes; beside them square cells of a half-space
 :Reference: the half-space, which shares neither mesh nor kernel with the block
-:Units:     lengths over the half-width of the face, pressures over P over its area A, M over that times ell
+:Units:     lengths over the half-width of the face, pressures over :math:`P/A` with its area A, M over
+            :math:`P \\ell/A`
 """
 
 import math
@@ -20,6 +21,7 @@ from typing import Literal
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 import microblock as mb
 from microblock.fem import meshes3d
@@ -61,7 +63,8 @@ def figure(result):
     drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 5.0), layout="constrained")
     block, half_space = result.values()
     closed = np.ma.masked_equal(block.closed, 0)
-    look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5}
+    colours = plt.get_cmap("viridis_r")(np.linspace(0.35, 1, 4))  # seen on white, and turned round on black
+    look = {"cmap": ListedColormap(colours), "vmin": 0.5, "vmax": 4.5}
     shown = above.scatter(block.x1, block.x2, s=9, c=closed, plotnonfinite=False, **look)
     drawing.colorbar(shown, ax=above, ticks=range(1, 5), label="corners that touch")
     above.set(xlabel="$x_1/a$", ylabel="$x_2/a$", aspect="equal")
@@ -84,6 +87,7 @@ def figure(result):
 if __name__ == "__main__":
     result = solve()
     for name, state in result.items():
-        print(f"{name:10}  approach {state.approach:.4f}  contact area {state.contact_area:.4f}")
+        area = state.contact_area / state.load  # a quarter carries a quarter of the load
+        print(f"{name:10}  approach {state.approach:.4f}  contact area {area:.4f}")
     figure(result)
     plt.show()

@@ -12,7 +12,8 @@ These theories know nothing of blocks.
 :Equations: (10)-(17) in the half-space, gaps of four corners, conditions (26) on each of them
 :Method:    square cells, products by FFT
 :Reference: the classical half-space (one corner, coupling near 0) on the same cells
-:Units:     lengths over the period, pressures over E* times the root mean square slope :math:`h'`
+:Units:     lengths over the period, pressures over :math:`E^*` times the root mean square slope
+            :math:`h'`
 """
 
 import math

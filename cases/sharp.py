@@ -11,7 +11,7 @@ microblocks is infinite twice: half a block to either side.
 :Reference: classical wedge :math:`P/(\\pi a)\\, \\mathrm{arcosh}(a/|x_1|)` with :math:`a = P/(E^* s)`,
             classical punch :math:`(P/\\pi - E^* s\\, x_1/2)/\\sqrt{b^2 - x_1^2}` with a tilt s
 :Units:     wedge: lengths over the block's side, pressures over :math:`E^* s`; punch: lengths over b,
-            pressures over P/(2 b)
+            pressures over :math:`P/(2 b)`
 """
 
 import math

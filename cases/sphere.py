@@ -4,20 +4,22 @@ Sphere on microblocks
 Larger blocks make the contact of a sphere stiffer under every law: the sphere moves less. Under microblocks,
 and only there, the area of contact grows with them, so that the hardness falls.
 
-Blocks on one corner press on a smaller circle. Blocks on four corners end, where they are far larger than
-the contact, in four contacts with a quarter of the load each.
+Blocks on one corner press on a smaller circle. Blocks on four corners that are far larger than the contact
+leave four contacts, each with a quarter of the load.
 
 :Geometry:  half-space :math:`x_3 < 0`, rigid sphere; blocks are cubes that touch with four corners
 :Equations: (10)-(17) in the half-space, gaps of four corners, conditions (26) on each of them
 :Method:    square cells of the surface, products by FFT
 :Reference: Hertz for small blocks; closed forms of large blocks (short lines at the right)
-:Units:     R = P = E* = 1; lengths over a_Hz, pressures over p_Hz, approach over a_Hz^2/R
+:Units:     :math:`R = P = E^* = 1`; lengths over :math:`a_\\mathrm{Hz}`, pressures over
+            :math:`p_\\mathrm{Hz}`, approach over :math:`a_\\mathrm{Hz}^2/R`
 """
 
 import math
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 import microblock as mb
 from cases.hertz import LAWS
@@ -68,7 +70,8 @@ def large_blocks(solid, contact):
 def draw_corners(axis, state, unit=a_Hz):
     """Corners that touch, from above; lengths over a unit."""
     edge = (state.x1[-1] + state.width / 2) / unit
-    look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
+    colours = plt.get_cmap("viridis_r")(np.linspace(0.35, 1, 4))  # seen on white, and turned round on black
+    look = {"cmap": ListedColormap(colours), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
     touching = np.ma.masked_equal(state.closed.reshape(state.shape).T, 0)
     shown = axis.imshow(touching, extent=(-edge, edge, -edge, edge), **look)
     axis.figure.colorbar(shown, ax=axis, ticks=range(1, 5), label="corners that touch")

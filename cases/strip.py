@@ -3,8 +3,9 @@ Compressed strip
 ================
 Two rigid planes compress a strip whose blocks are rotated; they rotate back within a layer below the surface.
 
-:Geometry:  strip of thickness 2 H with u1 = u2 = 0 in the middle; blocks are rotated by :math:`\\psi_0`, so
-            that each plane first touches one of their corners; then it approaches by :math:`\\delta`
+:Geometry:  strip of thickness :math:`2H` with :math:`u_1 = u_2 = 0` in the middle; blocks are
+            rotated by :math:`\\psi_0`, so that each plane first touches one of their corners; then it
+            approaches by :math:`\\delta`
 :Equations: (10)-(18) in the solid, which depend on :math:`x_2` alone, and the corner gaps (42), (43)
 :Method:    finite elements over the half-thickness, augmented Lagrangian (37)
 :Reference: closed form (46)-(49)

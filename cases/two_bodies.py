@@ -4,9 +4,9 @@ Two bodies that deform
 A second body that deforms carries the kinks of the pressure from corner to corner: weaker ones appear a
 block's side away.
 
-:Geometry:  half-plane :math:`x_2 < 0` with blocks of the side ell at its surface; a second half-plane above
-            it, whose undeformed surface is a cylinder :math:`x_1^2/(2R)`; they are pressed together by P
-            per thickness
+:Geometry:  half-plane :math:`x_2 < 0` with blocks of the side :math:`\\ell` at its surface; a second
+            half-plane above it, whose undeformed surface is a cylinder :math:`x_1^2/(2R)`; they are pressed
+            together by P per thickness
 :Equations: (10)-(18) in both, corner gaps (20)-(22), contact conditions (26); a corner presses the second
             body half a block beside the contact point
 :Method:    panels on the contact line, no mesh

@@ -66,9 +66,9 @@ for stale in (SCRIPTS, *([] if (MADE / DIGEST).exists() else [MADE])):
 for folder, heading in {
     "": "Gallery\n=======\n\nScripts that import ``cases`` run in the root of the checkout, for example "
     "``python -m cases.sphere``. The others run wherever microblock is installed.",
-    "plane": "In the plane\n------------",
-    "space": "In space\n--------",
-    "the_paper": "The figures of the paper\n------------------------",
+    "plane": "In the plane\n------------\n\nHalf-planes, blocks, and meshes in the plane.",
+    "space": "In space\n--------\n\nHalf-spaces, and meshes in space.",
+    "the_paper": "The figures of the paper\n------------------------\n\nDrawn anew, by other methods.",
 }.items():
     (SCRIPTS / folder).mkdir(parents=True, exist_ok=True)
     (SCRIPTS / folder / "GALLERY_HEADER.rst").write_text(f"{heading}\n")

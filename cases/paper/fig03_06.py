@@ -6,7 +6,7 @@ touch.
 
 :Geometry:  strip of the thickness 2 H between rigid planes, blocks rotated by :math:`\\psi_0 = 1` degree
             (paper, Fig. 2)
-:Equations: (44) with the conditions (45) of partial, and of full contact
+:Equations: closed fields (44), with the conditions (45) of partial contact and with those of full contact
 :Method:    20 bilinear elements over the half-thickness as in the paper; elements of high order for Fig. 5
 :Reference: closed form (46)-(49)
 :Units:     lengths over :math:`\\ell` (Fig. 3) or H

@@ -7,7 +7,7 @@ Hardness over the width of the contact falls with the size of microblocks and ri
 :Geometry:  half-plane under a rigid cylinder; (b) square of 18 :math:`a_\\mathrm{Hz}`, as the approach
             needs a bounded body
 :Equations: (10)-(18) in the solid, corner gaps (20)-(22), contact conditions (26)
-:Method:    (a) panels on the contact line, (b) fitted finite elements
+:Method:    panels on the contact line (a), fitted finite elements (b)
 :Reference: Hertz for small blocks
 :Units:     hardness over that of the classical contact, :math:`\\alpha = \\ell/a_\\mathrm{Hz}`
 """

@@ -41,6 +41,7 @@ FACTORS = ("mi", "mn", "msub", "msup", "mfrac", "msqrt", "mrow")
 PARTS = {"msub": 2, "msup": 2, "msubsup": 3, "mfrac": 2, "munder": 2, "mover": 2, "munderover": 3, "mroot": 2}
 # characters before and after a quantity from which no line may part it
 CLOSING, OPENING = re.compile(r"^[^\w\s]+"), re.compile(r"[^\w\s]+$")
+NUMBER = re.compile(r"(\d[\d.]*(?:e-\d+| ± [\d.]+\d))")
 ElementTree.register_namespace("", NAMESPACE)
 logger = logging.getLogger(__name__)
 standard.getLogger("fontTools").setLevel(standard.WARNING)
@@ -98,7 +99,15 @@ def _mathml(translator, node, block):
 
 
 def keep_together(app, tree, page):
-    """Put a quantity and the comma or bracket beside it where no line can part them."""
+    """Put a quantity and the comma or bracket beside it, and a number, where no line can part them."""
+    for text in list(tree.findall(nodes.Text)):
+        parts = NUMBER.split(text)
+        if len(parts) > 1 and isinstance(parent := text.parent, nodes.paragraph):
+            place = parent.index(text)
+            parent[place : place + 1] = [
+                nodes.inline("", part, classes=["together"]) if k % 2 else nodes.Text(part)
+                for k, part in enumerate(parts)
+            ]
     for quantity in list(tree.findall(nodes.math)):
         parent, place = quantity.parent, quantity.parent.index(quantity)
         together = [quantity]

@@ -4,6 +4,7 @@ For readers without a mouse or without sight: what scrolls is reached by the key
 page have names. For all: sliders need a kernel, so that a page has neither their state nor their scripts.
 """
 
+import re
 from pathlib import Path
 
 import matplotlib
@@ -11,16 +12,15 @@ import matplotlib
 from microblock.view.plots import STYLE
 
 NAMED = {
-    '<div class="table-wrapper colwidths-auto docutils container">': (
-        '<div class="table-wrapper colwidths-auto docutils container" tabindex="0">'
-    ),
-    '<div class="table-wrapper colwidths-given docutils container">': (
-        '<div class="table-wrapper colwidths-given docutils container" tabindex="0">'
-    ),
-    '\n<div id="search-results">': '\n<h1>Search</h1><div id="search-results">',
+    r'(<div class="table-wrapper [^"]*")>': r'\1 tabindex="0">',
+    '\n(<div id="search-results">)': r"\n<h1>Search</h1><p>The search field is in the menu.</p>\1",
     "<pre>": '<pre tabindex="0">',
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="All pages">',
     '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
+    # the figure of a cell, which scrolls on a telephone
+    r'<img alt="[^"]*_images/[^"]*"( src="[^"]*" />)': (
+        r'<div class="wide" tabindex="0"><img alt="What the code above draws"\1</div>'
+    ),
 }
 
 
@@ -32,7 +32,7 @@ def names(app, failure):
         text = page.read_text()
         named = text
         for before, after in NAMED.items():
-            named = named.replace(before, after)
+            named = re.sub(before, after, named)
         if named != text:
             page.write_text(named)
 

@@ -133,6 +133,7 @@ class Microblock(_Coulomb):
 
     @property
     def even(self) -> bool:
+        """Whether all blocks are level, so that left and right are mirror images."""
         return not callable(self.psi0) and self.psi0 == 0
 
     def arms(self, points: Array, normals: Array) -> Array:

@@ -224,6 +224,7 @@ class Punch(Formula):
 
     @property
     def even(self) -> bool:
+        """Whether the face is level, so that left and right are mirror images."""
         return self.tilt == 0
 
     def height(self, x: ArrayLike) -> Array:

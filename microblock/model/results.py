@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -157,8 +158,9 @@ def saved(
     """
     if ax is None and (warnings or caption):
         lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
-        # broken to the width of the figure
-        drawing.suptitle("\n".join(lines).strip(), fontsize=8, parse_math=False, wrap=True)
+        # broken to the width of the figure: `wrap` alone breaks lines after the layout has made room for them
+        broken = (fill(line, int(14 * drawing.get_figwidth())) for line in "\n".join(lines).splitlines())
+        drawing.suptitle("\n".join(broken).strip(), fontsize=8, parse_math=False, wrap=True)
     if file is not None:
         require_place(file, "file", formats := drawing.canvas.get_supported_filetypes())
         path = Path(file)

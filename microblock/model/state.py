@@ -363,7 +363,7 @@ class State(PlainData):
     micromoment, psi : arrays (n, 2)
         M1 and M2, and microrotations about x1 and x2.
     pressures : dict of arrays (n,)
-        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2), or {"C": ...}. Where all four are closed
+        Of the corners `--`, `-+`, `+-`, `++` (signs of x1 and x2), or {"C": ...}. Where all four are closed
         they are those of least norm; `pressure` and `micromoment` are unique.
     closed : array (n,) of int
         Number of corners with a force, and all four where no gap is open.
