@@ -44,7 +44,9 @@ def bends(picture):
     x, index = np.unique(picture.sites, return_index=True)
     slopes, middles = np.diff(picture.heights[index]) / np.diff(x), (x[1:] + x[:-1]) / 2
     curvature, lengths = np.diff(slopes) / np.diff(middles), np.diff(middles)
-    away = np.abs(np.subtract.outer(x[1:-1], picture.kinks)).min(axis=1, initial=np.inf)
+    kinks = np.array((-np.inf, *picture.kinks, np.inf))
+    after = np.searchsorted(kinks, x[1:-1])
+    away = np.minimum(x[1:-1] - kinks[after - 1], kinks[after] - x[1:-1])
     bent = (curvature > 0) & low(picture, x[1:-1]) & (away > 1e-3 * picture.half_width)
     square = picture.half_width**3 / picture.rise**2 * (lengths[bent] @ curvature[bent] ** 2)
     return float(np.sqrt(square)) / 2
@@ -56,7 +58,7 @@ def cells_cost(picture, rtol, fewest, most, times):
     peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width
-    smooth = max(2 * valleys, bends(picture) if np.isfinite(picture.lengths).any() else 0.0, 2)
+    smooth = max(2 * valleys, bends(picture), 2)
     needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
     needed += np.sum(slopes**2) / 2 / rtol**2 if picture.detected else 2 * np.sum(slopes) / rtol
