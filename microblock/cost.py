@@ -27,11 +27,14 @@ class Cost(NamedTuple):
         weigh as much.
     unknowns : float
         Of the last discretisation.
+    misses : bool
+        Whether the answer is expected to end above rtol.
     """
 
     seconds: float
     memory: float
     unknowns: float
+    misses: bool = False
 
 
 class Rate(NamedTuple):

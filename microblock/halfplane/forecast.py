@@ -62,7 +62,8 @@ def cells_cost(picture, rtol, fewest, most, times):
     needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
     needed += np.sum(slopes**2) / 2 / rtol**2 if picture.detected else 2 * np.sum(slopes) / rtol
-    return cost.of("cells", max(fewest, min(2.0 ** np.ceil(np.log2(width * needed)), most)), times)
+    count = 2.0 ** np.ceil(np.log2(width * needed))
+    return cost.of("cells", max(fewest, min(count, most)), times)._replace(misses=bool(count > most))
 
 
 def period_cost(gaps, corners, rtol, fewest):

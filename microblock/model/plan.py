@@ -8,6 +8,8 @@ from ..cost import MOST_MEMORY, Cost
 from ..errors import MicroblockError, NotConverged, shortened
 from .types import MethodLike
 
+PATIENCE = 2.0  # seconds that an answer to rtol may take more than one that misses it
+
 
 @dataclass(frozen=True, repr=False)
 class Candidate:
@@ -39,6 +41,7 @@ class Candidate:
         cost, words = self.cost, shortened(self.refusal) or "no prediction"
         if cost is not None:
             words = f"{cost.seconds:8.2g} s{cost.memory / 1e6:9.2g} MB{cost.unknowns:9.2g} unknowns"
+            words += ", above rtol" * cost.misses
         return f"{self.name:9s} {words}"
 
 
@@ -77,7 +80,7 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
     """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol, or to the usual one
     of the first that has one: by their seconds if all predict them. Seconds of others count twice, since
     states of the usual method know more: on a half-plane edges of zones and fields below the surface. What
-    would take more than MOST_MEMORY is refused.
+    would take more than MOST_MEMORY is refused. What is expected to miss rtol comes PATIENCE later.
     """
     able, refused = [], []
     if rtol is None:
@@ -90,7 +93,7 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
         except MicroblockError as failure:
             refused.append(Candidate(solver, refusal=str(failure)))
             continue
-        weighted = cost and cost.seconds * (2 if number else 1)
+        weighted = cost and cost.seconds * (2 if number else 1) + PATIENCE * cost.misses
         able.append((weighted, Candidate(solver, cost)))
     if all(weighted for weighted, _ in able):
         able.sort(key=lambda pair: pair[0] or 0.0)
