@@ -52,7 +52,7 @@ def draw_curves(axis, state):
 
 def _plot(axis, surface, lines):
     for label, row, look in lines:
-        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+        axis.plot(*blocks.interrupted(surface, np.stack((surface.x, row))), label=label, **look)
 
 
 def curves(surface):
