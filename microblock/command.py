@@ -20,12 +20,13 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-from .data.records import versions, write_text
+from .data.records import number, versions, write_text
 from .errors import (
     BadArgument,
     MicroblockError,
     made_folder,
     replacing,
+    require,
     require_place,
     require_size,
     shortened,
@@ -73,13 +74,10 @@ class Option:
             raise BadArgument(self.name, text, words)
         if self.kind not in (int, float):
             return text
-        try:
-            number = self.kind(text)
-        except ValueError:
-            words = "must be a whole number" if self.kind is int else "must be a finite number"
-            raise BadArgument(self.name, text, words) from None
-        require_size(**{self.name: number})
-        return number
+        value = number(text)
+        require(self.kind is float or type(value) is int, self.name, text, "must be a whole number")
+        require_size(**{self.name: value})
+        return self.kind(value)
 
 
 def options(function):

@@ -205,7 +205,7 @@ def shown(value: Any) -> str:
     sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
     if sequence and len(value) > 6:
         return f"{len(value)} entries ({', '.join(shown(one) for one in value[:3])}, ...)"
-    return shortened(repr(_of_numpy(value)))
+    return shortened(repr(plain(value)))
 
 
 def shortened(words: str) -> str:
@@ -225,13 +225,9 @@ def require(holds: object, name: str, value: object, allowed: str) -> None:
         raise BadArgument(name, value, allowed)
 
 
-def _of_numpy(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
-
-
 def plain(value: Any) -> Any:
     """Returns a number of numpy as Python's, since narrow integers overflow."""
-    return value.item() if isinstance(value, np.ndarray) and not value.ndim else _of_numpy(value)
+    return value.item() if isinstance(value, (np.generic, np.ndarray)) and not value.ndim else value
 
 
 class Checked:
@@ -255,7 +251,7 @@ def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable
 def require_finite(**arguments: object) -> None:
     """Raises BadArgument for what is no finite real number, or too large for products."""
     _require(
-        lambda value: type(_of_numpy(value)) in (int, float) and abs(value) < float("inf"),
+        lambda value: type(plain(value)) in (int, float) and abs(value) < float("inf"),
         "must be a finite number",
         arguments,
     )
@@ -289,7 +285,7 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
     """Raises BadArgument for what is no whole number from `least` to `most`."""
     words = f", at least {least}" if most is None else f" between {least} and {most}"
     _require(
-        lambda value: type(_of_numpy(value)) is int and least <= value <= (most or sys.maxsize),
+        lambda value: type(plain(value)) is int and least <= value <= (most or sys.maxsize),
         f"must be a whole number{words}",
         arguments,
     )

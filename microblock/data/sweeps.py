@@ -26,6 +26,7 @@ from ..errors import (
     MissingExtra,
     NotConverged,
     made_folder,
+    require,
     require_flag,
     require_kind,
     require_values,
@@ -92,14 +93,12 @@ def sweep(
     >>> [row["area"] for row in rows]
     [3, 6]
     """
-    if not callable(function):
-        raise BadArgument("function", function, "must be a function")
+    require(callable(function), "function", function, "must be a function")
     require_flag(quiet=quiet)
     points = _points(over)
-    if executor is not None and workers is not None:
-        raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
-    if executor is not None and not callable(getattr(executor, "submit", None)):
-        raise BadArgument("executor", executor, "must be a concurrent.futures.Executor")
+    if executor is not None:
+        require_kind(Executor, "a concurrent.futures.Executor", executor=executor)
+        require(workers is None, "workers", workers, "belongs to local processes, not to an executor")
     if workers is not None:
         require_whole(1, workers=workers)
     keys = range(len(points)) if records is None else [digest(function, point) for point in points]
@@ -149,8 +148,8 @@ def _called(call):
 def _points(over):
     if isinstance(over, Mapping):
         for name, values in over.items():
-            if isinstance(values, (str, Mapping)) or not np.iterable(values):
-                raise BadArgument("over", {name: values}, "must give each argument a list of values")
+            listed = np.iterable(values) and not isinstance(values, (str, Mapping))
+            require(listed, "over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
     points = require_values(over=over)
     for point in points:
@@ -188,8 +187,7 @@ def _answer(given, point):
     """An answer as JSON's types, or BadArgument."""
     given = given if isinstance(given, Mapping) else {"value": given}
     taken = {*point, "seconds", "error"} & given.keys()
-    if taken:
-        raise BadArgument("answer", min(taken), "must be neither an argument nor 'seconds' nor 'error'")
+    require(not taken, "answer", sorted(taken), "must be neither an argument nor 'seconds' nor 'error'")
     try:  # arrays and numbers of numpy as lists and numbers
         return json.loads(json.dumps(given, allow_nan=False, default=lambda value: value.tolist()))
     except (AttributeError, TypeError, ValueError) as failure:

@@ -44,17 +44,6 @@ from .types import (
 )
 from .zones import contact_zones, over_the_end
 
-COLUMNS = [
-    "x",
-    "weight",
-    "pressure",
-    "pressure_A",
-    "pressure_B",
-    "micromoment",
-    "psi",
-    "shear",
-    "slip",
-]  # of a profile
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 
 
@@ -789,10 +778,12 @@ class State(PlainData):
         if not self.flat:
             cuts = {"axis": "x1", "diagonal": "diagonal"} if self.squares else {}
             return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
-        known = {**data, **{f"pressure_{name}": data["pressures"].get(name) for name in "AB"}}
-        known |= {"weight": data["weights"], "shear": data.get("shear_traction")}
-        lacking = () if "slip" in data else ("shear", "slip")
-        return {**data, "profile": {name: known[name] for name in COLUMNS if name not in lacking}}
+        profile = {"x": data["x"], "weight": data["weights"], "pressure": data["pressure"]}
+        profile |= {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
+        profile |= {"micromoment": data["micromoment"], "psi": data["psi"]}
+        if "slip" in data:
+            profile |= {"shear": data["shear_traction"], "slip": data["slip"]}
+        return {**data, "profile": profile}
 
     def __repr__(self) -> str:
         contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"

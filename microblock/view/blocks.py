@@ -29,47 +29,43 @@ def without_rounding(surface):
     )
 
 
-def interrupted(surface, x, values):
-    """x and values (..., n), with a nan wherever the surface is interrupted."""
+def interrupted(surface, values):
+    """Values (..., n) along a `Surface`, with a nan wherever it is interrupted."""
     ends = np.flatnonzero([] if surface.apart is None else surface.apart)
-    places = np.searchsorted(x, (surface.x[ends] + surface.x[ends + 1]) / 2)
-    return np.insert(x, places, np.nan), np.insert(values, places, np.nan, axis=-1)
+    return np.insert(values, ends + 1, np.nan, axis=-1)
 
 
-def blocks(surface, contact):
-    """The blocks of a `Surface` with contact zones [(left, right), ...], in the `window` of these within the
-    surface.
+def blocks(surface, window):
+    """The blocks of a `Surface` in a window (left, right), about the point nearest to its middle.
 
     squares : array (m, 4, 2), corners A, B, and those below B and A
     closed : boolean array (m, 2), of A and B; False without corners
-    surface, obstacle : arrays (n, 2); nan where there is none
-    window : (left, right)
+    surface, obstacle : arrays (2, n); nan where there is none, and of the surface beyond the window
+    ends : (left, right) about that point
     magnification : float
     """
-    ell = surface.ell
-    left, right = window(ell, contact)
-    middle, half = (surface.x[0] + surface.x[-1]) / 2, max(np.ptp(surface.x), LEAST / 2 * ell) / 2
-    left, right = max(left, middle - half), min(right, middle + half)
-    count = int(np.clip((right - left) / ell, 1, 4 * MOST))
-    x = (left + right) / 2 + ell * (np.arange(count) - (count - 1) / 2)
-    surface = without_rounding(surface)
+    (left, right), ell, surface = window, surface.ell, without_rounding(surface)
+    half, middle = (right - left) / 2, surface.x[np.abs(surface.x - (left + right) / 2).argmin()]
+    beside = int(half / ell - 0.5)
+    x = middle + ell * np.arange(-beside, beside + 1)
     x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
-    ends = np.clip((left, right), surface.x[0], surface.x[-1])
-    line = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
-    known = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
-    rows = *surface.points.T, *surface.normals.T, surface.rotation, surface.displacement, known
-    along = np.array([np.interp(line, surface.x, row) for row in rows])
-    points, normals, (turn, down, over) = along[:2], along[2:4], along[4:]
-    normals /= np.linalg.norm(normals, axis=0)
-    here = np.searchsorted(line, x)
-    magnified = magnification(np.abs(turn[here]).max(initial=0.0), np.ptp(down) / (0.12 * (right - left)))
-    moved = points - magnified * down * normals
+    rows = *surface.points.T, *surface.normals.T, surface.rotation, surface.displacement
+    along = np.column_stack([np.interp(x, surface.x, row) for row in rows])
+    middles, normals, rotation, depths = np.split(along, (2, 4, 5), axis=1)
+    magnified = magnification(np.abs(rotation).max(), np.ptp(depths) / (0.24 * half))
+    tangents, turned = normals[:, ::-1] * (1, -1), magnified * rotation
+    # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
+    side = ell * (tangents + turned * normals)
+    down = ell * (turned * tangents - normals) / np.hypot(1, turned)
+    A, B = (middles - magnified * depths * normals + sign * side / 2 for sign in (-1, 1))
+    inside = np.where(np.abs(surface.x - middle) <= half, surface.displacement, np.nan)
+    over = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
     return SimpleNamespace(
-        squares=_squares(moved.T[here], normals.T[here], magnified * turn[here, None], ell),
+        squares=np.stack((A, B, B + down, A + down), axis=1),
         closed=_closed(surface, x),
-        surface=interrupted(surface, line, moved)[1].T,
-        obstacle=(points + magnified * over * normals).T,
-        window=(left, right),
+        surface=interrupted(surface, surface.points.T - magnified * inside * surface.normals.T),
+        obstacle=surface.points.T + magnified * over * surface.normals.T,
+        ends=(middle - half, middle + half),
         magnification=magnified,
     )
 
@@ -96,26 +92,18 @@ def turn(corners):
 def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.3)
-    contact, corners = state.zones["contact"], tuple(state.pressures)
-    shown = blocks(state.surface(window(state.solid.ell, contact)), contact)
-    (left, right), look = shown.window, {"edgecolor": "0.35", "linewidth": 0.5}
-    # heights from the uppermost point of the surface on
-    down = np.array((0.0, np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-np.inf))))
-    kinds = shown.closed @ (1, 2) if len(corners) == 2 else 3 * shown.closed.all(axis=1)
-    fills = np.array(list(FILLS.values()))[kinds]
-    axis.add_collection(PolyCollection(shown.squares - down, facecolor=fills, **look))
-    axis.plot(*(shown.surface - down).T, color="k", linewidth=0.5)
-    above = 0.08 * (right - left)
-    lowest = (shown.squares - down)[..., 1].min(initial=0)
-    x, over = (shown.obstacle - down).T
-    axis.fill_between(x, over, np.fmax(over, above), facecolor="0.75", edgecolor="k", lw=0.5, zorder=0.5)
-    axis.set(
-        aspect="equal",
-        xlabel="$x_1$ (length)",
-        xlim=(left, right),
-        ylim=(lowest - 0.06 * (right - left), above),  # with room for the key of the blocks
-    )
-    axis.tick_params(axis="y", left=False, labelleft=False)
+    corners, around = state.law.corners, window(state.solid.ell, state.zones["contact"])
+    shown, width = blocks(state.surface(around), around), around[1] - around[0]
+    top, look = np.nanmax(shown.surface[1]), {"edgecolor": "0.35", "linewidth": 0.5}
+    highest = top + 0.08 * width
+    fills = np.array(list(FILLS.values()))[shown.closed @ (1, 2)]
+    axis.add_collection(PolyCollection(shown.squares, facecolor=fills, **look))
+    axis.plot(*shown.surface, color="k", linewidth=0.5)
+    x, over = shown.obstacle
+    axis.fill_between(x, over, np.fmax(over, highest), facecolor="0.75", edgecolor="k", lw=0.5, zorder=0.5)
+    lowest = shown.squares[..., 1].min() - 0.06 * width  # with room for the key of the blocks
+    axis.set(aspect="equal", xlabel="$x_1$ (length)", xlim=shown.ends, ylim=(lowest, highest))
+    axis.set(yticks=())
     axis.spines["left"].set_visible(False)
     if len(corners) == 2:
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
@@ -124,16 +112,6 @@ def draw(axis, state):
     words = f"blocks: {turn(corners)} and heights {shown.magnification:g} times{touches}"
     axis.set_title(words, loc="left")
     return drawing
-
-
-def _squares(middle, normals, rotation, ell):
-    """Corners, array (m, 4, 2); the middles of outer sides and normals are (m, 2), rotations (m, 1)."""
-    tangents = np.column_stack((normals[:, 1], -normals[:, 0]))
-    # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
-    side = ell * (tangents + rotation * normals)
-    down = ell * (rotation * tangents - normals) / np.hypot(1, rotation)
-    A, B = middle - side / 2, middle + side / 2
-    return np.stack((A, B, B + down, A + down), axis=1)
 
 
 def _closed(surface, x):

@@ -25,7 +25,6 @@ STYLE: dict[Any, Any] = {
     "legend.handlelength": 1.2,
     "axes.prop_cycle": cycler(color=COLOURS),
     "figure.dpi": 250,
-    "mathtext.fontset": "dejavusans",
     "axes.spines.top": False,
     "axes.spines.right": False,
 }

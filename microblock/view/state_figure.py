@@ -28,7 +28,7 @@ def draw(state):
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     most = 4 * state.load / state.contact_area if state.contact_area else np.inf
     for name in ("pressure", "micromoment"):
-        _cut(axes[name], most, unbounded(state))
+        _cut(axes[name], most, len(unbounded(state)))
     _bars(axes["zones"], state.zones, corners)
     for name in ("pressure", "micromoment", "gap", "turn", "zones"):
         axes[name].set(xlim=surface.x[[0, -1]], xlabel="$x_1$ (length)" * (name in ("turn", "zones")))
@@ -52,7 +52,7 @@ def draw_curves(axis, state):
 
 def _plot(axis, surface, lines):
     for label, row, look in lines:
-        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+        axis.plot(*blocks.interrupted(surface, np.stack((surface.x, row))), label=label, **look)
 
 
 def curves(surface):
@@ -84,12 +84,11 @@ def _bars(axis, zones, corners):
     axis.tick_params(axis="y", length=0)
 
 
-def _cut(axis, most, places):
+def _cut(axis, most, endless):
     """Ends an axis at 4 times the mean pressure, of which a cylinder has 1.3, and says so."""
     low, high = axis.dataLim.intervaly
     if max(-low, high) <= most:
         return
     axis.set_ylim(max(low, -most), min(high, most))  # the curves beyond are cut off
-    where = ", ".join(f"{place:.3g}" for place in places[:4]) + ", ..." * (len(places) > 4)
-    why = f"unbounded at {where}" if len(places) else f"largest {max(-low, high):.3g}"
+    why = "unbounded" if endless else f"largest {max(-low, high):.3g}"
     axis.text(1, 1.2, f"cut: {why}", transform=axis.transAxes, ha="right", fontsize=6)

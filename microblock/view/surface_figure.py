@@ -53,9 +53,7 @@ def draw_blocks(axis, state):
     square = state.squares[most]
     cells = np.column_stack((state.psi, state.displacement, state.closed)).reshape(count, n, n, 4)[most]
     x1, x2 = _contact_points(square, cells[..., 3] > 0, ell)
-    between = RegularGridInterpolator(square.axes, cells)
-    psi1, psi2, u, _ = between((x1, x2)).T
-    closed = between((x1, x2), method="nearest")[:, 3].astype(int)
+    psi1, psi2, u, closed = RegularGridInterpolator(square.axes, cells, "nearest")((x1, x2)).T
     turned, deep = np.hypot(psi1, psi2).max(), np.abs(u).max() / (1.5 * ell)
     magnified, tilt = magnification(turned, deep), law.tilt(x1, x2)  # (-psi0_2, psi0_1)
     psi = magnified * np.column_stack((psi1 + tilt[1], psi2 - tilt[0], np.zeros_like(u)))
@@ -66,7 +64,7 @@ def draw_blocks(axis, state):
     require_kind(Axes3D, "an Axes of matplotlib in three dimensions", ax=axis)
     look = _look(state, "w")
     faces = np.concatenate([corners[:, members] for members in FACES])
-    colours = look["cmap"](closed)[:, :3]
+    colours = look["cmap"](closed.astype(int))[:, :3]
     shown = np.concatenate([light * colours for light in FACES.values()])
     axis.add_collection3d(
         Poly3DCollection(faces, facecolors=shown, edgecolors="0.25", linewidths=0.3, clip_on=False)

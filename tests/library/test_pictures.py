@@ -36,8 +36,9 @@ def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
     """A alone, B alone, both and none are four fills; a shifted contact has shifted blocks."""
     law, panels = mb.Microblock(0.002), mb.Panels(order=14)  # one order: the same points of the surface
     state = solved(law=law, load=2.0, method=panels)
-    zones, surface = state.zones["contact"], state.surface(blocks.window(SOLID.ell, state.zones["contact"]))
-    shown = blocks.blocks(surface, zones)
+    window = blocks.window(SOLID.ell, state.zones["contact"])
+    surface = state.surface(window)
+    shown = blocks.blocks(surface, window)
     squares = state.plot_blocks().axes[0].collections[0]
     fills = [tuple(colour) for colour in squares.get_facecolor()]
     pairs = [tuple(map(bool, closed)) for closed in shown.closed]
@@ -50,15 +51,15 @@ def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
         assert over == pytest.approx(expected, abs=1e-3 * SOLID.ell)
         assert np.all(over[shown.closed[:, corner]] < 1e-3 * SOLID.ell)
     shifted = solved(lambda x: (x - 1) ** 2 / 20, law, load=2.0, method=panels)
-    moved = blocks.blocks(shifted.surface(), shifted.zones["contact"]).squares
+    moved = blocks.blocks(shifted.surface(), blocks.window(SOLID.ell, shifted.zones["contact"])).squares
     # rounding of abscissae is magnified a little
-    assert moved == pytest.approx(blocks.blocks(state.surface(), zones).squares + (1.0, 0.0), abs=1e-9)
+    assert moved == pytest.approx(blocks.blocks(state.surface(), window).squares + (1.0, 0.0), abs=1e-9)
 
 
 def test_pictures_do_not_magnify_rounding(block):
     """Gaps of 1e-17 are nothing: all corners are marked; a law of one corner has no legend of two."""
     state = mb.Contact(on_mesh(block).problem.body, mb.Plane(), LAW).solve(load=0.05)
-    shown = blocks.blocks(state.surface(), state.zones["contact"])
+    shown = blocks.blocks(state.surface(), blocks.window(state.solid.ell, state.zones["contact"]))
     assert shown.closed.all() and shown.magnification == 1.0
     figure = solved(mb.Punch(0.3), LINE).plot()
     assert not panel(figure, "blocks").get_legend()
