@@ -36,8 +36,8 @@ class Facets:
             for i, own in enumerate(nodes.facets)
             if nodes.normals[own, 1].min() > steepest and np.ptp(x[own]) > 0
         ]
-        self.numbers = np.array(sorted(upper, key=lambda i: x[nodes.facets[i]].min()), int)
-        self.members = [nodes.facets[i][np.argsort(x[nodes.facets[i]])] for i in self.numbers]
+        self.numbers = np.array(sorted(upper, key=lambda i: nodes.facets[i].min()), int)
+        self.members = [np.sort(nodes.facets[i]) for i in self.numbers]
         self.left, self.right = (np.array([x[own[end]] for own in self.members]) for end in (0, -1))
         self.spacing = (self.right - self.left) / [len(own) - 1 for own in self.members]
 
@@ -51,13 +51,11 @@ class Facets:
         them.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
-        counts, abscissae = np.array([len(own) for own in self.members]), self.nodes.points[:, 0]
-        for count in set(counts):
-            here = np.flatnonzero((place >= 0) & (counts[place] == count))
-            facet, own = place[here], np.array([self.members[i] for i in place[here]], int).reshape(-1, count)
-            left, length = self.left[facet], (self.right - self.left)[facet]
-            shares = lagrange((abscissae[own] - left[:, None]) / length[:, None], (x[here] - left) / length)
-            found[..., here] = np.sum(values[..., own] * shares, axis=-1)
+        for number in np.unique(place[place >= 0]):
+            own, here = self.members[number], place == number
+            left, length = self.left[number], self.right[number] - self.left[number]
+            shares = lagrange((self.nodes.points[own, 0] - left) / length, (x[here] - left) / length)
+            found[..., here] = values[..., own] @ shares.T
         return found
 
     def surface(self, x):

@@ -266,7 +266,7 @@ class Body:
     def solvers(self):
         """{method: where its solver is}, where not the plane's."""
         solvers = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton_solver.NewtonSolver3D"}
-        return solvers if self.mesh.dim == 3 else {}
+        return solvers if self.in_space else {}
 
     def unknowns_of(self, name):
         """Slice of the unknowns of a field."""
@@ -412,7 +412,7 @@ class Fields:
         self.forces, self.mirrored = forces, mirrored
         for name, component in zip(body.names, self.components):
             setattr(self, name, component)
-        if body.mesh.dim == 3:
+        if body.in_space:
             self.u, self.psi = body.vectors(self.components)
 
     def __iter__(self):
@@ -429,7 +429,7 @@ class Fields:
 
     def __call__(self, x1, x2):
         """The PointFields at points, arrays (n,) or numbers; BadArgument for a point outside of the body."""
-        if self.body.mesh.dim == 3:
+        if self.body.in_space:
             raise BadArgument("body", self.body, "lies in space: take fields.u, fields.stress, ... there")
         x1, x2, shape = at_points(x1, x2)
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
@@ -447,7 +447,7 @@ class Fields:
     def stress(self):
         """Force stress (16), 2x2, in three dimensions 3x3."""
         sigma = contact_term.stress(self.body.solid, self.body.strains(self)[0])
-        if self.body.mesh.dim < 3:
+        if not self.body.in_space:
             sigma = ng.CF((sigma[0, 0], sigma[0, 1], sigma[1, 0], sigma[1, 1]), dims=(2, 2))
         return ng.BoundaryFromVolumeCF(sigma)  # else gradients are 0 there, in silence
 
@@ -455,7 +455,7 @@ class Fields:
     def couple_stress(self):
         """Couple stress, (m1, m2), in three dimensions 3x3."""
         m = contact_term.couple_stress(self.body.solid, self.body.strains(self)[1])
-        return ng.BoundaryFromVolumeCF(m if self.body.mesh.dim == 3 else ng.CF((m[2, 0], m[2, 1])))
+        return ng.BoundaryFromVolumeCF(m if self.body.in_space else ng.CF((m[2, 0], m[2, 1])))
 
     def reaction(self, boundary):
         """The Reaction of the supports on a boundary, from nodal forces.
@@ -485,7 +485,7 @@ class Fields:
             forces, part = self.forces[body.unknowns_of(name)], region * body.boundary(body.fixed[name])
             values = [supports.values_on(body, part, name, motion[PLACES[name]]) for motion in motions]
             work += np.array(values) @ forces
-        return Reaction(work[:3], work[3:]) if body.mesh.dim == 3 else Reaction(work[:2], float(work[5]))
+        return Reaction(work[:3], work[3:]) if body.in_space else Reaction(work[:2], float(work[5]))
 
     def _place(self):
         """The place, for moments: along a period forces have no arm."""

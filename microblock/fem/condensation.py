@@ -62,7 +62,7 @@ class Condensed(ContactNodes):
         require_kind(Body, "a Body", body=body)
         require_pressed(body, followed)
         super().__init__(body)
-        self._followed = followed
+        self._made_of = body, followed
         self.unknowns = body.unknowns
         self._advice = (
             "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
@@ -75,9 +75,6 @@ class Condensed(ContactNodes):
         seen = np.concatenate([values.indices for values in seen])
         self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, self._advice)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
-
-    def __reduce__(self):
-        return Condensed, (self.body, self._followed)
 
     @cached_property
     @bounded
@@ -174,7 +171,7 @@ def require_pressed(body, followed=False):
     # its ends are one node; as two they would share their force at random
     words = "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
     require(not body.periodic or followed, "body", body, f"must not be periodic: {words}")
-    words = "in space" if body.mesh.dim == 3 else "but with Newton() and without friction"
+    words = "in space" if body.in_space else "but with Newton() and without friction"
     words = f"must be empty {words}: supports hold 0"
     require(not body.prescribed, "prescribed", body.prescribed, words)
     supports.pressed(body)
@@ -189,6 +186,6 @@ def condensed(body, clamped=False, followed=False):
 
 def clamped_on_contact(body):
     """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, made once."""
-    names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
+    names = ("psi1", "psi2") if body.in_space else ("psi",)
     more = {name: "|".join(filter(None, (body.fixed.get(name), body.contact))) for name in names}
     return body.once("clamped", lambda: body.on(body.mesh, fixed={**body.fixed, **more}))

@@ -16,7 +16,7 @@ from ..corners.compliance import nearest_alone
 from ..corners.surface_law import on_surface
 from ..errors import BadArgument, require_kind
 from ..model import law as laws
-from ..model.quadrature import gauss_rule, lagrange
+from ..model.quadrature import gauss_rule
 from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
@@ -48,12 +48,16 @@ def nodal_rule(kind, order):
     return rule_at([(s, t) for s in points for t in points], np.outer(weights, weights).ravel())
 
 
-def nodal_shapes(kind, order, places):
-    """The nodal polynomials at reference coordinates, (k, 2): array (k, nodes)."""
-    if kind == ng.ET.TRIG:
-        return np.column_stack((places, 1 - places.sum(axis=1)))
-    along = [lagrange(lobatto(order)[0], own) for own in places.T]
-    return along[0] if kind == ng.ET.SEGM else np.einsum("ki,kj->kij", *along).reshape(len(places), -1)
+def shapes(element, rule):
+    """The functions of an element at the points of a rule: array (points, functions)."""
+    values = np.array([element.CalcShape(*point.point[:2]) for point in rule])
+    return np.where(np.abs(values) > FLAT, values, 0.0)
+
+
+def nodal_shapes(kind, order, rule):
+    """The nodal polynomials of a facet there: array (points, nodes)."""
+    element = ng.fem.H1FE(kind, order)
+    return np.linalg.solve(shapes(element, nodal_rule(kind, order)).T, shapes(element, rule).T).T
 
 
 def rule_at(places, weights=None):
@@ -99,6 +103,7 @@ class ContactNodes:
     def __init__(self, body):
         require_kind(Body, "a Body", body=body)
         self.body, self.dim, self.region = body, body.mesh.dim, supports.pressed(body)
+        self._made_of = (body,)
         if self.dim > 1:
             elements_at(body.mesh, self.region)  # which checks that there are some
         if self.dim == 3:
@@ -114,7 +119,7 @@ class ContactNodes:
 
     def __reduce__(self):
         """A copy is made anew."""
-        return type(self), (self.body,)
+        return type(self), self._made_of
 
     def _require_upwards(self):
         facets = list(self.region.Elements())
@@ -197,16 +202,8 @@ class ContactNodes:
 
     def _shapes(self, space):
         """Of each facet the unknowns of a space, and its functions at the nodes, array (nodes, unknowns)."""
-        known = {}
         for facet, order in zip(self.region.Elements(), self.orders):
-            dofs = space.GetDofNrs(facet)
-            vertices = np.unique(dofs[: len(facet.vertices)], return_inverse=True)[1]
-            key = facet.type, len(dofs), order, *vertices  # functions depend on the directions of edges
-            if key not in known:
-                rule, fel = nodal_rule(facet.type, order), space.GetFE(facet)
-                values = np.array([fel.CalcShape(*point.point[:2]) for point in rule])
-                known[key] = np.where(np.abs(values) > FLAT, values, 0.0)
-            yield dofs, known[key]
+            yield space.GetDofNrs(facet), shapes(space.GetFE(facet), nodal_rule(facet.type, order))
 
     def _trace(self, space):
         """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
@@ -285,11 +282,10 @@ class ContactNodes:
         """At the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights, (k,), and values
         from the nodes, sparse (k, n).
         """
-        places = {kind: np.array([point.point for point in rule])[:, :2] for kind, rule in rules.items()}
-        shapes = cache(lambda kind, order: nodal_shapes(kind, order, places[kind]))
+        values = cache(lambda kind, order: nodal_shapes(kind, order, rules[kind]))
         facets = list(self.region.Elements())
         parts = zip(facets, self.facets, self.orders)
-        rows = [(own, row) for facet, own, order in parts for row in shapes(facet.type, order)]
+        rows = [(own, row) for facet, own, order in parts for row in values(facet.type, order)]
         measured = at_rules(self.body.mesh, facets, [rules[facet.type] for facet in facets])[:2]
         return *measured, _rows(rows, len(self.points))
 
@@ -374,8 +370,8 @@ class ContactFacets(ContactNodes):
             raise BadArgument(
                 "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
             )
-        self._made_of = body, law, obstacle
         super().__init__(body)
+        self._made_of = body, law, obstacle
         if body.element_orders is not None:
             raise BadArgument(
                 "body",
@@ -387,9 +383,6 @@ class ContactFacets(ContactNodes):
         self.g0 = initial_gaps(law, self, obstacle)
         if self.dim < 3:
             self._take_nearest()
-
-    def __reduce__(self):
-        return ContactFacets, self._made_of
 
     def _take_nearest(self):
         """Where psi is held, leave the nearest corner alone; corners with one gap are twins."""

@@ -59,7 +59,7 @@ class MeshFitter(GroundSolver):
         """The Body on a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         count = (along_surface(tips, parts, levels) + len(sizes) / 2) * order
-        if count > MOST_NODES and not getattr(self.picture, "simple", True):
+        if count > MOST_NODES and not self.picture.simple:
             instead = "take HalfPlane(solid) with Cells()"
             if self.domain < math.inf:
                 instead = "ask for a larger rtol, or take a Body on a mesh of yours"

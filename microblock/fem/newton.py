@@ -102,11 +102,11 @@ class MonolithicNewton:
 
     def _build(self):
         """The functional: elastic energy (8) and contact term (37), or that of (31)."""
-        body, facets, in_space = self.body, self.facets, self.body.mesh.dim == 3
+        body, facets = self.body, self.facets
         self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
-        others = [facets.multipliers] * len(facets.g0) if self.method == "al" and not in_space else []
+        others = [facets.multipliers] * len(facets.g0) if self.method == "al" and not body.in_space else []
         space = reduce(mul, (body.space, *others, ng.NumberSpace(body.mesh, definedon=facets.region)))
-        if in_space:
+        if body.in_space:
             self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:
             self._systems = Direct(body, space)
@@ -235,7 +235,7 @@ class MonolithicNewton:
         if self.method == "al":
             length = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
             left = max(_ratio(gaps[closed], length), _ratio(own[~closed], np.abs(stresses).max()))
-        in_space, forces = self.body.mesh.dim == 3, -stresses * facets.weights
+        in_space, forces = self.body.in_space, -stresses * facets.weights
         return NodalState(
             approach=self._first + float(values[-1]),
             load=self._load.Get() if self.control == "load" else float(self._up @ forces.sum(axis=0)),
@@ -254,7 +254,7 @@ class MonolithicNewton:
 def default_rho(facets, method):
     """The `usual_rho` of the body's height, in space of 1/8 or 10 times the length of a facet."""
     body = facets.body
-    if body.mesh.dim == 3:
+    if body.in_space:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
         return usual_rho(body.solid, method, length * (1 / 8 if method == "al" else 10))
     return usual_rho(body.solid, method, np.ptp([vertex.point[-1] for vertex in body.mesh.vertices]))

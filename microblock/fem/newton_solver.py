@@ -22,7 +22,7 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        check = require_pressed if self.body.mesh.dim == 3 else pressed
+        check = require_pressed if self.body.in_space else pressed
         check(self.body)
 
     @cached_property

@@ -36,7 +36,7 @@ def pressed(body):
         f"is constrained in u2 by the supports on {body.fixed.get('u2')}: "
         "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone"
     )
-    held = body.mesh.dim < 3 and "u2" in held_on(body, body.contact)
+    held = not body.in_space and "u2" in held_on(body, body.contact)
     require(not held, "boundary", body.contact, words)
     return region
 
