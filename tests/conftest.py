@@ -84,7 +84,10 @@ def pytest_generate_tests(metafunc):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Tests marked browser, site, or nightly without a count, run with `-m` and that name only."""
+    """Tests marked browser, site, or nightly without a count, run with `-m` and that name only. Slow ones
+    begin: whichever is left to the end keeps one worker busy alone.
+    """
+    items.sort(key=lambda item: not item.get_closest_marker("slow"))
     for name in {"browser", "site", "nightly"} - {*config.getoption("-m").split()}:
         marked = [(item, item.get_closest_marker(name)) for item in items]
         left = [item for item, mark in marked if mark and not mark.args]

@@ -41,13 +41,13 @@ COMMAND = "python -m cases "
 # commands of the contract, with what they need, or what makes them quick
 CONTRACT = (
     "contact --height x**2/20",
-    "hertz",
+    "hertz --loads 1",
     "lattice",
-    "layers",
-    "size_effect",
-    "sphere",
+    "layers --alphas 0.5 --positions 0.3",
+    "size_effect --alphas 0.5",
+    "sphere --cells 32",
     "strip",
-    "tangential --shear 0",
+    "tangential --shear 0 --rtol 0.3",
 )
 
 SOLID, OTHER = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1), mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)

@@ -132,20 +132,22 @@ class Kernels:
 
     def __call__(self, x, which=(0, 1, 2)):
         """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
-        x = np.asarray(x, float)
-        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start) / self._step
-        part = np.minimum(place.astype(np.intp), self._parts - 1)
-        t = 2 * (place - part) - 1
-        values = np.empty((len(which), *x.shape))
-        for value, number in zip(values, which):
-            coefficients = self._table[number]
-            value[...] = coefficients[-1].take(part)
-            for row in coefficients[-2::-1]:  # Horner
-                value *= t
-                value += row.take(part)
-            if number in ODD:
-                value *= np.sign(x)
-        return values
+        shape, x, size = np.shape(x), np.ravel(x).astype(float), 2**15  # numbers that fit into a cache
+        values = np.empty((len(which), x.size))
+        for start in range(0, x.size, size):
+            near = x[start : start + size]
+            place = (np.log(np.clip(np.abs(near), NEAREST, FARTHEST)) - self._start) / self._step
+            part = np.minimum(place.astype(np.intp), self._parts - 1)
+            t = 2 * (place - part) - 1
+            for value, number in zip(values[:, start : start + size], which):
+                coefficients = self._table[number]
+                value[...] = coefficients[-1].take(part)
+                for row in coefficients[-2::-1]:  # Horner
+                    value *= t
+                    value += row.take(part)
+                if number in ODD:
+                    value *= np.sign(near)
+        return values.reshape(len(which), *shape)
 
 
 def _parting(points, parts, terms):

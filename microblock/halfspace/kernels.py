@@ -55,17 +55,20 @@ class Kernels(Radial):
 
         The array (6, count, count) has `along_axes`, with psi = 0 (3, count, count).
         """
-        found = np.empty((3 if clamped else 6, count, count))
+        turned = [0, 2, 1] if clamped else [0, 2, 1, 5, 4, 3]  # what components are with x and y exchanged
+        found = np.empty((len(turned), count, count))
+        rows, columns = np.tril_indices(count)
         for (near, far), order in zip(pairwise((0, 3, 12, 48, count)), (24, 8, 4, 2)):
-            i, j = np.indices((count, count))
-            keep = (np.maximum(i, j) >= near) & (np.maximum(i, j) < far)
-            i, j = i[keep], j[keep]
+            keep = (rows >= near) & (rows < far)
+            i, j = rows[keep], columns[keep]
             points, gauss = gauss_rule(order)
             x, y = np.meshgrid((points - 0.5) * width, (points - 0.5) * width, indexing="ij")
             for block in in_blocks(len(i), order**2):
                 places = i[block, None, None] * width + x, j[block, None, None] * width + y
                 values = along_axes(self(np.hypot(*places)), *places, clamped)
-                found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
+                averages = np.einsum("cnab,a,b->cn", values, gauss, gauss)
+                found[:, i[block], j[block]] = averages
+                found[:, j[block], i[block]] = averages[turned]
         u, w, held = self._own(width)
         found[:, 0, 0] = (held, 0, 0) if clamped else (u, 0, 0, w, 0, w)
         return found
