@@ -3,8 +3,6 @@
 The names of `__init__.pyi` are what a script needs; those that live on a mesh load NGSolve when first used.
 """
 
-from __future__ import annotations
-
 import re
 from importlib import import_module
 from pathlib import Path

@@ -163,7 +163,7 @@ class Contact:
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
-        return cast("Solver", solver(self, options))
+        return solver(self, options)
 
     @property
     def solid(self) -> Cosserat:
@@ -221,7 +221,7 @@ class Contact:
         True
         """
         load, approach, rtol = self._checked(load, approach, rtol, initial)
-        start: Any = getattr(initial, "solution", initial)
+        start = getattr(initial, "solution", initial)
         goal = self._goal(rtol)
 
         def answer(candidate: Candidate) -> State:
@@ -314,10 +314,10 @@ class Contact:
         >>> path.at(0.25).load
         0.25
         """
-        last, _, rtol = cast("tuple[float, None, float | None]", self._checked(load, None, rtol))
+        last, _, rtol = self._checked(load, None, rtol)
         with counting("load path", progress):
             # events ask for more than states to a loose rtol
-            solver: Solver = self._ordered(last, None, None)[0].solver
+            solver = self._ordered(last, None, None)[0].solver
             path = solver.path(last, self._goal(rtol))
         path.progress = progress
         if progress:  # the events are what lasts

@@ -1,7 +1,5 @@
 """The errors that microblock raises on purpose, the checks of arguments that raise them, and whole files."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator

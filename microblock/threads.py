@@ -5,8 +5,6 @@ before is given back afterwards, and inside to what is `released`. BLAS has one 
 whole process, so that entries of all Python threads are counted together.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable, Iterator

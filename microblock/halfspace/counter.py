@@ -13,8 +13,6 @@ Forces 1, -1, -1, 1 on a small block hardly displace the second body. These gaps
 displace besides.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 
@@ -108,7 +106,7 @@ class Counter:
         return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
 
     def displacement(self, forces: Array) -> Array:
-        return np.asarray(self.response(self.pressed(forces)[None])[0])
+        return self.response(self.pressed(forces)[None])[0]
 
     def above(self, forces: Array) -> Array:
         """Returns u2 at the contact points, array (n, n)."""

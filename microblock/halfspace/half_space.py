@@ -1,7 +1,5 @@
 """The homogeneous half-space x3 < 0 as a body."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from ..halfplane.kernels import is_classical

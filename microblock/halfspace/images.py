@@ -4,8 +4,6 @@ With the filter chi(k), 1 of long waves and 0 of short ones, the sum over images
 less their long waves, and of these as a Fourier series: both converge.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..halfplane.kernels import at_rest

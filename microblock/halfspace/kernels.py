@@ -9,8 +9,6 @@ everywhere, u from p is that of U - V^2/W, and m = -V/W e p with J1. All are fas
 (Hamilton, MNRAS 312 (2000) 257), tabulated in log r.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
@@ -46,7 +44,7 @@ class Radial:
 
     def __call__(self, r: Array) -> Array:
         """Returns the functions at r > 0, array (6, ...)."""
-        return np.asarray(np.moveaxis(self._spline(np.log(r)), -1, 0) / r)
+        return np.moveaxis(self._spline(np.log(r)), -1, 0) / r
 
 
 class Kernels(Radial):
@@ -82,7 +80,7 @@ class Kernels(Radial):
         reach = width / 2 / np.cos(angle)
         r = reach[:, None] * radii**2  # a logarithm of r, in r u, is flattened
         whole = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
-        return np.asarray(2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2)
+        return 2 * np.pi * (whole[[0, 2, 4]] @ turns) / width**2
 
 
 def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:

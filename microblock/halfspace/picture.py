@@ -11,8 +11,6 @@ forces is convex in P.
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
@@ -97,7 +95,7 @@ class Picture:
     @property
     def lowest(self) -> Array:
         """x1, x2 and f of the lowest sample."""
-        return np.asarray(self.samples[np.argmin(self.samples[:, 2])])
+        return self.samples[np.argmin(self.samples[:, 2])]
 
     @property
     def deepest(self) -> Array:
@@ -107,7 +105,7 @@ class Picture:
 
     def low(self, approach: float) -> Array:
         """Returns the samples below an approach, array (m, 3)."""
-        return np.asarray(self.samples[self.samples[:, 2] < approach])
+        return self.samples[self.samples[:, 2] < approach]
 
     def separate(self, approach: float) -> Array:
         """Returns separate valleys below an approach, array (k, 2)."""
@@ -160,7 +158,7 @@ class Picture:
 
     def _least(self, x1: Array, x2: Array) -> Array:
         with np.errstate(all="ignore"):  # far away heights overflow
-            return np.asarray(self.gaps(x1, x2).min(axis=0))
+            return self.gaps(x1, x2).min(axis=0)
 
     def _everywhere(self, count: int = COARSE) -> None:
         side, inside = NEAREST * self.ell, False

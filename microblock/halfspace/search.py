@@ -8,8 +8,6 @@
 This ends when no square is new and none shrinks much.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -130,7 +128,7 @@ def touching(state: Any, picture: Picture) -> tuple[Array, Array]:
     def negative(places: Array, added: Array) -> Array:
         gaps = (solver.gaps(*places.T) - state.approach + added).min(axis=0)
         deepest = np.argsort(gaps)[:256]
-        return np.asarray(places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]])
+        return places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]]
 
     return negative(outside, beyond(state, outside)), negative(inside[tip, :2], added)
 
@@ -139,7 +137,7 @@ def _lowest(window: Squares, low: Array) -> Array:
     """Returns the lowest sample, of an array (m, 3), in each cell of squares twice as wide: array (k, 2)."""
     low = low[np.argsort(low[:, 2])]
     cells = np.floor(low[:, :2] / (window.side / FEW)[window.nearest(*low[:, :2].T)[0], None])
-    return np.asarray(low[np.unique(cells, axis=0, return_index=True)[1], :2])
+    return low[np.unique(cells, axis=0, return_index=True)[1], :2]
 
 
 def beyond(state: Any, places: Array) -> Array:
@@ -177,7 +175,7 @@ def _afar(solver: Any, grid: Grid, applied: Sequence[Array], places: Array, itse
     if solver.second is not None:
         corners = solver.solid.ell / 2 * law.offsets
         found += displaced(of_corners(solver.second_response, corners, x, y, itself), forces)
-    return np.asarray(found)
+    return found
 
 
 def rectangles(state: Any) -> list[list[Array]]:
@@ -196,7 +194,7 @@ def reach_of(state: Any, rim: int) -> Array:
     """Returns whether cells at the rims of squares press, never on the whole of a period: bool (squares,)."""
     closed = state.closed.reshape(len(state.grid.grids), state.grid.count, -1) > 0
     inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2))
-    return np.asarray((inner < closed.sum(axis=(1, 2))) & (not state.is_whole))
+    return (inner < closed.sum(axis=(1, 2))) & (not state.is_whole)
 
 
 def _around(places: Array) -> Array:

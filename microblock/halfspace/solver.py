@@ -6,8 +6,6 @@
    below rtol and no place between the cells would touch.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain
@@ -143,7 +141,7 @@ class SurfaceSolver(CellSolver):
 
     def window_of(self, load: float) -> Grid:
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
-        fixed: Grid | None = self.given_window()
+        fixed = self.given_window()
         if fixed is not None:
             return fixed
         with counting("window"):  # of a path, whose results are events
@@ -156,7 +154,7 @@ class SurfaceSolver(CellSolver):
         """Returns the State on cells, square after square and row after row."""
         grids, second = solution.grid.grids, self.second is not None
         points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
-        cells: dict[str, Any] = {"squares": grids, "opposite": solution.opposite.ravel() if second else None}
+        cells = {"squares": grids, "opposite": solution.opposite.ravel() if second else None}
         if len(grids) == 1:
             (x1, x2), width = grids[0].axes, float(grids[0].width)
             cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": width}

@@ -60,7 +60,7 @@ class Squares:
         """Returns the images of places next to the middle of a square, array (2, ...)."""
         middle = np.reshape(grid.middle, (2, *[1] * np.ndim(x[0])))
         images = np.rint((x - middle) / (self.period or np.inf))
-        return np.asarray(x - images * (self.period or 0.0))
+        return x - images * (self.period or 0.0)
 
     def nearest(self, *x: Array) -> Array:
         """Returns the square and the cell next to places, array (3, ...) of int."""
@@ -76,8 +76,8 @@ class Squares:
 
     def interpolated(self, values: Array, periodic: bool, *x: Array) -> Array:
         """Returns values on cells between their centres; 0 outside."""
-        parts = (grid.interpolated(one, False, *self.near(grid, *x)) for grid, one in zip(self.grids, values))
-        return np.asarray(sum(parts))
+        pairs = zip(self.grids, values)
+        return np.sum([grid.interpolated(one, False, *self.near(grid, *x)) for grid, one in pairs], axis=0)
 
 
 @lru_cache
@@ -139,7 +139,7 @@ class Far:
             found[1][:, small] += (K @ there.ravel()).reshape(here.shape)
             if small != large:
                 found[pieces][:, large] += (here.ravel() @ K).reshape(there.shape)
-        return np.asarray(sum(B @ found[pieces] @ B.T for pieces, B in shares.items()))
+        return sum(B @ found[pieces] @ B.T for pieces, B in shares.items())
 
 
 def gap(squares: Squares, one: Grid, other: Grid, shift: Array) -> float:
@@ -178,7 +178,7 @@ class Coupled(Flexibility):
         def aside(forces: Array) -> Array:
             loads = np.concatenate((forces, np.zeros((2, *forces.shape[1:]))))
             beside = far(3)(loads)[1:] * (squares.area if self.clamped else 1.0)
-            return np.asarray(each([own.aside for own in owns], forces) + beside)
+            return each([own.aside for own in owns], forces) + beside
 
         self.response = respond
         self.aside = aside if len(self.offsets) == 1 else None
@@ -234,7 +234,7 @@ class Counters:
         middle = np.vstack((self.offsets, np.zeros((1, 2))))  # as a corner without a force
         beside = self._between(middle)(np.concatenate((forces, np.zeros((1, *forces.shape[1:])))))
         owns = [own.above(one) for own, one in zip(self.owns, forces.swapaxes(0, 1))]
-        return np.asarray(np.array(owns) + beside[-1])
+        return np.array(owns) + beside[-1]
 
 
 def each(functions: Sequence[Any], values: Array) -> Array:

@@ -16,8 +16,6 @@ modes solve the field equations,
 With ``phi = ell psi/2`` and ``m = 2 M/ell`` this is W_par = (ell^2/4) psi1/M1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..errors import BadArgument

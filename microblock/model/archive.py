@@ -11,7 +11,7 @@ from dataclasses import asdict
 from functools import partial
 from importlib import import_module
 from inspect import signature
-from typing import Any, cast
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -21,7 +21,6 @@ from ..errors import BadArgument, MissingExtra, Named, replacing, require_place,
 from .deformable import shape_of
 from .events import LoadPath
 from .history import History
-from .results import unit
 from .state import State, Surface
 from .types import AnyArray, Interval, Zones
 
@@ -31,6 +30,23 @@ NAMES: dict[Any, Iterable[str]] = {
     History: ("problem", "states", "events"),
     LoadPath: ("problem", *LoadPath._keys),
 }
+# of quantities, in the plane and where they differ in space
+UNITS = {
+    name: unit
+    for unit, names in {
+        "length": (
+            "approach", "half_width", "contact_area", "zones", "x", "points", "x1", "x2", "width",
+            "seen_width", "weights", "displacement", "opposite", "tangential_approach", "slip",
+        ),
+        "stress": ("pressure", "pressures", "shear_traction"),
+        "stress x length": ("micromoment",),
+        "radian": ("psi",),
+        "force per thickness": ("load", "shear", "load_error"),
+        "energy per thickness": ("energy", "dissipation", "work"),
+    }.items()
+    for name in names
+}  # fmt: skip
+IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "weights": "length^2"}
 
 
 class Absent:
@@ -99,7 +115,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
         cause = str(failure).partition(". ")[0]  # NumPy goes on to advise loading pickles
         words = f"must be one that save() has written{version} ({cause})"
         raise BadArgument("file", file, words) from failure
-    return cast("State | LoadPath | History", result)
+    return result
 
 
 def _packed(value: Any, arrays: dict[str, Any]) -> Any:
@@ -116,7 +132,7 @@ def _packed(value: Any, arrays: dict[str, Any]) -> Any:
     if isinstance(value, dict):
         entries = [[name, _packed(one, arrays)] for name, one in value.items()]
         return {"dict": entries, "of": getattr(value, "what", None)}
-    kind: Any = next((each for each in NAMES if isinstance(value, each)), type(value))
+    kind = next((each for each in NAMES if isinstance(value, each)), type(value))
     if kind.__module__.startswith("microblock."):
         names = NAMES.get(kind) or [name for name in signature(kind).parameters if name in vars(value)]
         parts = {name: getattr(value, name) for name in names}
@@ -141,7 +157,7 @@ def _unpacked(arrays: dict[str, AnyArray], tree: dict[str, Any]) -> Any:
     if "class" not in tree:
         return tree  # parts by their names
     (module, name), parts = tree["class"], tree["parts"]
-    kind: Any = getattr(import_module(module), name) if module.startswith("microblock.") else None
+    kind = getattr(import_module(module), name) if module.startswith("microblock.") else None
     if not isinstance(kind, type) or kind.__module__ != module:
         raise ValueError(f"{module}.{name} is no class of microblock")
     return _state(**parts) if kind is State else kind(**parts)
@@ -153,7 +169,7 @@ def _state(along: Surface | None = None, zones_by_name: Zones | None = None, **p
     return State(Absent("what lies between the points of a state", **known), **parts)
 
 
-def data_set(result: State | LoadPath | History) -> Any:
+def data_set(result: Any) -> Any:
     try:
         import xarray
     except ModuleNotFoundError as failure:
@@ -176,12 +192,13 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    return {"units": words} if (words := unit(name, flat)) else {}
+    units = UNITS if flat else UNITS | IN_SPACE
+    return {"units": units[name]} if name in units else {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
     found, shape = dict[str, Any](), state.shape or (len(state.weights),)
-    along: tuple[str, ...] = ("x1", "x2") if state.shape else ("x",) if state.flat else ()
+    along = ("x1", "x2") if state.shape else ("x",) if state.flat else ()
     axes = {name: getattr(state, name) for name in along}
     places, along = axes or dict(zip(("x1", "x2", "x3"), state.points.T)), along or ("point",)
     texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}

@@ -43,9 +43,14 @@ class PointFields:
 
     @property
     def shear(self) -> Array:
-        """Largest shear stress over all planes: of the symmetric and the skew part."""
-        (s11, s12), (s21, s22) = self.stress
-        return np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2
+        """Largest shear stress over all planes."""
+        return largest_shear(self.stress)
+
+
+def largest_shear(stress: Array) -> Array:
+    """Returns the largest shear stress, of the symmetric and the skew part, of a stress (2, 2, n)."""
+    (s11, s12), (s21, s22) = stress
+    return np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2
 
 
 def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,7 +31,7 @@ class OfMoment(Solution):
 
     @property
     def shear_traction(self) -> Array:
-        return cast(Array, self.moment.tangential / self.weights)
+        return self.moment.tangential / self.weights
 
 
 def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:

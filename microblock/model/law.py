@@ -63,14 +63,6 @@ class Law:
         """Returns the levers of (29) at x: {corner: array}, -2 times the arm along the surface."""
         return dict(zip(self.corners, levers(self, x)))
 
-    def initial_gaps(
-        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> dict[str, Array]:
-        """Returns the initial gaps along the normal, {corner: array (n,)} (lengths), inf without an obstacle,
-        of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
-        """
-        return dict(zip(self.corners, initial_gaps(self, points, normals, ell, obstacle)))
-
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
         return tuple((-ell * self.places(*level_surface(np.zeros(1)))[:, 0, 0]).tolist())
@@ -260,7 +252,9 @@ def levers(law: LawLike, x: Array) -> Array:
 
 
 def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstacle: ObstacleLike) -> Array:
-    """Returns the initial gaps of all corners, array (corners, n), of arguments as of `Law.initial_gaps`."""
+    """Returns the initial gaps of all corners along the normal, array (corners, n) (lengths), inf without an
+    obstacle, of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
+    """
     places = points + ell * law.places(points, normals)
     return np.array([obstacles.gap(obstacle, place, normals) for place in places])
 
@@ -275,7 +269,7 @@ def tangents(normals: Array) -> Array:
     return np.column_stack((normals[:, 1], -normals[:, 0]))
 
 
-def check(law: object, in_space: bool = False) -> None:
+def check(law: Any, in_space: bool = False) -> None:
     """Raises BadArgument unless this is a law, `in_space` one that is known there."""
     if isinstance(law, type):
         home = "mb." * law.__module__.startswith("microblock")
@@ -289,7 +283,7 @@ def check(law: object, in_space: bool = False) -> None:
     if type(law) in BUILT_IN:
         return
     require(not in_space, "law", law, "must be Microblock, Unilateral or Microclamped over a surface")
-    _check_corners(cast("Law", law))
+    _check_corners(law)
 
 
 def _check_corners(law: Law) -> None:
@@ -300,7 +294,7 @@ def _check_corners(law: Law) -> None:
     require(plain and len({*names}) == len(names) > 0, "law", law, words)
     for name in ("levers", "initial_gaps", "shifts"):
         words = f"must not have {name} of its own, which follow from its arms"
-        require(getattr(type(law), name) is getattr(Law, name), "law", law, words)
+        require(getattr(type(law), name, None) is getattr(Law, name, None), "law", law, words)
     arms, places = (
         next(kind for kind in type(law).mro() if name in vars(kind)) for name in ("arms", "places")
     )

@@ -12,7 +12,7 @@ even       True: the obstacle is symmetric about x1 = 0
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, cast
@@ -423,6 +423,11 @@ def heights(obstacle: Any, *x: Array) -> Array:
             "or inf where there is no obstacle",
         )
     return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
+
+
+def jumps_of(obstacle: Any) -> Iterable[tuple[float, float]]:
+    """Returns (place, jump of the slope) of the slope discontinuities that an obstacle names."""
+    return zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
 
 
 def repeated(obstacle: object, period: float) -> Callable[..., Array]:

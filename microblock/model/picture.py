@@ -13,10 +13,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import BOUNDED, require
-from .obstacles import Obstacle, heights
+from .obstacles import Obstacle, heights, jumps_of
 from .proxy import NOTHING, Proxy, proxy
 from .types import Array, Flags, Function, Interval, ObstacleLike
 from .zones import contains, runs
@@ -118,8 +117,8 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     """Returns the Picture of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor, ell = problem.obstacle, 1e-11 * rise, problem.solid.ell
-    named = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
-    ends: tuple[float, ...] = tuple(getattr(obstacle, "ends", ()))
+    named = dict(jumps_of(obstacle))
+    ends = tuple(getattr(obstacle, "ends", ()))
     if getattr(obstacle, "formulas", False):
         pieces = [_polynomial(obstacle, stretches, np.array((*named, *ends)))]
     else:
@@ -156,10 +155,9 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     )
 
 
-def low(sampled: Picture, places: ArrayLike) -> Flags:
+def low(sampled: Picture, places: Array | Sequence[float]) -> Flags:
     """Returns whether a classical contact would reach places, boolean array (m,)."""
-    heights = np.interp(np.asarray(places, float), sampled.sites, sampled.heights)
-    return np.asarray(heights <= sampled.heights.min() + sampled.rise)
+    return np.interp(places, sampled.sites, sampled.heights) <= sampled.heights.min() + sampled.rise
 
 
 def seen(obstacle: ObstacleLike, sampled: Picture) -> ObstacleLike:
@@ -193,7 +191,7 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     """Returns places on all scales, denser around the least heights, and the heights."""
     nearest = 1e-3 * ell
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
-    own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
+    own = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
     x = np.unique((*-scales, 0.0, *scales, *filter(np.isfinite, own)))
     h = heights(obstacle, x)
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1

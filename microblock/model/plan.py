@@ -1,7 +1,5 @@
 """What each method is expected to take for an answer; the methods are tried in the order of seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -31,8 +29,7 @@ class Candidate:
     @property
     def method(self) -> MethodLike:
         """The method, as `Contact` takes it."""
-        method: MethodLike = self.solver.options
-        return method
+        return self.solver.options
 
     @property
     def name(self) -> str:

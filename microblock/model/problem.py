@@ -1,7 +1,5 @@
 """A contact problem along x1 as every solver takes it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,7 +11,7 @@ from ..errors import require
 from . import law as laws
 from .law import ACTS_IN, level_surface
 from .material import Cosserat, joint_modulus
-from .obstacles import heights, scales
+from .obstacles import heights, jumps_of, scales
 from .proxy import NOTHING, Proxy
 from .types import Array, CornerZones, Interval, LawLike, ObstacleLike
 from .zones import joined
@@ -77,8 +75,9 @@ class Problem:
     @cached_property
     def kinks(self) -> dict[float, dict[int, float]]:
         """{contact point: {corner: jump of its initial gap's slope}}."""
-        named = zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ()))
-        met = [(x + shift, i, jump) for x, jump in named for i, shift in enumerate(self.shifts)]
+        met = [
+            (x + shift, i, jump) for x, jump in jumps_of(self.obstacle) for i, shift in enumerate(self.shifts)
+        ]
         # where psi0's slope jumps, that of the levers does, or of the gaps as well
         size, turned = self.ell / 2, zip(self._angle.singular, self._angle.jumps)
         size *= getattr(self.law, "psi0_in", None) == ACTS_IN[0]
@@ -142,7 +141,7 @@ class Problem:
 
     def levers(self, x: Array) -> Array:
         """Returns the levers of (29) at x, array (corners, ...); 0 where psi is prescribed."""
-        return laws.levers(self.law, np.asarray(x)) * (not self.law.clamps_rotation)
+        return laws.levers(self.law, x) * (not self.law.clamps_rotation)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns levers of the corners numbered `corner` at x, arrays (n,)."""
@@ -183,8 +182,7 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
 
 def require_jumps(obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where the slope of an obstacle does not jump by what its `jumps` say."""
-    named = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
-    kinks, jumps = np.reshape([(kink, jump) for kink, jump in named if jump], (-1, 2)).T
+    kinks, jumps = np.reshape([pair for pair in jumps_of(obstacle) if pair[1]], (-1, 2)).T
     if not len(kinks):
         return
     width, errors = np.diff(np.unique(kinks)).min(initial=ell) / 4, []

@@ -22,7 +22,7 @@ def lagrange(points: Array, v: Array) -> Array:
     difference = points[..., :, None] - points[..., None, :] + np.eye(points.shape[-1])
     apart = v[..., None] - points
     apart[np.abs(apart) < 1e-100] = 1e-100  # at a point itself its own term outweighs all others
-    terms: Array = 1 / (difference.prod(axis=-1) * apart)
+    terms = 1 / (difference.prod(axis=-1) * apart)
     terms /= terms.sum(axis=-1, keepdims=True)
     return terms
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -20,40 +20,19 @@ if TYPE_CHECKING:
     import xarray
 
 
-# names of what states in the plane have, of what friction adds, and of what states in space have
+# names of what all states have, of what those in the plane have besides, of what friction adds, and of what
+# those in space have
 LISTED = {
-    "plane": (
-        "load", "approach", "half_width", "contact_area", "zones", "energy", "error_estimate", "error_parts",
-        "residual", "iterations", "unknowns", "method", "warnings", "x", "weights", "pressure", "pressures",
-        "micromoment", "psi", "displacement",
+    "all": (
+        "load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations", "unknowns",
+        "method", "warnings", "weights", "pressure", "pressures", "micromoment", "psi", "displacement",
     ),
+    "plane": ("half_width", "zones", "error_parts", "x"),
     "friction": (
         "shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip",
     ),
-    "space": (
-        "load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations", "unknowns",
-        "method", "warnings", "points", "shape", "x1", "x2", "width", "seen_width", "weights", "pressure",
-        "pressures", "micromoment", "psi", "displacement", "closed", "opposite",
-    ),
+    "space": ("points", "shape", "x1", "x2", "width", "seen_width", "closed", "opposite"),
 }  # fmt: skip
-UNITS = {
-    "length": (
-        "approach", "half_width", "contact_area", "zones", "x", "points", "x1", "x2", "width", "seen_width",
-        "weights", "displacement", "opposite", "tangential_approach", "slip",
-    ),
-    "stress": ("pressure", "pressures", "shear_traction"),
-    "stress x length": ("micromoment",),
-    "radian": ("psi",),
-    "force per thickness": ("load", "shear", "load_error"),
-    "energy per thickness": ("energy", "dissipation", "work"),
-}  # fmt: skip
-IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "weights": "length^2"}  # units
-
-
-def unit(name: str, flat: bool = True) -> str:
-    """Returns the unit of a quantity, empty without one."""
-    units = [unit for unit, names in UNITS.items() if name in names]
-    return "".join(units) if flat else IN_SPACE.get(name, "".join(units))
 
 
 class PlainData:
@@ -103,7 +82,7 @@ class PlainData:
         """
         from .archive import data_set  # here: whoever does not ask for it does not load it
 
-        return data_set(cast(Any, self))
+        return data_set(self)
 
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit, functions and meshes

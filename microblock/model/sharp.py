@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .deformable import shape_of
-from .obstacles import Samples
+from .obstacles import Samples, jumps_of
 from .types import Array, Flags
 from .zones import contains
 
@@ -44,8 +44,7 @@ def unbounded(state: State) -> list[float]:
 
 def _peaks(obstacle: Any) -> list[float]:
     """Returns the places at which the slope jumps upwards."""
-    jumps = zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
-    return [place for place, jump in jumps if jump > 0]
+    return [place for place, jump in jumps_of(obstacle) if jump > 0]
 
 
 def of_samples(state: State) -> list[str]:

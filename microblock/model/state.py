@@ -167,7 +167,7 @@ class Solution:
         self,
         points: Array,
         normals: Array,
-        pressures: ArrayLike,
+        pressures: Array,
         micromoment: Array,
         psi: Array,
         displacement: Array,
@@ -178,7 +178,7 @@ class Solution:
         return Surface(
             points,
             normals,
-            np.asarray(pressures),
+            pressures,
             self.corner_gaps(points, normals, displacement, psi),
             micromoment,
             psi,
@@ -466,8 +466,9 @@ class State(PlainData):
     @property
     def listed(self) -> tuple[str, ...]:
         """Names of what `to_dict` has."""
-        plane = LISTED["plane"] + LISTED["friction"] * (self.flat and self.shear is not None)
-        return plane if self.flat else LISTED["space"]
+        if not self.flat:
+            return LISTED["all"] + LISTED["space"]
+        return LISTED["all"] + LISTED["plane"] + LISTED["friction"] * (self.shear is not None)
 
     @cached_property
     def problem(self) -> ContactLike:
@@ -679,8 +680,8 @@ class State(PlainData):
         """
         require_choice(("x1", "diagonal"), direction=direction)
         require(self.squares, "direction", direction, "belongs to cells in three dimensions")
-        fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
         squares: Any = self.squares
+        fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
         (first, second), cuts = np.mean([square.middle for square in squares], axis=0), []
         for square, values in zip(squares, np.split(fields, len(squares), axis=1)):
             x1 = square.axes[0]
@@ -901,18 +902,17 @@ def _far_off(state: State) -> list[str]:
 def _beyond_small_strain(state: State) -> list[str]:
     """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
     ell = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell
-    angle, far_off = math.degrees(np.abs(state.rotation).max(initial=0.0)), _far_off(state)
+    angle = math.degrees(np.abs(state.rotation).max(initial=0.0))
     edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
     width = float(np.ptp(edges)) if len(edges) else math.inf
     sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
     beside = returned(state.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
     known = np.isfinite(beside).all(axis=0)
     slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
-    found = (
+    return [
         # where the small-angle form misses 1.5 %
-        (angle > 10, f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)"),
-        (slope > 0.2, f"slope {slope:.2g} at the edge of the contact: beyond small strain"),
-        *((True, words) for words in far_off),
-        (width < 2 * ell, "blocks are larger than the half-width of the contact"),
-    )
-    return [words for holds, words in found if holds]
+        *[f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)"] * (angle > 10),
+        *[f"slope {slope:.2g} at the edge of the contact: beyond small strain"] * bool(slope > 0.2),
+        *_far_off(state),
+        *["blocks are larger than the half-width of the contact"] * (width < 2 * ell),
+    ]

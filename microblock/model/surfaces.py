@@ -182,7 +182,7 @@ class RoughSurface(SelfAffine):
         n = self.waves[1]
         if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):
             first, second = self._waves(x1[:, 0], 0, n) @ self.amplitudes, self._waves(x2[0], -n, n).T
-            return np.asarray(first.real @ second.real - first.imag @ second.imag)
+            return first.real @ second.real - first.imag @ second.imag
         parts = ((x1.ravel()[block], x2.ravel()[block]) for block in in_blocks(x1.size, n))
         waves = ((self._waves(a, 0, n) @ self.amplitudes) * self._waves(b, -n, n) for a, b in parts)
         return np.concatenate([values.sum(axis=1).real for values in waves]).reshape(x1.shape)

@@ -65,7 +65,7 @@ def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
     if apart is None:
         return np.zeros(np.shape(x), bool)
     before = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(apart) - 1)
-    return np.asarray(apart[before] & (x > nodes[before]) & (x < nodes[before + 1]))
+    return apart[before] & (x > nodes[before]) & (x < nodes[before + 1])
 
 
 def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:

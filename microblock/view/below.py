@@ -5,6 +5,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from ..errors import require_choice
+from ..model.fields import largest_shear
 from . import plots
 
 QUANTITIES = {
@@ -58,6 +59,5 @@ def half_plane_grid(box):
 def values(psi, stress, quantity):
     """The quantity from psi (n,) and stress (2, 2, n)."""
     (s11, s12), (s21, s22) = stress
-    if quantity == "shear":  # over all planes through a point: of the symmetric and the skew part
-        return np.sqrt(((s11 - s22) / 2) ** 2 + ((s12 + s21) / 2) ** 2) + np.abs(s12 - s21) / 2
-    return {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}[quantity]
+    known = {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}
+    return (known | {"shear": largest_shear(stress)})[quantity]

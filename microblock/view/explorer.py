@@ -55,7 +55,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
         raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
     state: Any = problem.solve(load=load, rtol=rtol)
     numbers, laws = offered(problem)
-    controls: dict[str, Any] = {"load": load, **numbers}
+    controls = {"load": load, **numbers}
     for name, value in controls.items():
         low, high = (value - 0.05, value + 0.05) if name == "psi0" else (value / 20, 4 * value)
         steps = {"min": low, "max": high, "step": (high - low) / 100, "readout_format": ".3g"}

@@ -24,6 +24,7 @@ from cases.commands.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
 from microblock.fem.body import Loads
 from microblock.halfplane import kernels
+from microblock.model.law import initial_gaps
 from tests import closed_forms
 
 from . import problems as given
@@ -334,10 +335,10 @@ def of_laws():
         "unilateral": given.UNILATERAL,
     }.items():
         own = law_of({"law": law})
-        gaps = own.initial_gaps(points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
+        gaps = initial_gaps(own, points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
         found |= {
             f"law {name} {kind} {corner} at {x:g}": value
-            for kind, values in (("gap", gaps), ("lever", own.levers(points[:, 0])))
+            for kind, values in (("gap", dict(zip(own.corners, gaps))), ("lever", own.levers(points[:, 0])))
             for corner in own.corners
             for x, value in zip(points[:, 0], values[corner])
         }

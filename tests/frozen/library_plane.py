@@ -12,6 +12,7 @@ from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_panels import Memory
 from microblock.model import picture, proxy, quadrature, zones
+from microblock.model.law import initial_gaps, level_surface
 from microblock.model.problem import Problem
 from tests import closed_forms
 
@@ -136,9 +137,7 @@ def of_gradients():
     (x,) = grid.axes
     for name, law in LAWS.items():
         own = flexibility(line, law, grid)
-        gaps = np.array(list(law.initial_gaps(
-            np.column_stack((x, 0 * x)), np.tile([0.0, 1.0], (60, 1)), 0.085, mb.Cylinder(R=10.0)
-        ).values()))  # fmt: skip
+        gaps = initial_gaps(law, *level_surface(x), 0.085, mb.Cylinder(R=10.0))
         products = projected_gradients.solve(own, gaps, load=1.0, rtol=1e-13)
         found[f"gradients {name}"] = digest(products.forces)
         found[f"gradients {name} approach"] = products.approach
