@@ -22,11 +22,11 @@ def first_zones(problem, load):
             f"more than {of_all} cells of varied size would be needed to see all features of the obstacle"
         )
     for number in range(rounds):
-        closed = _pressed(problem, load, cells, closed)
+        forces, closed = _pressed(problem, load, cells, closed)
         wide = np.diff(cells)[:, 0] > 4 * np.spacing(np.abs(cells).max())
         parts = np.where(_unresolved(closed) & wide, 4, 1)
         if parts.max() == 1 or number == rounds - 1 or parts.sum() > most:
-            yield {corner: _zones(cells, own) for corner, own in enumerate(closed)}
+            yield {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
             trials, parts = trials + 1, np.where(_changing(closed) & wide, 4, 1)
             if trials == 4 or parts.sum() > most:
                 return
@@ -56,7 +56,7 @@ def _pressed(problem, load, cells, start):
     if start is None:  # where a classical contact would be, over a parabola
         start = gaps <= gaps.min() + 2 * load / (np.pi * problem.E_star)
     found = active_set.solve(_flexibility(problem, x, widths), gaps, load=load, start=start.ravel())
-    return found.closed.reshape(count, -1)
+    return found.forces.reshape(count, -1) / widths, found.closed.reshape(count, -1)
 
 
 def _unresolved(closed):
@@ -74,8 +74,22 @@ def _changing(closed):
     return np.append(steps, False) | np.insert(steps, 0, False)
 
 
-def _zones(cells, closed):
-    return tuple((float(cells[first, 0]), float(cells[last, 1])) for first, last in runs(closed))
+def _zones(cells, pressures, closed):
+    x, found = cells.mean(axis=1), []
+    for first, last in runs(closed):
+        found.append(
+            (_edge(cells, x, pressures, first, last, 1), _edge(cells, x, pressures, last, first, -1))
+        )
+    return tuple(found)
+
+
+def _edge(cells, x, p, first, last, way):
+    border = cells[first, (1 - way) // 2]
+    if first == last or p[first] >= p[first + way]:
+        return float(border)
+    beyond = way * (x[first + way] - x[first]) * p[first] ** 2 / (p[first + way] ** 2 - p[first] ** 2)
+    width = cells[first, 1] - cells[first, 0]
+    return float(x[first] - way * min(beyond, width))
 
 
 def _flexibility(problem, x, widths):
