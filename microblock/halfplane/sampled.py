@@ -23,7 +23,7 @@ def left_open(solver, state):
     left, right = np.reshape(state.zones_by_name["contact"], -1)[[0, -1]]
     side = 1.1 * (right - left) + 2 * solver.solid.ell
     window = solver.given_window() or Grid(1, side, ((left + right) / 2,))
-    asked = Grid(CELLS, window.side / CELLS, window.middle), state.load, None, solver.loose / CELLS
+    asked = window.of(CELLS), state.load, None, solver.loose / CELLS
     here, changes = solver.solved(*asked), []
     for alike in samples.alike():
         other = copy(solver)
