@@ -222,7 +222,7 @@ WIDTHS = np.sqrt([1, 0.75, 0.5, 0.25, 1 - 0.5 / 2, 1 - 1 / 2])  # of stick (Catt
         (mb.Panels(), 1e-8, 1e-7, 1e-7),
         # cells at an edge are 4e-4 and 1e-4 of the half-width, and fits leave some of that
         (mb.Cells(), 1.0, 1e-2, 2e-4),
-        (mb.Cells(), 1.0, 3e-3, 1e-4),
+        pytest.param(mb.Cells(), 1.0, 3e-3, 1e-4, marks=pytest.mark.nightly),
     ],
     ids=["panels", "cells", "fine cells"],
 )
