@@ -145,14 +145,14 @@ class FrictionCells(OfMoment):
 @dataclass(frozen=True, eq=False)
 class Level:
     """A history on cells with edges, array (n, 2): a solution for each pair, and events. Edges of zones, and
-    places near which q/f is `steep`, are known to `band` or better.
+    places near which q/f is `steep`, as it jumps or a stick zone is born, are known to `band` or better.
     """
 
     edges: np.ndarray
     solutions: list
     events: list
     band: float
-    steep: tuple = ()
+    steep: list
 
 
 @dataclass(frozen=True)
@@ -217,14 +217,15 @@ class FrictionSolver:
         smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
         features = touching(self.problem, fineness)
         if before is None:
-            return _with_steep(self.on(cells(self.problem, first / a, features), first))
+            return self.on(cells(self.problem, first / a, features), first)
         known = _features(before, smallest)
         reach = known[0].place, known[-1].place
-        made = self.on(cells(self.problem, fineness, features + known, reach), smallest)
-        return _with_steep(made, before.steep, before.band)
+        return self.on(cells(self.problem, fineness, features + known, reach), smallest, before)
 
-    def on(self, edges, band=0.0):
-        """Returns the Level on cells."""
+    def on(self, edges, band=0.0, before=None):
+        """Returns the Level on cells, with steep places of the Level before that are farther than its `band`
+        from others, as finer cells may resolve them.
+        """
         points, weights = gauss_rule(4)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
@@ -234,7 +235,12 @@ class FrictionSolver:
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
         path = Follower(with_counter(own, self.problem, edges))
         solutions = [self._solution(edges, own, path, *pair) for pair in self.pairs.tolist()]
-        return Level(edges, solutions, events(path.changes, own.friction, edges, self.pairs), band)
+        changes = events(path.changes, own.friction, edges, self.pairs)
+        steep = [float(edge) for one in solutions for edge in one.edges[one.jumping, 1]]
+        steep += [float(event.x) for event in changes if event.kind == "born"]
+        known = () if before is None else before.steep
+        steep += [place for place in known if all(abs(place - new) > before.band for new in steep)]
+        return Level(edges, solutions, changes, band, steep)
 
     def _solution(self, edges, own, path, load, shear):
         """The FrictionCells to which the path goes on; `own` is without the second body."""
@@ -259,16 +265,6 @@ class FrictionSolver:
         for place in np.intersect1d(edges[closed.any(axis=0)], self.problem.stretches):
             if not np.isclose(place, ends, rtol=1e-9, atol=0.0).any():
                 raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
-
-
-def _with_steep(level, known=(), band=0.0):
-    """The Level with places where q/f jumps or a stick zone is born, and those known, which finer cells may
-    resolve, that are farther than `band` from these.
-    """
-    steep = [float(edge) for one in level.solutions for edge in one.edges[one.jumping, 1]]
-    steep += [float(event.x) for event in level.events if event.kind == "born"]
-    old = [place for place in known if all(abs(place - new) > band for new in steep)]
-    return replace(level, steep=(*steep, *old))
 
 
 def _features(before, smallest):
