@@ -92,7 +92,7 @@ def turn(corners):
 def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.3)
-    corners, around = state.law.corners, window(state.solid.ell, state.zones["contact"])
+    corners, around = tuple(state.pressures), window(state.solid.ell, state.zones["contact"])
     shown, width = blocks(state.surface(around), around), around[1] - around[0]
     top, look = np.nanmax(shown.surface[1]), {"edgecolor": "0.35", "linewidth": 0.5}
     highest = top + 0.08 * width
