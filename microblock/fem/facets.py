@@ -80,7 +80,8 @@ class ContactNodes:
     points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral row by row
-    apart : boolean array (n - 1,), in the plane whether no facet joins a node and the next
+    joined : array (n - 1,), in the plane the number of the facet that joins a node and the next, or -1
+    apart : boolean array (n - 1,), whether none does
     traces : {field: sparse array (n, unknowns)}, its values at the nodes from all unknowns
     shares : array (n,), in space, areas by the rule
 
@@ -177,9 +178,10 @@ class ContactNodes:
         for name in body.names:
             own, first = traces[name[0]], body.unknowns_of(name).start
             self.traces[name] = csr_matrix((own.data, own.indices + first, own.indptr), shape=shape)
-        self.apart = np.ones(len(self.points) - 1, bool)
-        for own in self.facets:
-            self.apart[own.min() : own.max()] = False
+        self.joined = np.full(len(self.points) - 1, -1)
+        for number, own in enumerate(self.facets):
+            self.joined[own.min() : own.max()] = number
+        self.apart = self.joined < 0
         if self.dim == 3:
             self.shares, self.weights = self.weights, self._areas()
 

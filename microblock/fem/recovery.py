@@ -35,18 +35,20 @@ class Recovered:
 
     Attributes
     ----------
-    energy, surface : float
     of_energy, of_surface : arrays (elements,), with sums energy and surface^2
     """
 
-    energy: float
-    surface: float
     of_energy: np.ndarray
     of_surface: np.ndarray
 
     @property
+    def parts(self):
+        """Those of energy and surface, array (2,)."""
+        return np.array((self.of_energy.sum(), math.sqrt(self.of_surface.sum())))
+
+    @property
     def total(self):
-        return max(self.energy, self.surface)
+        return float(self.parts.max())
 
 
 def estimate(state):
@@ -58,7 +60,7 @@ def estimate(state):
     factor = 3 if body.order < 3 else 1
     of_energy = factor * _energy_of_difference(body, fields, averaged) / max(state.energy, 1e-300)
     of_surface = factor**2 * _surface(state, averaged)
-    return Recovered(float(of_energy.sum()), math.sqrt(of_surface.sum()), of_energy, of_surface)
+    return Recovered(of_energy, of_surface)
 
 
 def _averaged(body, fields):
@@ -119,10 +121,7 @@ def _edges(state):
     way, inner = (np.hypot(*(nodes.points[other] - nodes.points[last]).T) for other in (outside, before))
     p, q = state.pressures[corner, last] ** 2, state.pressures[corner, before] ** 2
     slopes, counts = np.maximum((q - p) / inner, p / way), np.count_nonzero(state.closed, axis=1)  # K^2
-    facets = np.zeros(len(nodes.apart), int)
-    for number, members in enumerate(nodes.facets):
-        facets[members.min() : members.max()] = number
-    return facets[i], slopes * way**2 / 12 * (0.5 + 0.25 * np.log(counts[corner] + 1))
+    return nodes.joined[i], slopes * way**2 / 12 * (0.5 + 0.25 * np.log(counts[corner] + 1))
 
 
 def _traction(state, averaged):
@@ -159,9 +158,9 @@ def refine_until(solver, load, approach, rtol):
             kept(replace(found, error_estimate=best))
         if parts.total <= rtol:
             return replace(found, error_estimate=parts.total)
-        passed.append((found.unknowns, parts))
+        passed.append((found.unknowns, parts.parts))
         far = found.unknowns > SOON and _hopeless(rtol, passed[-2:])
-        if found.unknowns > MOST or far or _stalled(rtol, [own.total for _, own in passed]):
+        if found.unknowns > MOST or far or _stalled(rtol, [own.max() for _, own in passed]):
             break
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
         # an rtol far away asks for all elements alike, and not for the worst ones first
@@ -175,9 +174,7 @@ def _hopeless(rtol, passed):
     """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order between two
     passes, [(unknowns, parts of the estimate)].
     """
-    ends = passed[0], passed[-1]
-    few, more = (unknowns for unknowns, _ in ends)
-    coarse, fine = (np.array((parts.energy, parts.surface)) for _, parts in ends)
+    (few, coarse), (more, fine) = passed[0], passed[-1]
     if more <= few:  # triangles of quadrilaterals may have as many, and a first pass has none before
         return False
     ahead = 1.5 * math.log(MOST / more) / math.log(more / few)
