@@ -84,7 +84,7 @@ def fit(problem, load, zones, order, tolerance):
     share in the relative L2 error is a tolerance; the best one, if it reaches the root of what the order
     leaves. Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
     """
-    best, idle, iterations, before = None, 0, 0, []
+    best, idle, iterations, before = None, 0, 0, None
     zones = _sorted_out(
         problem,
         load,
@@ -124,15 +124,15 @@ def _arranged(problem, zones):
 
 
 def _moved(problem, load, zones, panels, q, before, tolerance):
-    """Zones with free edges moved by 2 K0/K1 or a secant, the largest |K0|, and [(corners, places, K0), ...]
-    of the last steps. Next to a slope discontinuity a step may lead far out of what these enclose.
+    """Zones with free edges moved by 2 K0/K1 or a secant, the largest |K0|, and the corners, places and K0 of
+    all edges.
     """
     corner, edge = np.array([(number, x) for number, own in zones.items() for x in np.ravel(own)]).T
     side = np.resize((1, -1), len(edge))
     K0, K1, mean = _coefficients(problem, panels, q, corner, edge, side)
     free = (K0 < 0) | [x not in problem.ends.get(number, ()) for number, x in zip(corner, edge)]
-    before = [step for step in before if np.array_equal(step[0], corner)]
-    place, last = before[-1][1:] if before else (edge, np.full_like(edge, np.inf))
+    alike = before and np.array_equal(before[0], corner)
+    place, last = before[1:] if alike else (edge, np.full_like(edge, np.inf))
     secant = np.divide(2 * (last - K0) * side, place - edge, out=np.zeros_like(edge), where=place != edge)
     slow = (K1 <= 0) | (np.abs(K0) > np.abs(last) / 2)
     K1 = np.where(slow, np.where(secant > 0, secant, mean), K1)
@@ -147,15 +147,8 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
     inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
     pressed = np.repeat(inside @ forces > 0, 2) & (side > 0)
-    before = [*before[-3:], (corner, edge, K0)]
-    _, places, parts = map(np.array, zip(*before))
-    least = np.where(parts > 0, -side * places, -np.inf).max(axis=0)  # outwards
-    most = np.where(parts < 0, -side * places, np.inf).min(axis=0)
-    middle, length = (least + most) / 2 + side * edge, most - least
-    lost = (length > 0) & (length < np.inf) & (np.abs(step - middle) > 2 * length)
-    step = np.where(lost, middle, step)
     rows = np.column_stack((corner, edge, edge - side * step * free, pressed))
-    return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), before
+    return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
 
 
 def _sorted_out(problem, load, rows):

@@ -8,7 +8,6 @@ from scipy.interpolate import UnivariateSpline
 from scipy.optimize import brentq
 
 import microblock as mb
-from cases.benchmarks.verification import obstacles
 from microblock.halfplane.zone_path import ZonePath
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
@@ -149,16 +148,3 @@ def test_panels_with_wrong_zones_leave_the_path_to_cells():
     ]
     assert zones == [1, 2]
     assert any(event.zone == "B" and 0.82 < event.load < 0.835 for event in path.events)
-
-
-def test_edges_beside_jumps_of_the_slope_are_enclosed():
-    """Two edges of obstacle 25 stand a thousandth of a half-width from jumps: steps left what others had
-    enclosed, and no zones fitted. Cells, whose pressure is off, have the half-width to 1.4e-5.
-    """
-    _, problem, load, *_ = obstacles.drawn(2020, 25, mb)
-    state, cells = (
-        problem.with_(method=way).solve(load=load, rtol=1e-3) for way in (mb.Panels(), mb.Cells())
-    )
-    assert state.error_estimate < 1e-3 and state.half_width == pytest.approx(cells.half_width, rel=1e-4)
-    for name in "AB":
-        assert np.ravel(state.zones[name]) == pytest.approx(np.ravel(cells.zones[name]), abs=1e-3)
