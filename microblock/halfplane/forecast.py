@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import cost
+from ..model.obstacles import jumps_of
 from ..model.picture import low
 from ..model.zones import runs
 from .panels import make_panels
@@ -55,7 +56,7 @@ def bends(picture):
 def cells_cost(picture, rtol, fewest, most, times):
     """The Cost of equal cells under a picture, between `fewest` and `most`, solved for so many times."""
     valleys, ends = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.ends))
-    peaks, jumps = np.reshape([pair for pair in zip(picture.kinks, picture.jumps) if pair[1] > 0], (-1, 2)).T
+    peaks, jumps = np.reshape([pair for pair in jumps_of(picture) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width
     smooth = max(2 * valleys, bends(picture), 2)
