@@ -124,6 +124,9 @@ def panels_outside(problem, zones, order):
 def _rows(problem, zones, order, kinks, intervals):
     edges = carried_edges(problem, zones, order)
     singular = {*edges, *kinks}
+    # at a tip the pressure has a power of r, perhaps below 1/2: panels bear the rest of it
+    shorter, ell = min(1.0, 8.0 ** (6 - order / 2)), problem.solid.ell
+    longest = {x: ell if any(jumps.values()) else shorter * ell for x, jumps in problem.kinks.items()}
     for left, right in intervals:
         if half_line(problem) and right < 0:
             continue
@@ -131,7 +134,9 @@ def _rows(problem, zones, order, kinks, intervals):
         breaks = sorted({start, right, *(x for x in singular if start < x < right)})
         for pair in zip(breaks, breaks[1:]):
             roots = tuple(x in singular for x in pair)
-            first = [min([problem.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair]
+            first = [
+                min([longest.get(x, ell), *(abs(x - edge) for edge in edges if edge != x)]) for x in pair
+            ]
             yield from _between(*pair, roots, first)
 
 

@@ -81,7 +81,7 @@ def proxy(
             "Cells(nodes=...) take it as their centres see it"
         )
         require(budget >= 0 and np.count_nonzero(short) <= 200, name, given, words)
-        places += _pinned(function, left[short], right[short], 1e-10 * whole)
+        places += _pinned(function, left[short], right[short], np.finfo(float).eps * whole)
         done.append(left[~rough | short])
         left, right = left[rough & ~short], right[rough & ~short]
         middle = left + HALF * (right - left)
