@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.special import beta
 from threadpoolctl import threadpool_limits
 
 import microblock as mb
@@ -399,8 +400,40 @@ def test_singular_points_are_found_where_they_are(name):
     found = proxy(height, FIRST)
     # what |x|^p changes over d is rounding beside the rest of an interval of some d: 1e-8 of it for p = 3
     assert found.singular == pytest.approx(places, abs=1e-7) and len(found.edges) - 1 <= pieces
+    # the pressure is a logarithm there, which feels the root of a distance; rounding of 5 hides 6e-12
+    corners = np.abs(jumps) > 0
+    assert found.singular[corners] == pytest.approx(np.array(places)[corners], abs=1e-11)
     # differences of 1e-6
     assert found.jumps == pytest.approx(jumps, rel=1e-6, abs=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize("p", [1.2, 1.35, 1.7])
+def test_panels_reach_the_usual_accuracies_under_tips(p):
+    """Pressures |x|^(p - 1) fall slowly with the length of a panel. Classical half-plane: the load is E*/2
+    times the integral of x h'(x) / sqrt(a^2 - x^2) over the contact (Johnson 1985, (2.45)).
+    """
+    body = mb.HalfPlane(mb.Elastic(E=100, nu=0.3))
+    state = mb.Contact(body, lambda x: 0.01 * np.abs(x) ** p, mb.Unilateral(), mb.Panels()).solve(
+        1.0, rtol=1e-6
+    )
+    a = (2 * 1.0 / (100 / (1 - 0.3**2) * 0.01 * p * beta((p + 1) / 2, 0.5))) ** (1 / p)
+    assert state.half_width == pytest.approx(a, rel=1e-6)
+
+
+def test_teeth_that_nobody_names_are_met():
+    """Places of slope discontinuities known to 1e-10 left 2e-6 of the pressure, at any order."""
+
+    def teeth(x):
+        along = (x + 0.013) / 0.07 % 1.0
+        return x**2 / 20 + 3e-4 * np.where(along < 0.4, along / 0.4, (1 - along) / 0.6)
+
+    kinks = [0.07 * (n + part) - 0.013 for n in range(-9, 10) for part in (0, 0.4)]
+    jumps = [sign * (3e-4 / 0.028 + 3e-4 / 0.042) for _ in range(-9, 10) for sign in (1, -1)]
+    unnamed, named = (
+        contact(obstacle, BLOCKS, mb.Panels()).solve(0.3, rtol=1e-6)
+        for obstacle in (teeth, mb.Obstacle(teeth, kinks=kinks, jumps=jumps))
+    )
+    assert apart(unnamed, named) < unnamed.error_estimate + named.error_estimate < 2e-6
 
 
 # --- events of a load path: what was read before does not change them, and their errors hold
