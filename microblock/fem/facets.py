@@ -203,9 +203,16 @@ class ContactNodes:
         return points
 
     def _shapes(self, space):
-        """Of each facet the unknowns of a space, and its functions at the nodes, array (nodes, unknowns)."""
+        """Of each facet the unknowns of a space, and its functions at the nodes, array (nodes, unknowns):
+        alike where the vertices are numbered in the same order.
+        """
+        known = {}
         for facet, order in zip(self.region.Elements(), self.orders):
-            yield space.GetDofNrs(facet), shapes(space.GetFE(facet), nodal_rule(facet.type, order))
+            dofs, turned = space.GetDofNrs(facet), np.argsort([vertex.nr for vertex in facet.vertices])
+            kind = facet.type, order, len(dofs), *turned
+            if kind not in known:
+                known[kind] = shapes(space.GetFE(facet), nodal_rule(facet.type, order))
+            yield dofs, known[kind]
 
     def _trace(self, space):
         """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
