@@ -143,6 +143,7 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     room = np.where((K0 < 0) | np.isinf(hole), width, hole)
     step = np.where(np.abs(K0) > tolerance, np.copysign(room / 2, K0), 0.0)
     np.divide(2 * K0, K1, out=step, where=K1 > 0)
+    step = np.maximum(step, -8 * hole)  # a zone that has just opened knows nothing of what lies farther
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
     middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
     inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)

@@ -248,8 +248,10 @@ def rotation(psi0: Any, *x: Array) -> Array:
 
 def levers(law: LawLike, x: Array) -> Array:
     """Returns the levers of all corners at x, array (corners, ...)."""
-    arms = law.arms(*level_surface(np.ravel(x)))
-    return -2 * arms[:, :, 0].reshape(len(arms), *np.shape(x))
+    constant = type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
+    places = np.zeros(1) if constant else np.ravel(x)
+    found = -2 * law.arms(*level_surface(places))[:, :, 0]
+    return np.broadcast_to(found, (len(found), np.size(x))).reshape(len(found), *np.shape(x))
 
 
 def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstacle: ObstacleLike) -> Array:

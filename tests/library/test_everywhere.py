@@ -420,6 +420,18 @@ def test_panels_reach_the_usual_accuracies_under_tips(p):
     assert state.half_width == pytest.approx(a, rel=1e-6)
 
 
+def test_an_opening_zone_does_not_run_away():
+    """Left of this cylinder with hills one corner opens beside the edges of the other, whose stress sends
+    its edges twenty times the width of what has opened.
+    """
+    _, problem, load, *_ = drawn(2020, 227, mb)
+    state = problem.with_(method=mb.Panels()).solve(load=load, rtol=1e-3)
+    (first, second), (*_, third, fourth) = state.zones["A"], state.zones["B"]
+    assert third[1] < first[0] < first[1] < fourth[0] < second[0]
+    cells = problem.with_(method=mb.Cells()).solve(load=load, rtol=3e-2)
+    assert missed(state, cells) < cells.error_estimate + state.error_estimate < 3e-2
+
+
 def test_teeth_that_nobody_names_are_met():
     """Places of slope discontinuities known to 1e-10 left 2e-6 of the pressure, at any order."""
 
