@@ -10,7 +10,11 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
+from ..corners.surface_law import on_surface
+from ..errors import require
 from ..model import zones
+from ..model.obstacles import heights
+from ..model.state import Surface
 from . import plots
 
 MOST, LEAST = 25, 10  # blocks in a picture, side by side
@@ -84,6 +88,36 @@ def magnification(turn, depth):
     return max((step for step in steps if step * turn <= 0.35 and step * depth <= 1), default=1.0)
 
 
+def section(state):
+    """The `Surface` of a state on cells of a half-space in the row of cells with the largest pressure, and
+    its contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the
+    law has no blocks, or the state is at nodes.
+    """
+    law, most = on_surface(state.law), np.isclose(state.pressure, state.pressure.max()).argmax()
+    require(law.psi0, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
+    words = "has no cells, in a row of which blocks are drawn in three dimensions"
+    require(state.squares, "method", state.method, words)
+    row = np.flatnonzero(state.points[:, 1] == state.points[most, 1])
+    row = row[np.argsort(state.points[row, 0])]
+    x, x2, _ = state.points[row].T
+    pressures = np.array([own[row] for own in state.pressures.values()]).reshape(2, 2, -1).sum(axis=1)
+    closed, opposite = state.closed[row], 0.0 if state.opposite is None else state.opposite[row]
+    surface = Surface(
+        np.column_stack((x, 0 * x)),
+        np.column_stack((0 * x, 1 + 0 * x)),
+        pressures,
+        np.where((pressures > 0) | (closed == 4), 0.0, np.inf),
+        state.micromoment[row, 1],
+        -state.psi[row, 1],
+        law.in_gaps * law.tilt(x, x2)[0] - state.psi[row, 1],
+        state.displacement[row],
+        heights(state.obstacle, x, x2) + opposite - state.approach,
+        ("A", "B"),
+        state.solid.ell,
+    )
+    return surface, [tuple(x[closed > 0][[0, -1]])], f" in the row at $x_2$ = {x2[0]:.2g}"
+
+
 def turn(corners):
     return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
 
@@ -92,8 +126,10 @@ def turn(corners):
 def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.3)
-    corners, around = tuple(state.pressures), window(state.solid.ell, state.zones["contact"])
-    shown, width = blocks(state.surface(around), around), around[1] - around[0]
+    row, contact, where = (None, state.zones["contact"], "") if state.flat else section(state)
+    around = window(state.solid.ell, contact)
+    surface, width = row or state.surface(around), around[1] - around[0]
+    corners, shown = surface.corners, blocks(surface, around)
     top, look = np.nanmax(shown.surface[1]), {"edgecolor": "0.35", "linewidth": 0.5}
     highest = top + 0.08 * width
     fills = np.array(list(FILLS.values()))[shown.closed @ (1, 2)]
@@ -109,7 +145,7 @@ def draw(axis, state):
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
     touches = "" if len(corners) == 2 else "; their middle touches"
-    words = f"blocks: {turn(corners)} and heights {shown.magnification:g} times{touches}"
+    words = f"blocks{where}: {turn(corners)} and heights {shown.magnification:g} times{touches}"
     axis.set_title(words, loc="left")
     return drawing
 
