@@ -239,12 +239,8 @@ def _draw(module, result, folder, name):
 
 def _complaint(failure, known, given):
     """The sentence of a BadArgument, after the option that it is about."""
-    name = failure.name
-    if name not in (*known, "json", "out"):
-        names = f"{name}_deg", f"{name}s"  # an angle in degrees, one of its loads
-        near = [name for name in names if name in given] or given  # of one alone: the defaults are right
-        near = near if len(near) == 1 else [name for name in names if name in known]
-        if not near:
-            return failure
-        name = near[0]
-    return f"{flag(name)}: {failure}"
+    names = failure.name, f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
+    near = [name for name in names if name in (*known, "json", "out")]
+    if failure.name not in near and len(given) == 1:  # of one alone: the defaults are right
+        near = given
+    return f"{flag(near[0])}: {failure}" if near else failure

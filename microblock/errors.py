@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
@@ -301,9 +301,8 @@ def require_place(
     """Raises BadArgument unless a file can have this path: in a folder that can be written to, no folder
     itself, with one of the endings, or none.
     """
-    require(_names(path), name, path, "must name a file")
+    require(_names(path) and not Path(path).is_dir(), name, path, "must name a file")
     where, known, text = Path(path), sorted(endings or ()), str(path)
-    require(not where.is_dir(), name, text, "must name a file, and is a folder")
     words = f"must lie in a folder that can be written to, and {where.parent} is none"
     require(where.parent.is_dir() and os.access(where.parent, os.W_OK), name, text, words)
     ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
@@ -357,15 +356,6 @@ def require_choice(known: Collection[str], **arguments: object) -> None:
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
     """Raises BadArgument for what is of none of these classes, which `words` name."""
     _require(lambda value: isinstance(value, kinds), f"must be {words}", arguments)
-
-
-def require_values(**arguments: Iterable[Any]) -> list[Any]:
-    """Returns the list of values of a sequence; raises BadArgument of others."""
-    ((name, values),) = arguments.items()
-    try:
-        return list(values)
-    except TypeError as failure:
-        raise BadArgument(name, values, "must be a sequence") from failure
 
 
 require_flag = partial(require_kind, (bool, np.bool_), "True or False")

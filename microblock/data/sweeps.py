@@ -29,7 +29,6 @@ from ..errors import (
     require,
     require_flag,
     require_kind,
-    require_values,
     require_whole,
 )
 from ..model.progress import counted, counting
@@ -151,7 +150,8 @@ def _points(over):
             listed = np.iterable(values) and not isinstance(values, (str, Mapping))
             require(listed, "over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    points = require_values(over=over)
+    require(np.iterable(over), "over", over, "must be a sequence")
+    points = list(over)
     for point in points:
         require_kind(Mapping, "{argument: values} or a list of {argument: value}", over=point)
     return [dict(point) for point in points]

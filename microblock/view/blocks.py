@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from ..corners.surface_law import on_surface
 from ..errors import require
 from ..model import zones
+from ..model.law import level_surface
 from ..model.obstacles import heights
 from ..model.state import Surface
 from . import plots
@@ -93,29 +94,29 @@ def section(state):
     its contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the
     law has no blocks, or the state is at nodes.
     """
-    law, most = on_surface(state.law), np.isclose(state.pressure, state.pressure.max()).argmax()
+    law, (x1, x2, _), pressures = on_surface(state.law), state.points.T, np.array([*state.pressures.values()])
     require(law.psi0, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
     words = "has no cells, in a row of which blocks are drawn in three dimensions"
     require(state.squares, "method", state.method, words)
-    row = np.flatnonzero(state.points[:, 1] == state.points[most, 1])
-    row = row[np.argsort(state.points[row, 0])]
-    x, x2, _ = state.points[row].T
-    pressures = np.array([own[row] for own in state.pressures.values()]).reshape(2, 2, -1).sum(axis=1)
-    closed, opposite = state.closed[row], 0.0 if state.opposite is None else state.opposite[row]
+    most = np.isclose(state.pressure, state.pressure.max()).argmax()  # of rows that are alike the first
+    order = np.argsort(x1, kind="stable")
+    row = order[x2[order] == x2[most]]
+    x, pressures = x1[row], pressures[:, row].reshape(2, 2, -1).sum(axis=1)
+    opposite = 0.0 if state.opposite is None else state.opposite[row]
     surface = Surface(
-        np.column_stack((x, 0 * x)),
-        np.column_stack((0 * x, 1 + 0 * x)),
+        *level_surface(x),
         pressures,
-        np.where((pressures > 0) | (closed == 4), 0.0, np.inf),
-        state.micromoment[row, 1],
+        np.where(pressures > 0, 0.0, np.inf),
+        -state.micromoment[row, 1],
         -state.psi[row, 1],
-        law.in_gaps * law.tilt(x, x2)[0] - state.psi[row, 1],
+        law.in_gaps * law.tilt(x, x2[row])[0] - state.psi[row, 1],
         state.displacement[row],
-        heights(state.obstacle, x, x2) + opposite - state.approach,
+        heights(state.obstacle, x, x2[row]) + opposite - state.approach,
         ("A", "B"),
         state.solid.ell,
     )
-    return surface, [tuple(x[closed > 0][[0, -1]])], f" in the row at $x_2$ = {x2[0]:.2g}"
+    ends = tuple(x[pressures.any(axis=0)][[0, -1]])
+    return surface, [ends], f" in the row at $x_2$ = {x2[most]:.2g}"
 
 
 def turn(corners):

@@ -130,7 +130,7 @@ REFUSED = {
     "contact --height=-cos(x)": (2, "--window L R"),
     "contact --height -cos(x)": (2, "--NAME=VALUE"),
     "contact --height x**2 --samples a.csv": (2, "--samples"),
-    "contact --height x^2/20": (2, "write ** for powers"),
+    "contact --height x^2/20": (2, "** for powers"),
     "contact --height x**2 --beta 0": (2, "nothing holds its rotation"),
     "contact --height x**2 --window 1 -1": (2, "--window"),
     "contact --height x**2 --window 1": (2, "--window"),
