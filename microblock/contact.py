@@ -21,6 +21,7 @@ from .errors import (
     require_positive,
     require_size,
     require_tolerance,
+    require_values,
     shown,
 )
 from .model import law as laws
@@ -258,8 +259,7 @@ class Contact:
         >>> [state.load for state in problem.states([0.5, 1.0])]
         [0.5, 1.0]
         """
-        require(np.iterable(loads), "loads", loads, "must be a sequence")
-        loads, states = list(loads), list[Any]([None])
+        loads, states = require_values(loads=loads), list[Any]([None])
         with counting("states", progress, total=len(loads), given=lambda states: states[1:]):
             kept(states)
             for load in loads:

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
@@ -356,6 +356,15 @@ def require_choice(known: Collection[str], **arguments: object) -> None:
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
     """Raises BadArgument for what is of none of these classes, which `words` name."""
     _require(lambda value: isinstance(value, kinds), f"must be {words}", arguments)
+
+
+def require_values(**arguments: Iterable[Any]) -> list[Any]:
+    """Returns the list of values of a sequence; raises BadArgument of others."""
+    ((name, values),) = arguments.items()
+    try:
+        return list(values)
+    except TypeError as failure:
+        raise BadArgument(name, values, "must be a sequence") from failure
 
 
 require_flag = partial(require_kind, (bool, np.bool_), "True or False")

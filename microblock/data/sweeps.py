@@ -29,6 +29,7 @@ from ..errors import (
     require,
     require_flag,
     require_kind,
+    require_values,
     require_whole,
 )
 from ..model.progress import counted, counting
@@ -150,8 +151,7 @@ def _points(over):
             listed = np.iterable(values) and not isinstance(values, (str, Mapping))
             require(listed, "over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    require(np.iterable(over), "over", over, "must be a sequence")
-    points = list(over)
+    points = require_values(over=over)
     for point in points:
         require_kind(Mapping, "{argument: values} or a list of {argument: value}", over=point)
     return [dict(point) for point in points]
@@ -214,10 +214,10 @@ def _told(failure):
 
 
 def _rows(points, found):
-    ends = ({name: record[name] for name in ("seconds", "error")} for record in found)
     rows = [point | (record["answer"] or {}) for point, record in zip(points, found)]
     columns = dict.fromkeys(name for row in rows for name in row)
-    return [columns | row | end for row, end in zip(rows, ends)]
+    ends = ("seconds", "error")
+    return [columns | row | {name: record[name] for name in ends} for row, record in zip(rows, found)]
 
 
 def _known(folder, keys, quiet):

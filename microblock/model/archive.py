@@ -34,8 +34,8 @@ UNITS = {
     name: unit
     for unit, names in {
         "length": (
-            "approach", "half_width", "contact_area", "zones", "x", "points", "x1", "x2", "width",
-            "seen_width", "weights", "displacement", "opposite", "tangential_approach", "slip",
+            "approach", "half_width", "contact_area", "zones", "x", "width", "seen_width",
+            "weights", "displacement", "opposite", "tangential_approach", "slip",
         ),
         "stress": ("pressure", "pressures", "shear_traction"),
         "stress x length": ("micromoment",),

@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
 from ..corners.surface_law import on_surface
-from ..errors import require
+from ..errors import at_most, require
 from ..model import zones
 from ..model.law import level_surface
 from ..model.obstacles import heights
@@ -84,9 +84,9 @@ def window(ell, contact):
 
 
 def magnification(turn, depth):
-    """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1."""
-    steps = [digit * 10.0**decade for decade in range(16 if turn or depth else 0) for digit in (1, 2, 5)]
-    return max((step for step in steps if step * turn <= 0.35 and step * depth <= 1), default=1.0)
+    """The largest number of two digits with which an angle stays below 0.35, and a depth below 1; or 1."""
+    most = max(turn / 0.35, depth)
+    return max(1.0, float(at_most(1 / most))) if most else 1.0
 
 
 def section(state):
@@ -119,10 +119,6 @@ def section(state):
     return surface, [ends], f" in the row at $x_2$ = {x2[most]:.2g}"
 
 
-def turn(corners):
-    return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
-
-
 @plots.styled
 def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
@@ -145,9 +141,7 @@ def draw(axis, state):
     if len(corners) == 2:
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
-    touches = "" if len(corners) == 2 else "; their middle touches"
-    words = f"blocks{where}: {turn(corners)} and heights {shown.magnification:g} times{touches}"
-    axis.set_title(words, loc="left")
+    axis.set_title(f"blocks{where}: rotations and heights {shown.magnification:g} times", loc="left")
     return drawing
 
 

@@ -7,7 +7,7 @@ from . import plots
 
 
 @plots.styled
-def draw(state, axis=None):
+def draw(state, axis):
     """The figure of a state on cells or at nodes; of an axis with the pressure alone."""
     if axis is None:  # panels of equal sides, which else push labels out
         figure, axes = plots.figure(1, 3, 2.4, 2 * plots.COLUMN, layout="compressed")

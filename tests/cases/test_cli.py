@@ -50,7 +50,7 @@ def test_a_script_has_its_header_its_figure_and_its_test(path):
 def test_help_has_every_option(name, run):
     status, out, err = run(f"{name} --help")
     assert (status, err) == (0, "") and "--json" in out and ":math:" not in out
-    assert all(flag(option.name) in out for option in options(import_module(cases()[name][0]).solve))
+    assert all(flag(option) in out for option in options(import_module(cases()[name][0]).solve))
 
 
 def test_help_has_defaults_of_zero(run):
