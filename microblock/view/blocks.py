@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
 from ..corners.surface_law import on_surface
-from ..errors import at_most, require
+from ..errors import require
 from ..model import zones
 from ..model.law import level_surface
 from ..model.obstacles import heights
@@ -84,9 +84,9 @@ def window(ell, contact):
 
 
 def magnification(turn, depth):
-    """The largest number of two digits with which an angle stays below 0.35, and a depth below 1; or 1."""
-    most = max(turn / 0.35, depth)
-    return max(1.0, float(at_most(1 / most))) if most else 1.0
+    """The largest of 1, 2, 5, 10, ... with which an angle stays below 0.35, and a depth below 1."""
+    steps = [digit * 10.0**decade for decade in range(16 if turn or depth else 0) for digit in (1, 2, 5)]
+    return max((step for step in steps if step * turn <= 0.35 and step * depth <= 1), default=1.0)
 
 
 def section(state):
@@ -141,7 +141,9 @@ def draw(axis, state):
     if len(corners) == 2:
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
-    axis.set_title(f"blocks{where}: rotations and heights {shown.magnification:g} times", loc="left")
+    touches = "" if len(corners) == 2 else "; their middle touches"
+    words = f"blocks{where}: rotations and heights {shown.magnification:g} times{touches}"
+    axis.set_title(words, loc="left")
     return drawing
 
 
