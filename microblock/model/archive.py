@@ -213,8 +213,7 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
 
 
 def _numbered(data: Any) -> Any:
-    if "x" in data.indexes:
-        data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
+    data = data.reset_index("x").reset_coords("x").rename_dims(x="point")  # histories are those of the plane
     return data.assign_coords(
         {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
     )
