@@ -90,17 +90,18 @@ def magnification(turn, depth):
 
 
 def section(state):
-    """The `Surface` of a state on cells of a half-space in the row of cells with the largest pressure, and
-    its contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the
-    law has no blocks, or the state is at nodes.
+    """The `Surface` of a state on cells of a half-space in the row of a square with the largest pressure, its
+    contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the law has
+    no blocks, or the state is at nodes.
     """
     law, (x1, x2, _), pressures = on_surface(state.law), state.points.T, np.array([*state.pressures.values()])
     require(law.psi0, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
     words = "has no cells, in a row of which blocks are drawn in three dimensions"
     require(state.squares, "method", state.method, words)
     most = np.isclose(state.pressure, state.pressure.max()).argmax()  # of rows that are alike the first
-    order = np.argsort(x1, kind="stable")
-    row = order[x2[order] == x2[most]]
+    count = state.squares[0].count
+    first = most - most % count**2  # cell of the square
+    row = slice(first + most % count, first + count**2, count)
     x, pressures = x1[row], pressures[:, row].reshape(2, 2, -1).sum(axis=1)
     opposite = 0.0 if state.opposite is None else state.opposite[row]
     surface = Surface(
