@@ -91,8 +91,8 @@ def magnification(turn, depth):
 
 def section(state):
     """The `Surface` of a state on cells of a half-space in the row of a square with the largest pressure, its
-    contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the law has
-    no blocks, or the state is at nodes.
+    contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the law
+    has no blocks, or the state is at nodes.
     """
     law, (x1, x2, _), pressures = on_surface(state.law), state.points.T, np.array([*state.pressures.values()])
     require(law.psi0, "law", state.law, "has no blocks: plot_blocks() is for Microblock")

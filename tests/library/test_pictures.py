@@ -72,6 +72,14 @@ def test_blocks_of_a_half_space_touch_the_sphere_in_the_row_that_is_shown(psi0_i
         assert np.all(over[~shown.closed[:, corner]] > -0.02 * SOLID.ell)
 
 
+def test_a_row_of_blocks_lies_in_one_square():
+    """Between squares there are no cells, and what would be drawn there is neither surface nor obstacle."""
+    hills = lambda x1, x2: (np.minimum((x1 - 1) ** 2, (x1 + 1) ** 2) + x2**2) / 20  # noqa: E731
+    state = solved(hills, LAW, mb.Cells(64), mb.HalfSpace(SOLID), load=0.1)
+    row, *_ = blocks.section(state)
+    assert len(state.squares) == 2 and any(np.allclose(row.x, square.axes[0]) for square in state.squares)
+
+
 def test_pictures_do_not_magnify_rounding(block):
     """Gaps of 1e-17 are nothing: all corners are marked; a law of one corner has no legend of two."""
     state = mb.Contact(on_mesh(block).problem.body, mb.Plane(), LAW).solve(load=0.05)
