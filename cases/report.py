@@ -1,8 +1,9 @@
 """All figures on one page: the paper's, those beyond it, and what the methods cost.
 
 Runs the scripts of `cases` and `cases/paper`, two at a time, each in a process of its own, and writes
-DIR/index.html with DIR/figures/*.png. The page needs no network. Its findings are computed in the same run.
-A script that fails does not stop the others: the page says so, and the exit status is 1.
+DIR/index.html with DIR/figures/*.png; DIR is "out" without --out. The page needs no network. Its findings are
+computed in the same run. A script that fails does not stop the others: the page says so, and the exit status
+is 1.
 """
 
 import html
@@ -23,7 +24,6 @@ from microblock.data.records import versions, write_text
 from microblock.errors import NotConverged, require_choice
 from microblock.view.plots import STYLE
 
-OUT = "out"
 HERE = Path(__file__).parent
 GROUPS = {"The paper": "cases.paper", "Methods": "cases.benchmarks", "Beyond the paper": "cases"}
 PAPER = "strip", "hertz", "size_effect", "layers"  # problems of the paper, whose scripts are with the others
@@ -52,7 +52,7 @@ def solve(only: tuple[str, ...] | None = None, out: str | None = None):
     for name in only or ():
         require_choice(known, only=name)
     chosen = {name: known[name] for name in known if name in ("findings", *(only or known))}
-    return {"items": make(chosen, Path(out or OUT))}
+    return {"items": make(chosen, Path(out or "out"))}
 
 
 def make(chosen, folder):

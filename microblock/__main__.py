@@ -95,14 +95,12 @@ def solve(
         # the advice of an obstacle that is too wide for panels
         words = failure.allowed.replace("Cells(nodes=..., window=...) take", "--window L R takes")
         raise BadArgument(name, given, words) from failure
-    resolved = {"rtol": rtol, "loads": list(loads)}
-    return {"states": states, "parameters": resolved, **({"events": events} if path else {})}
+    return {"states": states, "parameters": {"rtol": rtol}, **({"events": events} if path else {})}
 
 
 def figure(result):
     """Pressure, micromoment and zones of each state."""
-    loads = result["parameters"]["loads"]
-    return {f"contact_{load}": state.plot() for load, state in zip(loads, result["states"])}
+    return {f"contact_{state.load}": state.plot() for state in result["states"]}
 
 
 def table(result):
@@ -117,8 +115,8 @@ def table(result):
         }
         for state in result["states"]
     ]
-    first, parameters = result["states"][0], result["parameters"]
-    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": parameters["rtol"]}
+    first, rtol = result["states"][0], result["parameters"]["rtol"]
+    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": rtol}
     return {**taken, "states": rows, "events": result.get("events", {})}
 
 

@@ -3,8 +3,8 @@ statuses: 0 done, 2 for a bad argument, 1 for a computation that failed, 130 aft
 
 A command is a module with ``solve(**options)``; default values or annotations give the types of its options,
 the section "Parameters" of its docstring a line each. The module may have ``figure(result)``, a figure or
-{name: figure}; ``to_dict(result)`` for JSON; ``table(result)`` for what is printed; `OUT`, the usual folder,
-which a `solve` that writes files takes as `out`. Lists named "warnings" go to standard error.
+{name: figure}; ``to_dict(result)`` for JSON; ``table(result)`` for what is printed; a `solve` that writes
+files takes their folder as `out`. Lists named "warnings" go to standard error.
 """
 
 import argparse
@@ -81,8 +81,8 @@ class Option:
 
 
 def options(function):
-    """Returns the options of a function, by the types of its parameters or of their default values."""
-    hints, known = typing.get_type_hints(function), []
+    """Returns {name: option} of a function, by the types of its parameters or of their default values."""
+    hints, known = typing.get_type_hints(function), {}
     lines = re.findall(r"^\s*(\w+(?:, \w+)*) : (.+(?:\n {2,}\S.*)*)$", inspect.getdoc(function) or "", re.M)
     texts = {name: " ".join(text.split()) for names, text in lines for name in names.split(", ")}
     for name, parameter in inspect.signature(function).parameters.items():
@@ -93,8 +93,9 @@ def options(function):
         many = None if family is not tuple else "+" if not kinds or ... in kinds else len(kinds)
         choices = kinds if family is typing.Literal else ()
         kind = str if choices else family if not many else kinds[0] if kinds else type(default[0])
-        known.append(Option(name, default, texts.get(name, ""), kind, many, choices))
-    return [option for option in known if option.name != "out"]
+        known[name] = Option(name, default, texts.get(name, ""), kind, many, choices)
+    known.pop("out", None)
+    return known
 
 
 def parser(program, module, known):
@@ -109,19 +110,17 @@ def parser(program, module, known):
         allow_abbrev=False,
     )
     for option in known:
-        text = ", ".join(option.choices) + ": " * bool(option.choices) + option.text
-        form = {"nargs": option.many, "metavar": option.name.rpartition("_")[2].upper()}
+        text, short = option.text, option.name.rpartition("_")[2].upper()
+        form = {"nargs": option.many, "metavar": "|".join(option.choices) or short}
         if option.kind is bool:
             form = {"action": "store_true"}
         elif option.default not in (None, ()):
             default = option.default if option.many else (option.default,)
             text += f" (default {' '.join(map(str, default))})"
         command.add_argument(flag(option.name), help=text.replace("%", "%%"), **form)
-    folder = getattr(module, "OUT", None)
-    usual = f"default {folder}" if folder else "without it none are drawn"
     result = "one JSON object with the result (-: standard output)"
     command.add_argument("--json", metavar="FILE", default=None, help=result)
-    command.add_argument("--out", metavar="DIR", default=folder, help=f"folder for figures ({usual})")
+    command.add_argument("--out", metavar="DIR", default=None, help="folder for figures, else none are drawn")
     return command
 
 
@@ -134,7 +133,7 @@ def run(program, module, words, setup=0.0):
     """Runs a command of a module, called `program`; returns the exit status. `setup` are the seconds of its
     import.
     """
-    known = {option.name: option for option in options(module.solve)}
+    known = options(module.solve)
     top = parser(program, module, known.values())
     given, unknown = top.parse_known_args(words)
     if unknown:
@@ -143,12 +142,14 @@ def run(program, module, words, setup=0.0):
     texts = vars(given)
     place, out = texts.pop("json"), texts.pop("out")
     try:
-        usual = {name: option.default for name, option in known.items()}
-        arguments = {name: known[name].value(text) for name, text in texts.items()}
+        arguments = {
+            name: option.value(texts[name]) if name in texts else option.default
+            for name, option in known.items()
+        }
         if place not in (None, "-"):
             require_place(place, "json")
         folder = None if out is None else made_folder(out, "out")
-        _answer(program, module, usual, arguments, place, folder, setup)
+        _answer(program, module, arguments, place, folder, setup)
         return 0
     except BadArgument as failure:
         status, message = 2, _complaint(failure, known, [*texts])
@@ -164,7 +165,7 @@ def run(program, module, words, setup=0.0):
     return status
 
 
-def _answer(program, module, usual, arguments, place, folder, setup):
+def _answer(program, module, arguments, place, folder, setup):
     """Solves, prints and writes."""
     more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
     start = time.perf_counter()
@@ -172,7 +173,7 @@ def _answer(program, module, usual, arguments, place, folder, setup):
     seconds = {"setup": setup, "solve": time.perf_counter() - start}
     found = plain_data(module.to_dict(result) if hasattr(module, "to_dict") else result)
     found = found if isinstance(found, dict) else {"states": found}
-    resolved = plain_data(usual | arguments) | found.pop("parameters", {})
+    resolved = plain_data(arguments) | found.pop("parameters", {})
     entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | found
     text, warnings = json.dumps(entries, indent=1, allow_nan=False), []
     # lists of that name, wherever they stand
@@ -239,12 +240,8 @@ def _draw(module, result, folder, name):
 
 def _complaint(failure, known, given):
     """The sentence of a BadArgument, after the option that it is about."""
-    name = failure.name
-    if name not in (*known, "json", "out"):
-        names = f"{name}_deg", f"{name}s"  # an angle in degrees, one of its loads
-        near = [name for name in names if name in given] or given  # of one alone: the defaults are right
-        near = near if len(near) == 1 else [name for name in names if name in known]
-        if not near:
-            return failure
-        name = near[0]
-    return f"{flag(name)}: {failure}"
+    names = failure.name, f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
+    near = [name for name in names if name in (*known, "json", "out")]
+    if failure.name not in near and len(given) == 1:  # of one alone: the defaults are right
+        near = given
+    return f"{flag(near[0])}: {failure}" if near else failure

@@ -301,9 +301,8 @@ def require_place(
     """Raises BadArgument unless a file can have this path: in a folder that can be written to, no folder
     itself, with one of the endings, or none.
     """
-    require(_names(path), name, path, "must name a file")
+    require(_names(path) and not Path(path).is_dir(), name, path, "must name a file")
     where, known, text = Path(path), sorted(endings or ()), str(path)
-    require(not where.is_dir(), name, text, "must name a file, and is a folder")
     words = f"must lie in a folder that can be written to, and {where.parent} is none"
     require(where.parent.is_dir() and os.access(where.parent, os.W_OK), name, text, words)
     ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits

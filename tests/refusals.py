@@ -393,7 +393,7 @@ def made():
                     yield call, name, value
             seen.add(place)
     for command in CONTRACT:
-        for option in options(import_module(commands.cases()[command.split()[0]][0]).solve):
+        for option in options(import_module(commands.cases()[command.split()[0]][0]).solve).values():
             for value in KINDS[option.kind].split():
                 yield COMMAND + command, flag(option.name), value
 

@@ -158,14 +158,14 @@ def _written(state, path, number):
 
 def _write_surface(state, path):
     data = profile(state)
-    points = [data["x1"], *(data.pop(name, np.zeros_like(data["x1"])) for name in ("x2", "x3"))]
+    points = np.pad(state.points, ((0, 0), (0, 3 - state.points.shape[1])))
     if state.flat:
         kind, cells = "line", _lines(state)
     else:
-        kind, cells = "triangle", state.triangles if state.squares is None else _triangles(*points[:2])
+        kind, cells = "triangle", state.triangles if state.squares is None else _triangles(*points.T[:2])
     if not len(cells):  # the surface of a column is one point
         kind, cells = "vertex", np.zeros((1, 1), int)
-    _write(path, np.column_stack(points), [(kind, cells)], data)
+    _write(path, points, [(kind, cells)], data)
 
 
 def _triangles(x, y):

@@ -35,8 +35,8 @@ OPERATORS = {
     ast.NotEq: np.not_equal,
 }
 ALLOWED = (
-    f"allowed are x, numbers up to {LARGEST:g}, pi, e, inf, + - * / **, comparisons, parentheses, "
-    f"{', '.join(FUNCTIONS)}, in up to {LONGEST} characters and {MOST} nested terms"
+    f"allowed are x, numbers up to {LARGEST:g}, pi, e, inf, + - * /, ** for powers, comparisons, "
+    f"parentheses, {', '.join(FUNCTIONS)}, in up to {LONGEST} characters and {MOST} nested terms"
 )
 
 
@@ -73,8 +73,7 @@ def function_of_x(formula, name="formula"):
         (where,) = refused.args
         start = getattr(where, "col_offset", where)
         part = formula[start : getattr(where, "end_col_offset", start + 1)][:40] or "the end"
-        power = ": write ** for powers" * (part == "^")
-        words = f"{ascii(part)} at place {start + 1} cannot stand there{power}; {ALLOWED}"
+        words = f"{ascii(part)} at place {start + 1} cannot stand there; {ALLOWED}"
         raise BadArgument(name, formula, words) from None
     function.__name__ = formula
     return function

@@ -25,7 +25,9 @@ def read_samples(path, name="path", noise=None):
     """
 
     def wrong(words):
-        return BadArgument(name, str(path), f"{words}; it must hold two columns of numbers, x and height")
+        return BadArgument(
+            name, str(path), f"{words}; it must hold two columns of numbers with decimal points, x and height"
+        )
 
     try:
         if not os.path.isfile(path):  # a device may have no end
@@ -43,8 +45,7 @@ def read_samples(path, name="path", noise=None):
             continue  # a header
         numbers = tuple(float(value) for value in known if abs(value) <= LARGEST)
         if len(numbers) != 2 or len(values) != 2:
-            comma = " (a decimal comma? write points)" * bool(re.search(r"\d,\d.*[;,\s]", line))
-            raise wrong(f"has {shown(line)} in line {place}{comma}")
+            raise wrong(f"has {shown(line)} in line {place}")
         if samples and not numbers > samples[-1][:1] + (LARGEST,):
             raise wrong(f"does not ascend in x in line {place}, {shown(line)}: sort it, average duplicates")
         samples.append(numbers)

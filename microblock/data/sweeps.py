@@ -214,10 +214,10 @@ def _told(failure):
 
 
 def _rows(points, found):
-    ends = ({name: record[name] for name in ("seconds", "error")} for record in found)
     rows = [point | (record["answer"] or {}) for point, record in zip(points, found)]
     columns = dict.fromkeys(name for row in rows for name in row)
-    return [columns | row | end for row, end in zip(rows, ends)]
+    ends = ("seconds", "error")
+    return [columns | row | {name: record[name] for name in ends} for row, record in zip(rows, found)]
 
 
 def _known(folder, keys, quiet):

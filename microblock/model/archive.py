@@ -12,17 +12,15 @@ from functools import partial
 from importlib import import_module
 from inspect import signature
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from .. import __version__
 from ..errors import BadArgument, MissingExtra, Named, replacing, require_place, shown
-from .deformable import shape_of
 from .events import LoadPath
 from .history import History
 from .state import State, Surface
-from .types import AnyArray, Interval, Zones
+from .types import AnyArray, Interval
 
 # of a result of each kind, what is written
 NAMES: dict[Any, Iterable[str]] = {
@@ -35,8 +33,8 @@ UNITS = {
     name: unit
     for unit, names in {
         "length": (
-            "approach", "half_width", "contact_area", "zones", "x", "points", "x1", "x2", "width",
-            "seen_width", "weights", "displacement", "opposite", "tangential_approach", "slip",
+            "approach", "half_width", "contact_area", "zones", "x", "width", "seen_width",
+            "weights", "displacement", "opposite", "tangential_approach", "slip",
         ),
         "stress": ("pressure", "pressures", "shear_traction"),
         "stress x length": ("micromoment",),
@@ -50,13 +48,13 @@ IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "we
 
 
 class Absent:
-    """What is not in a file: it has what is known of it, and refuses the rest by name."""
+    """What is not in a file, but for the Surface of a state: it refuses all else by name."""
 
-    def __init__(self, text: str, **known: Any) -> None:
-        vars(self).update(known, text=text)
+    def __init__(self, text: str, along: Surface | None = None) -> None:
+        self.text, self.along = text, along
 
     def __repr__(self) -> str:
-        return str(vars(self)["text"])
+        return self.text
 
     def surface(self, window: Interval | None) -> Any:
         """Returns the Surface of a state, whatever the window."""
@@ -105,12 +103,11 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
     (True, True, 0.5)
     """
     arrays: dict[str, AnyArray] = {}
-    lacking = LookupError, ImportError, AttributeError  # of a class of another version
     try:
         with np.load(file) as columns:
             arrays |= columns
         result = json.loads(arrays["text"].item(), object_hook=partial(_unpacked, arrays))
-    except (OSError, ValueError, TypeError, EOFError, BadZipFile, *lacking) as failure:
+    except Exception as failure:  # files of others, and of other versions, fail in many ways
         version = f" of version {arrays.get('version')}, this is {__version__}" * ("version" in arrays)
         cause = str(failure).partition(". ")[0]  # NumPy goes on to advise loading pickles
         words = f"must be one that save() has written{version} ({cause})"
@@ -137,7 +134,7 @@ def _packed(value: Any, arrays: dict[str, Any]) -> Any:
         names = NAMES.get(kind) or [name for name in signature(kind).parameters if name in vars(value)]
         parts = {name: getattr(value, name) for name in names}
         if kind is State and value.flat:
-            parts |= {"along": value.surface(), "zones_by_name": value.solution.zones_by_name}
+            parts["along"] = value.surface()
         packed = {name: _packed(one, arrays) for name, one in parts.items()}
         if kind in NAMES or '{"lost": ' not in json.dumps(packed):
             return {"class": [kind.__module__, kind.__qualname__], "parts": packed}
@@ -149,7 +146,7 @@ def _unpacked(arrays: dict[str, AnyArray], tree: dict[str, Any]) -> Any:
     if "array" in tree:
         return arrays[tree["array"]]
     if "lost" in tree:
-        return Absent(tree["lost"], kinks=(), jumps=(), ends=())
+        return Absent(tree["lost"])
     if "dict" in tree:
         return dict(tree["dict"]) if tree["of"] is None else Named(tree["of"], tree["dict"])
     if "list" in tree or "tuple" in tree:
@@ -160,13 +157,9 @@ def _unpacked(arrays: dict[str, AnyArray], tree: dict[str, Any]) -> Any:
     kind = getattr(import_module(module), name) if module.startswith("microblock.") else None
     if not isinstance(kind, type) or kind.__module__ != module:
         raise ValueError(f"{module}.{name} is no class of microblock")
-    return _state(**parts) if kind is State else kind(**parts)
-
-
-def _state(along: Surface | None = None, zones_by_name: Zones | None = None, **parts: Any) -> State:
-    seen = Absent("what a state sees of its obstacle", obstacle=shape_of(parts["obstacle"]))
-    known = {"along": along, "zones_by_name": zones_by_name, "problem": seen}
-    return State(Absent("what lies between the points of a state", **known), **parts)
+    if kind is State:
+        parts["solution"] = Absent("what lies between the points of a state", parts.pop("along", None))
+    return kind(**parts)
 
 
 def data_set(result: Any) -> Any:
@@ -220,8 +213,7 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
 
 
 def _numbered(data: Any) -> Any:
-    if "x" in data.indexes:
-        data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
+    data = data.reset_index("x").reset_coords("x").rename_dims(x="point")  # histories are those of the plane
     return data.assign_coords(
         {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
     )

@@ -42,7 +42,7 @@ def counting(
     unasked = progress is None and not os.environ.get("TQDM_DISABLE")
     # None: unless tqdm finds a terminal
     quiet = not progress if not unasked else False if "ipykernel" in sys.modules else None
-    shown = {"delay": int(not progress), "disable": bool(_bars.get()) or quiet, "miniters": 0, "leave": None}
+    shown = {"delay": int(not progress), "disable": bool(_bars.get()) or quiet, "miniters": 0}
     with tqdm(desc=words, total=total, unit=" steps", **shown) as bar:
         bar.best, bar.facts, token = None, {}, _bars.set((*_bars.get(), bar))
         try:

@@ -26,8 +26,6 @@ def touched(state: State, places: Sequence[float], within: float = 0.0) -> list[
 
 def _closed(state: State, places: Sequence[float], within: float) -> tuple[Array, Flags]:
     """Returns the contact points of places, array (corners, n), and whether the corner is closed there."""
-    if not places:  # of a state from a file, whose law may be a name alone
-        return np.empty((0, 0)), np.empty((0, 0), bool)
     law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
     margin = max(1e-6 * ell, within) * np.array((-1, 1))
     points = np.add.outer(law.shifts(ell), places)

@@ -824,22 +824,22 @@ class State(PlainData):
 
     def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
-        three dimensions coloured by how many corners touch.
+        three dimensions in the row along x1 with the largest pressure, where a corner of the picture stands
+        for two, half a block before the row and behind it.
 
         Parameters
         ----------
         file, ax : optional
-            As of `plot`; in three dimensions the axis has to be one, too.
+            As of `plot`.
 
         Raises
         ------
         BadArgument
             In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
-        from ..view import blocks, surface_figure
+        from ..view.blocks import draw
 
-        drawing = blocks.draw(ax, self) if self.flat else surface_figure.draw_blocks(ax, self)
-        return saved(drawing, file, ax, self.warnings, self.caption)
+        return saved(draw(ax, self), file, ax, self.warnings, self.caption)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.

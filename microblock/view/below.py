@@ -19,7 +19,7 @@ FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress 
 
 
 @plots.styled
-def draw_below(state, quantity="psi", axis=None):
+def draw_below(state, quantity, axis):
     """A Figure with contours of one of QUANTITIES of a state whose solution has fields_below(box): x1, x2,
     triangles (m, 3) or None, psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
     """
@@ -60,4 +60,4 @@ def values(psi, stress, quantity):
     """The quantity from psi (n,) and stress (2, 2, n)."""
     (s11, s12), (s21, s22) = stress
     known = {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}
-    return (known | {"shear": largest_shear(stress)})[quantity]
+    return largest_shear(stress) if quantity == "shear" else known[quantity]

@@ -10,7 +10,12 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
+from ..corners.surface_law import on_surface
+from ..errors import require
 from ..model import zones
+from ..model.law import level_surface
+from ..model.obstacles import heights
+from ..model.state import Surface
 from . import plots
 
 MOST, LEAST = 25, 10  # blocks in a picture, side by side
@@ -84,16 +89,45 @@ def magnification(turn, depth):
     return max((step for step in steps if step * turn <= 0.35 and step * depth <= 1), default=1.0)
 
 
-def turn(corners):
-    return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
+def section(state):
+    """The `Surface` of a state on cells of a half-space in the row of a square with the largest pressure, its
+    contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the law
+    has no blocks, or the state is at nodes.
+    """
+    law, (x1, x2, _), pressures = on_surface(state.law), state.points.T, np.array([*state.pressures.values()])
+    require(law.psi0, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
+    words = "has no cells, in a row of which blocks are drawn in three dimensions"
+    require(state.squares, "method", state.method, words)
+    most = np.isclose(state.pressure, state.pressure.max()).argmax()  # of rows that are alike the first
+    count = state.squares[0].count
+    first = most - most % count**2  # cell of the square
+    row = slice(first + most % count, first + count**2, count)
+    x, pressures = x1[row], pressures[:, row].reshape(2, 2, -1).sum(axis=1)
+    opposite = 0.0 if state.opposite is None else state.opposite[row]
+    surface = Surface(
+        *level_surface(x),
+        pressures,
+        np.where(pressures > 0, 0.0, np.inf),
+        -state.micromoment[row, 1],
+        -state.psi[row, 1],
+        law.in_gaps * law.tilt(x, x2[row])[0] - state.psi[row, 1],
+        state.displacement[row],
+        heights(state.obstacle, x, x2[row]) + opposite - state.approach,
+        ("A", "B"),
+        state.solid.ell,
+    )
+    ends = tuple(x[pressures.any(axis=0)][[0, -1]])
+    return surface, [ends], f" in the row at $x_2$ = {x2[most]:.2g}"
 
 
 @plots.styled
 def draw(axis, state):
     """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.3)
-    corners, around = tuple(state.pressures), window(state.solid.ell, state.zones["contact"])
-    shown, width = blocks(state.surface(around), around), around[1] - around[0]
+    row, contact, where = (None, state.zones["contact"], "") if state.flat else section(state)
+    around = window(state.solid.ell, contact)
+    surface, width = row or state.surface(around), around[1] - around[0]
+    corners, shown = surface.corners, blocks(surface, around)
     top, look = np.nanmax(shown.surface[1]), {"edgecolor": "0.35", "linewidth": 0.5}
     highest = top + 0.08 * width
     fills = np.array(list(FILLS.values()))[shown.closed @ (1, 2)]
@@ -109,7 +143,7 @@ def draw(axis, state):
         keys = [Patch(facecolor=fill, label=word, **look) for word, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
     touches = "" if len(corners) == 2 else "; their middle touches"
-    words = f"blocks: {turn(corners)} and heights {shown.magnification:g} times{touches}"
+    words = f"blocks{where}: rotations and heights {shown.magnification:g} times{touches}"
     axis.set_title(words, loc="left")
     return drawing
 

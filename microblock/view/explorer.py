@@ -83,8 +83,8 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     for control in (*controls.values(), field):
         control.observe(show, "value")
     show()
-    left = widgets.VBox([*controls.values(), field, failed, table])
-    return widgets.Box([left, widgets.VBox([picture, below])], layout={"flex_flow": "row wrap"})
+    columns = [*controls.values(), field, failed, table], [picture, below]
+    return widgets.Box([widgets.VBox(own) for own in columns], layout={"flex_flow": "row wrap"})
 
 
 def offered(problem):

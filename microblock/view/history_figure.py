@@ -36,12 +36,12 @@ def draw_loop(axis, states):
     slips = [state.weights @ (state.pressure * state.slip) / state.load for state in states]
     shares = [state.shear / (state.law.friction * state.load) for state in states]
     axis.plot(slips, shares, color=plots.COLOURS[0], marker="o", markevery=[-1])
-    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=1.1 * np.array((-1, 1)))
+    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
     return drawing
 
 
 @plots.styled
-def draw_path(path, axis=None):
+def draw_path(path, axis):
     """The figure of the events of a LoadPath."""
     drawing, axis = plots.in_place(axis)
     for kind, zone in dict.fromkeys((event.kind, event.zone) for event in path.events):

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from ..model.sharp import unbounded
 from . import blocks, plots
 
 LABELS = {
     "pressure": "pressure\n$p$ (stress)",
     "micromoment": "micromoment\n" r"$M/\ell$ (stress)",
     "gap": "gap\n$g$ (length)",
-    "turn": "rotation\n{turn} (deg.)",
+    "turn": "rotation\n(degrees)",
 }
 
 
@@ -23,12 +22,12 @@ def draw(state):
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.5, zorder=0)
         _plot(axes[name], surface, lines)
-        axes[name].set_ylabel(LABELS[name].format(turn=blocks.turn(corners)))
+        axes[name].set_ylabel(LABELS[name])
         if len(lines) > 1:
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     most = 4 * state.load / state.contact_area if state.contact_area else np.inf
     for name in ("pressure", "micromoment"):
-        _cut(axes[name], most, len(unbounded(state)))
+        _cut(axes[name], most)
     _bars(axes["zones"], state.zones, corners)
     for name in ("pressure", "micromoment", "gap", "turn", "zones"):
         axes[name].set(xlim=surface.x[[0, -1]], xlabel="$x_1$ (length)" * (name in ("turn", "zones")))
@@ -58,10 +57,10 @@ def _plot(axis, surface, lines):
 def curves(surface):
     """{panel: [(label, values, look), ...]} of a `Surface`."""
     looks = [{"color": colour, "ls": "--" if k == 1 else "-"} for k, colour in enumerate(plots.COLOURS)]
-    gaps, look = np.where(np.isfinite(surface.gaps), surface.gaps, np.nan), {"color": plots.COLOURS[2]}
+    look = {"color": plots.COLOURS[2]}
     shown = {
         "pressure": list(zip(_named("p", surface.corners), surface.pressures, looks)),
-        "gap": list(zip(_named("g", surface.corners), gaps, looks)),
+        "gap": list(zip(_named("g", surface.corners), surface.gaps, looks)),
         "micromoment": [(r"$M/\ell$", surface.micromoment / surface.ell, look)],
         "turn": [("", np.degrees(surface.rotation), look)],
     }
@@ -78,17 +77,16 @@ def _bars(axis, zones, corners):
     names = [*corners, "full"] if len(corners) > 1 else ["contact"]
     for number, name in enumerate(names):
         colour = plots.COLOURS[number] if name in corners else "k"
-        left, right = np.reshape(zones[name], (-1, 2)).T
-        axis.hlines(np.full(len(left), number), left, right, color=colour, linewidth=5)
+        for pair in zones[name]:
+            axis.plot(pair, (number, number), color=colour, linewidth=5, solid_capstyle="butt")
     axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5), ylabel="closed")
     axis.tick_params(axis="y", length=0)
 
 
-def _cut(axis, most, endless):
+def _cut(axis, most):
     """Ends an axis at 4 times the mean pressure, of which a cylinder has 1.3, and says so."""
     low, high = axis.dataLim.intervaly
     if max(-low, high) <= most:
         return
     axis.set_ylim(max(low, -most), min(high, most))  # the curves beyond are cut off
-    why = "unbounded" if endless else f"largest {max(-low, high):.3g}"
-    axis.text(1, 1.2, f"cut: {why}", transform=axis.transAxes, ha="right", fontsize=6)
+    axis.text(1, 1.2, "cut at 4 times the mean pressure", transform=axis.transAxes, ha="right", fontsize=6)

@@ -50,7 +50,7 @@ def test_a_script_has_its_header_its_figure_and_its_test(path):
 def test_help_has_every_option(name, run):
     status, out, err = run(f"{name} --help")
     assert (status, err) == (0, "") and "--json" in out and ":math:" not in out
-    assert all(flag(option.name) in out for option in options(import_module(cases()[name][0]).solve))
+    assert all(flag(option) in out for option in options(import_module(cases()[name][0]).solve))
 
 
 def test_help_has_defaults_of_zero(run):
@@ -130,7 +130,7 @@ REFUSED = {
     "contact --height=-cos(x)": (2, "--window L R"),
     "contact --height -cos(x)": (2, "--NAME=VALUE"),
     "contact --height x**2 --samples a.csv": (2, "--samples"),
-    "contact --height x^2/20": (2, "write ** for powers"),
+    "contact --height x^2/20": (2, "** for powers"),
     "contact --height x**2 --beta 0": (2, "nothing holds its rotation"),
     "contact --height x**2 --window 1 -1": (2, "--window"),
     "contact --height x**2 --window 1": (2, "--window"),

@@ -62,9 +62,9 @@ FILES = {
     b"0, 0\n1, \n2, 3": "line 2",
     b"0, 0\n2, 1\n1, 2\n": "ascend in x in line 3, '1, 2': sort it, average duplicates",
     b"# measured\n0, 0\n# again\n1, nan\n": "line 4",
-    b"0,5 0,1\n1,0 0\n": "decimal comma",
+    b"0,5 0,1\n1,0 0\n": "line 1; it must hold two columns of numbers with decimal points",
     b"0, 0\n0, 1\n": "ascend in x in line 2",
-    b"0,5; 1,0\n": "line 1 (a decimal comma? write points)",
+    b"0,5; 1,0\n": "in line 1; ",
     b"\x89PNG\r\n\x1a\n": "is no text",
     b"a\x00b\n\x00\x01\n": "line 2",
 }

@@ -10,7 +10,6 @@ from unittest.mock import patch
 
 import meshio
 import numpy as np
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import microblock as mb
 from microblock import command, cost
@@ -20,7 +19,7 @@ from microblock.halfplane.first_zones import first_zones
 from microblock.model import picture, zones
 from microblock.model.problem import Problem
 from microblock.model.proxy import proxy
-from microblock.view import blocks, surface_figure
+from microblock.view import blocks
 
 from . import library
 from . import problems as given
@@ -259,10 +258,7 @@ def on_nodes():
         for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
             yield from of_figure(f"{name} {field}", state.plot_below(field))
         if name == "half-space":
-            with patch.object(surface_figure, "Poly3DCollection", wraps=Poly3DCollection) as made:
-                state.plot_blocks()
-            faces, looks = made.call_args
-            yield from table(name, {"faces": faces[0], "colours": looks["facecolors"]})
+            yield from of_figure(f"{name} blocks", state.plot_blocks())
 
 
 def on_the_way():
