@@ -311,21 +311,22 @@ def _hides(low, high):
     """Returns whether zones may be born and merge between alike states: where contact spreads to, a gap has a
     minimum or is concave.
     """
-    step, problem = (high.load - low.load) / high.load, low.problem
+    step, problem, outside = (high.load - low.load) / high.load, low.problem, []
     for corner, parts in high.all_zones.items():
         for left, right in low.all_zones[corner]:
             parts = tuple(without(parts, left, right))
         for left, right in parts if step > NEAR else ():
             sites, even = problem.sites(corner), np.linspace(left, right, SAMPLES)
             x = np.union1d(even, sites[(left < sites) & (sites < right)])
-            gaps = low.gap(corner, x)
-            least = FINE * np.ptp(gaps)
-            above = np.maximum.accumulate(gaps), np.maximum.accumulate(gaps[::-1])[::-1]
-            if (np.minimum(*above) - gaps).max() > least:
-                return True
-            # steps are halved down to a fiftieth of the load where a zone may be born and merge
-            if 50 * step > 1 and np.diff(gaps[np.isin(x, even)], 2).min() < -least:
-                return True
+            outside.append((low.gap(corner, x), np.isin(x, even)))
+    most = max((np.ptp(gaps) for gaps, _ in outside), default=0.0)
+    for gaps, even in outside:
+        least = FINE * max(np.ptp(gaps), most / 100)  # or what panels leave is taken for a minimum
+        above = np.maximum.accumulate(gaps), np.maximum.accumulate(gaps[::-1])[::-1]
+        # steps are halved down to a fiftieth of the load where a zone may be born and merge
+        bends = 50 * step > 1 and np.diff(gaps[even], 2).min() < -least
+        if bends or (np.minimum(*above) - gaps).max() > least:
+            return True
     return False
 
 

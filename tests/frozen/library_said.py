@@ -426,7 +426,9 @@ def parts():
         "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
         "elastic": words(mb.Elastic(100, 0.3)),
         "alike": [one == same, hash(one) == hash(same), one == higher, one == "x"],
-        "options": [(own.name, own.kind.__name__, own.many, own.text) for own in command.options(solve)],
+        "options": [
+            (own.name, own.kind.__name__, own.many, own.text) for own in command.options(solve).values()
+        ],
         "first cells": [
             library.refused(first_cells(*each)) for each in ((LINE, 42), (LINE, 3), (BLOCKS, 21), (BLOCKS, 3))
         ],

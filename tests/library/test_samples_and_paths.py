@@ -150,10 +150,24 @@ def test_panels_with_wrong_zones_leave_the_path_to_cells():
     assert any(event.zone == "B" and 0.82 < event.load < 0.835 for event in path.events)
 
 
-def test_a_path_has_the_events_that_its_states_show():
-    """Twin zones beside the middle one are born nearly at once, and meet it nearly at once."""
-    problem = mb.Contact(GROUND, lambda x: x**2 / 20 - 4e-4 * np.cos(25 * (x - 2e-7)), mb.Unilateral())
+def twins(x):
+    """Zones beside the middle one, which are born nearly at once, and meet it nearly at once."""
+    return x**2 / 20 - 4e-4 * np.cos(25 * (x - 2e-7))
+
+
+def shoulders(x):
+    """A flat punch with rounded edges: it touches all along at first, and rounding does not open it."""
+    return np.maximum(np.abs(x) - 0.3, 0) ** 2 / 2
+
+
+@pytest.mark.parametrize("height, law", [(twins, mb.Unilateral()), (shoulders, mb.Microblock())])
+def test_a_path_has_the_events_that_its_states_show(height, law):
+    problem = mb.Contact(GROUND, height, law)
     path = problem.path(1.0, rtol=1e-3)
     for load in (0.25, 0.29, 1.0):
-        changes = [{"born": 1, "merged": -1}[event.kind] for event in path.events if event.load < load]
-        assert len(problem.solve(load, rtol=1e-3).zones["contact"]) == sum(changes)
+        for name, zones in problem.solve(load, rtol=1e-3).zones.items():
+            kinds = [event.kind for event in path.events if event.load < load and event.zone == name]
+            more, fewer = (
+                sum(map(kinds.count, pair)) for pair in (("born", "split"), ("merged", "vanished"))
+            )
+            assert len(zones) == more - fewer
