@@ -115,8 +115,11 @@ def touching(state, picture):
         low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
     out = grid.beyond(*low[:, :2].T) > 0
     # on one square that may grow all count: which of them are deepest decides what it grows to
-    whole = isinstance(grid, Grid) and solver.options.window is None
-    outside, inside = low[out, :2] if whole else _lowest(grid, low[out]), low[~out]
+    free, squares = (
+        isinstance(grid, Grid) and solver.options.window is None,
+        Squares(grid.grids, solver.period),
+    )
+    outside, inside = low[out, :2] if free else _lowest(squares, low[out]), low[~out]
     cells, (H, g0) = grid.nearest(*inside[:, :2].T), solver.prepared(grid)
     f, mode = g0.min(axis=0), "wrap" if state.is_whole else "nearest"
     near = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode=mode)[tuple(cells)]
@@ -134,8 +137,7 @@ def touching(state, picture):
 def _lowest(window, low):
     """Returns the lowest sample, of an array (m, 3), in each cell of squares twice as wide: array (k, 2)."""
     low = low[np.argsort(low[:, 2])]
-    number = 0 if isinstance(window, Grid) else window.nearest(*low[:, :2].T)[0]
-    cells = np.floor(low[:, :2] / np.reshape(np.ravel(window.side)[number] / FEW, (-1, 1)))
+    cells = np.floor(low[:, :2] / (window.side / FEW)[window.nearest(*low[:, :2].T)[0], None])
     return low[np.unique(cells, axis=0, return_index=True)[1], :2]
 
 
