@@ -115,10 +115,8 @@ def touching(state, picture):
         low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
     out = grid.beyond(*low[:, :2].T) > 0
     # on one square that may grow all count: which of them are deepest decides what it grows to
-    free, squares = (
-        isinstance(grid, Grid) and solver.options.window is None,
-        Squares(grid.grids, solver.period),
-    )
+    free = isinstance(grid, Grid) and solver.options.window is None
+    squares = Squares(grid.grids, solver.period)
     outside, inside = low[out, :2] if free else _lowest(squares, low[out]), low[~out]
     cells, (H, g0) = grid.nearest(*inside[:, :2].T), solver.prepared(grid)
     f, mode = g0.min(axis=0), "wrap" if state.is_whole else "nearest"
