@@ -114,7 +114,10 @@ def touching(state, picture):
     if solver.period:
         low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
     out = grid.beyond(*low[:, :2].T) > 0
-    outside, inside = low[out, :2] if isinstance(grid, Grid) else _lowest(grid, low[out]), low[~out]
+    # on one square that may grow all count: which of them are deepest decides what it grows to
+    free = isinstance(grid, Grid) and solver.options.window is None
+    squares = Squares(grid.grids, solver.period)
+    outside, inside = low[out, :2] if free else _lowest(squares, low[out]), low[~out]
     cells, (H, g0) = grid.nearest(*inside[:, :2].T), solver.prepared(grid)
     f, mode = g0.min(axis=0), "wrap" if state.is_whole else "nearest"
     near = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode=mode)[tuple(cells)]
