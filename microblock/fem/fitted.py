@@ -112,7 +112,7 @@ class FittedSolver(MeshFitter):
             try:
                 return self._refined(load, rtol, zones, even)
             except NotConverged as failure:
-                failures.append(failure)
+                failures.append(failure.with_traceback(None))  # which holds the meshes
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
@@ -175,6 +175,7 @@ class FittedSolver(MeshFitter):
         tolerance, located = (rtol, 0.0) if fixed else (CONDITIONS_SHARE * rtol, 5 * rtol)
         for passes in range(1, 7):
             counted()
+            mesh = None  # before the next, which takes as much memory
             mesh = FittedMesh(self, load, zones, *level, coarse)
             holds = fixed or (coarse is not None and mesh.estimate.total <= rtol)
             other, edges = mesh.other_zones(tolerance, everywhere=holds), mesh.estimate.edges

@@ -1,11 +1,16 @@
 """What finite elements are expected to take."""
 
+import math
+
+import numpy as np
+
 from .. import cost
 from ..errors import require
 from ..halfplane.forecast import likely_zones
 from ..model.solver import Solver
-from ..model.zones import common, zone_edges
-from .fitted_mesh import along_surface
+from ..model.zones import common
+from .fitted_mesh import LAYERS, along_surface
+from .meshes import RATIO, lowest_order
 
 
 def fitted_cost(solver, load, rtol):
@@ -15,10 +20,22 @@ def fitted_cost(solver, load, rtol):
     if not any(zones.values()):
         raise solver.unsettled(load, likely, 0)
     ground, parts = solver.surface(zones)
-    tips = {*solver.features(ground), *zone_edges(zones)}
-    order, depth = solver.levels(rtol, even=False)[:2][-1]
-    # a mesh has some 6 elements for one at the surface, with 1.2 unknowns for each pair of orders
-    return cost.of("fitted", 7 * order**2 * along_surface(tips, parts, depth))
+    even, kinks, longest = solver.options.even, solver.features(ground), max(length for *_, length in parts)
+    # of two corners one is open beside an edge, the width of a layer
+    inward = LAYERS * solver.solid.layer_length * (len(solver.law.corners) > 1)
+    edges = np.ravel([(left + inward, right - inward) for own in zones.values() for left, right in own])
+    tips = np.unique([*kinks, *(np.abs(edges) if ground.half else edges)])
+    _, *levels = solver.levels(rtol, even)
+    top, depth = next((own for own in levels if not kinks or RATIO ** (own[1] / 2) <= rtol), levels[-1])
+    # netgen makes some 6 triangles for an element at the surface, and 18, on a half 9 of them, for each e-fold
+    # of lengths: to the far field, and down to the distance of two tips; around a tip a level has 2.7
+    # quadrilaterals. A triangle of order p has p^2/2 unknowns of a field, a quadrilateral p^2
+    near = 6 * (along_surface((), parts, 0) + len(solver._sizes(ground, longest)) / 2)
+    folds = math.log(ground.far / max(map(abs, ground.reach))) / (1 + ground.half)
+    folds += np.log(np.maximum(longest / np.diff(tips), 1)).sum()
+    lowest = top if even else lowest_order(top)
+    falling = (top**2 + top * lowest + lowest**2) / 3
+    return cost.of("fitted", 1.5 * (near * top**2 + (18 * folds + 5.4 * depth * len(tips)) * falling))
 
 
 class OnGivenMesh(Solver):
