@@ -8,34 +8,28 @@ from .. import cost
 from ..errors import require
 from ..halfplane.forecast import likely_zones
 from ..model.solver import Solver
-from ..model.zones import common
+from ..model.zones import zone_edges
 from .fitted_mesh import LAYERS, along_surface
-from .meshes import RATIO, lowest_order
 
 
 def fitted_cost(solver, load, rtol):
-    """The Cost of a FittedSolver with a picture to rtol; BadArgument for zones beyond the body."""
-    likely, inside = likely_zones(solver.problem, solver.picture), [(-solver.furthest, solver.furthest)]
-    zones = {corner: common(own, inside) for corner, own in likely.items()}
-    if not any(zones.values()):
-        raise solver.unsettled(load, likely, 0)
+    """The Cost of a FittedSolver with a picture to rtol; BadArgument for zones beyond the body.
+
+    netgen makes some 5 triangles for an element at the surface, and 18, on a half 9, for each e-fold of
+    lengths: to the far field, and down to the distance of two tips; each level has 2.7 quadrilaterals at a
+    tip. A triangle of order p has p^2/2 unknowns of a field, a quadrilateral p^2; orders that fall have half.
+    """
+    zones = solver.inside(load, likely_zones(solver.problem, solver.picture))
     ground, parts = solver.surface(zones)
-    even, kinks, longest = solver.options.even, solver.features(ground), max(length for *_, length in parts)
-    # of two corners one is open beside an edge, the width of a layer
-    inward = LAYERS * solver.solid.layer_length * (len(solver.law.corners) > 1)
-    edges = np.ravel([(left + inward, right - inward) for own in zones.values() for left, right in own])
-    tips = np.unique([*kinks, *(np.abs(edges) if ground.half else edges)])
-    _, *levels = solver.levels(rtol, even)
-    top, depth = next((own for own in levels if not kinks or RATIO ** (own[1] / 2) <= rtol), levels[-1])
-    # netgen makes some 6 triangles for an element at the surface, and 18, on a half 9 of them, for each e-fold
-    # of lengths: to the far field, and down to the distance of two tips; around a tip a level has 2.7
-    # quadrilaterals. A triangle of order p has p^2/2 unknowns of a field, a quadrilateral p^2
-    near = 6 * (along_surface((), parts, 0) + len(solver._sizes(ground, longest)) / 2)
-    folds = math.log(ground.far / max(map(abs, ground.reach))) / (1 + ground.half)
-    folds += np.log(np.maximum(longest / np.diff(tips), 1)).sum()
-    lowest = top if even else lowest_order(top)
-    falling = (top**2 + top * lowest + lowest**2) / 3
-    return cost.of("fitted", 1.5 * (near * top**2 + (18 * folds + 5.4 * depth * len(tips)) * falling))
+    # one of two corners is open beside an edge, the width of a layer
+    edges = np.add(zone_edges(zones), LAYERS * solver.solid.layer_length * (len(solver.law.corners) > 1))
+    tips = np.unique([*solver.features(ground), *(np.abs(edges) if ground.half else edges)])
+    levels = solver.levels(rtol, solver.options.even)
+    order, depth = next((own for own in levels[1:] if solver.left(own[1]) <= rtol), levels[-1])
+    gaps = np.minimum(np.diff(tips) / parts[0][2], 1)
+    folds = math.log(ground.far / ground.reach[1]) / (1 + ground.half) - np.log(gaps).sum()
+    graded = (18 * folds + 5.4 * depth * len(tips)) * (1 if solver.options.even else 0.5)
+    return cost.of("fitted", 1.5 * order**2 * (5 * along_surface((), parts, 0) + graded))
 
 
 class OnGivenMesh(Solver):

@@ -352,11 +352,6 @@ def stretched(near, far, steps):
     return np.concatenate((near, outer, [far]))
 
 
-def lowest_order(top):
-    """Order at the tips where orders fall from `top` on."""
-    return max(1, (top - 3) // 2)
-
-
 def falling_orders(mesh, ground, tips, top):
     """Orders of the elements, array (elements,): `top` near the surface, about half of it at the tips and far
     away.
@@ -365,7 +360,7 @@ def falling_orders(mesh, ground, tips, top):
     corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
     centres = np.array([own.mean(axis=0) for own in corners])
     sizes = np.array([np.ptp(own, axis=0).max() for own in corners])
-    reach, lowest = max(abs(x) for x in ground.reach), lowest_order(top)
+    reach, lowest = max(abs(x) for x in ground.reach), max(1, (top - 3) // 2)
     decades = np.log10(np.maximum(np.hypot(*centres.T) / reach, 1))
     # what an error far away does to the surface falls with its distance alone, wherever the body ends; errors
     # of a far field that is not symmetric tilt the surface
