@@ -111,7 +111,7 @@ class FittedSolver(MeshFitter):
             try:
                 return self._refined(load, rtol, zones, even)
             except NotConverged as failure:
-                failures.append(failure.with_traceback(None))  # which holds the meshes
+                failures.append(failure)
                 if failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol:
                     break  # no orders help
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
