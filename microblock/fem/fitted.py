@@ -153,7 +153,7 @@ class FittedSolver(MeshFitter):
     def _refined(self, load, rtol, zones, even):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
         coarse, best, passes, why = None, math.inf, 0, ""
-        if not self.problem.kinks and not self.ends():  # whose levels end before
+        if self.left(0) <= 0:  # else levels leave more
             self.far = max(FAR, math.sqrt(10 / rtol))  # so that truncation is a fifth of rtol
         for level in self.levels(rtol, even):
             try:
