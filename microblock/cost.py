@@ -50,7 +50,7 @@ class Rate(NamedTuple):
 RATES = {
     "panels": Rate(0.015, 1.1e-5, 1.5, 120, 2),
     "cells": Rate(0.01, 3e-6, 1.06, 360, 1),
-    "fitted": Rate(0.1, 8e-6, 1.2, 7e3, 1.05),
+    "fitted": Rate(0.1, 9e-6, 1.2, 1.2e3, 1.2),
     "condensed": Rate(0.02, 8e-6, 1.05, 3.5e3, 1.05),
     "refined": Rate(0.02, 4e-7, 1.5, 7e3, 1.05),
     "newton": Rate(0.02, 4e-5, 1.07, 5e3, 1.05),

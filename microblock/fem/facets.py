@@ -5,6 +5,7 @@ the vertices: at Gauss points pressures would oscillate.
 """
 
 from functools import cache, cached_property, lru_cache
+from weakref import proxy
 
 import ngsolve as ng
 import numpy as np
@@ -267,7 +268,7 @@ class ContactNodes:
 
     @cached_property
     def along(self):
-        return Facets(self, -np.inf)
+        return Facets(proxy(self), -np.inf)  # no cycle: a matrix is given back at once
 
     @cached_property
     def beyond(self):

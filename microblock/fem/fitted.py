@@ -23,16 +23,17 @@ from ..halfplane.kernels import HalfPlane
 from ..halfplane.search import CONDITIONS_SHARE
 from ..model import picture
 from ..model.methods import Condensed, Panels
-from ..model.obstacles import heights
+from ..model.obstacles import heights, jumps_of
+from ..model.picture import low
 from ..model.problem import Problem
 from ..model.progress import counted, kept
 from ..model.zones import common, zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .forecast import fitted_cost
-from .ground import Within
+from .ground import FAR, Within
 from .mesh_solution import MeshSolution, of_block
-from .meshes import Ground
+from .meshes import RATIO, Ground
 
 # (order, levels of elements at the edges). Orders from 5 on are odd: an even one has nearly the error of the
 # odd one before it, and their difference would not see it
@@ -104,15 +105,15 @@ class FittedSolver(MeshFitter):
         if alike and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
                 return self._refined(load, rtol, near.zones, self.options.even)
-        zones, failures = self.first_zones(load, rtol), []
-        if not any(common(own, [(-self.furthest, self.furthest)]) for own in zones.values()):
-            raise self.unsettled(load, zones, 0)
+        zones, failures = self.inside(load, self.first_zones(load, rtol)), []
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
                 return self._refined(load, rtol, zones, even)
             except NotConverged as failure:
                 failures.append(failure)
+                if failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol:
+                    break  # no orders help
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
@@ -124,6 +125,20 @@ class FittedSolver(MeshFitter):
                 return contact.solver.at(load, max(0.1 * rtol, 1e-8)).all_zones
         *_, zones = first_zones(self.problem, load)
         return zones
+
+    def left(self, depth):
+        """What levels leave at ends and peaks in the contact, about: 0.4 to 1.8 of that were seen."""
+        known = self.picture
+        sizes = [(x, jump * known.half_width / known.rise / 2) for x, jump in jumps_of(known)]
+        sizes += [(end, 1.0) for end in known.ends]
+        return max((size for x, size in sizes if low(known, x)), default=0.0) * RATIO ** (depth / 2)
+
+    def inside(self, load, zones):
+        """Zones as far as they are looked for; BadArgument for none."""
+        found = {corner: common(own, [(-self.furthest, self.furthest)]) for corner, own in zones.items()}
+        if not any(found.values()):
+            raise self.unsettled(load, zones, 0)
+        return found
 
     def levels(self, rtol, even):
         """Refinement levels from the one before the first that may reach rtol; or that of the fixed order."""
@@ -138,6 +153,8 @@ class FittedSolver(MeshFitter):
     def _refined(self, load, rtol, zones, even):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
         coarse, best, passes, why = None, math.inf, 0, ""
+        if self.left(0) <= 0:  # else levels leave more
+            self.far = max(FAR, math.sqrt(10 / rtol))  # so that truncation is a fifth of rtol
         for level in self.levels(rtol, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
@@ -156,7 +173,7 @@ class FittedSolver(MeshFitter):
                 kept(self._state(mesh, mesh.part, load, passes), error=float(best))
             if best <= rtol or self.options.order is not None:
                 return mesh, passes
-            coarse = mesh.part
+            coarse, mesh = mesh.part, None  # which holds the level before
         if best == math.inf or (self._leaves(zones) and not why):
             raise self.unsettled(load, zones, passes)
         besides = "" if why else "fix the discretisation, Fitted(order=...)"
@@ -175,6 +192,7 @@ class FittedSolver(MeshFitter):
         tolerance, located = (rtol, 0.0) if fixed else (CONDITIONS_SHARE * rtol, 5 * rtol)
         for passes in range(1, 7):
             counted()
+            mesh = None  # before the next, which takes as much memory
             mesh = FittedMesh(self, load, zones, *level, coarse)
             holds = fixed or (coarse is not None and mesh.estimate.total <= rtol)
             other, edges = mesh.other_zones(tolerance, everywhere=holds), mesh.estimate.edges

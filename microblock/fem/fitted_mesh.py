@@ -27,7 +27,9 @@ def along_surface(tips, parts, levels):
 
 
 class MeshFitter(GroundSolver):
-    """What makes fitted meshes, for the `picture` of the obstacle at a load."""
+    """What makes fitted meshes, for the `picture` of the obstacle at a load, to `far` over the reach."""
+
+    far = FAR
 
     @property
     def furthest(self):
@@ -42,7 +44,7 @@ class MeshFitter(GroundSolver):
         most, parts = WITHIN * self.domain, _clusters(intervals)
         left, right = max(parts[0][0], -most), min(parts[-1][1], most)
         left = 0.0 if self.symmetric else left
-        far = FAR * max(-left, right) if self.domain == math.inf else self.domain
+        far = self.far * max(-left, right) if self.domain == math.inf else self.domain
         # elements of order 5 see a layer of an eighth of their length
         longest = 8 * self.solid.layer_length
         lengths = [self.options.spacing or min(0.35 * (b - a) / BEYOND, longest) for a, b in parts]

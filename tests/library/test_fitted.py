@@ -1,6 +1,8 @@
 """Fitted finite elements, judged by the half-plane: every estimate holds, and no contact is missed."""
 
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ import microblock as mb
 from cases.benchmarks.verification import lines
 from microblock import Cylinder, Microblock, Microclamped, NotConverged, Unilateral, Wedge
 from microblock.fem import meshes
+from microblock.fem.condensation import Condensed
+from microblock.fem.fitted import FittedSolver
 from tests.states import apart
 
 P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
@@ -114,11 +118,44 @@ def test_estimates_hold_and_no_contact_is_missed(scene):
     assert state.residual < 1e-11 and state.weights @ state.pressure == pytest.approx(load, rel=1e-11)
 
 
-def test_what_is_not_reached_is_an_error():
-    """Where the block is cut off alone makes 1e-6."""
-    with pytest.raises(NotConverged, match="1e-06 was not reached") as caught:
-        on_block(WIDE, Cylinder(10.0), CLAMPED).solve(load=1.0, rtol=1e-6)
-    assert 1e-6 < caught.value.rtol_reached < 1e-5
+def test_a_block_without_a_size_is_cut_off_where_rtol_allows_it():
+    """A thousand times the contact away that alone makes 1.5e-6, and 1e-6 was refused."""
+    problem = on_block(WIDE, Cylinder(10.0), CLAMPED)
+    state = problem.solve(load=1.0, rtol=1e-6)
+    assert judged(state) <= state.error_estimate <= 1e-6
+    with pytest.raises(NotConverged, match="1e-08 was not reached") as caught:
+        problem.solve(load=1.0, rtol=1e-8)
+    assert 1e-8 < caught.value.rtol_reached < 1e-5
+
+
+def test_three_meshes_are_held_at_a_time(monkeypatch):
+    """The next one, that of the level before, and that of the best state, which an interruption hands out."""
+    alive, counts, made = weakref.WeakSet(), [], Condensed.__init__
+
+    def counted(nodes, body):
+        alive.add(nodes)
+        counts.append(len(alive))
+        made(nodes, body)
+
+    monkeypatch.setattr(Condensed, "__init__", counted)
+    gc.disable()  # which would collect cycles some time
+    try:
+        on_block(WIDE, Cylinder(10.0), CLAMPED).solve(load=1.0, rtol=1e-5)
+    finally:
+        gc.enable()
+    assert max(counts) <= 3 < len(counts)
+
+
+def test_what_no_orders_reach_is_refused_by_the_first(monkeypatch):
+    """The levels at a peak or an end leave 1e-5, whatever the orders: 1e-6 took three times as long."""
+    tried, refined = [], FittedSolver._refined
+    monkeypatch.setattr(FittedSolver, "_refined", lambda *args: (tried.append(args[-1]), refined(*args))[1])
+    for obstacle in (Wedge(slope=0.05), mb.Punch(half_width=0.3)):
+        problem = on_block(HARD, obstacle, LINE, 4.0)
+        with pytest.raises(NotConverged) as caught:
+            problem.solve(load=0.5, rtol=1e-6)
+        assert problem.solve(load=0.5, rtol=caught.value.rtol_reached).error_estimate < 5e-5
+    assert not any(tried)
 
 
 def test_edges_and_approach_are_those_of_the_half_plane():

@@ -61,12 +61,29 @@ def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
     assert f"{method}" in repr(plan).splitlines()[0]
 
 
+@pytest.mark.parametrize(
+    "size, obstacle, law, rtol",
+    [
+        (4.0, mb.Wedge(slope=0.05), mb.Microclamped(), 1e-2),
+        (4.0, ROUND, mb.Unilateral(), 1e-4),
+        (1.0, ROUND, mb.Microclamped(), 1e-6),
+        (4.0, mb.Punch(half_width=0.3), mb.Microblock(), 1e-3),  # with an edge beside each end
+    ],
+)
+def test_unknowns_of_a_block_are_those_of_its_elements_and_orders(size, obstacle, law, rtol):
+    """To a factor of 1.5: a level more or less of ten has a fifth more or less of them; 3.9 was seen."""
+    problem = mb.Contact(mb.Block(SOLID, size), obstacle, law)
+    plan, state = problem.plan(load=0.5, rtol=rtol), problem.solve(load=0.5, rtol=rtol)
+    assert 1 / 1.5 < plan.candidates[0].cost.unknowns / state.unknowns < 1.5
+
+
 def test_an_approach_is_planned_as_its_load():
     """Of a block an approach asks for the mesh of about its load."""
     problem = mb.Contact(mb.Block(SOLID, 4.0), ROUND, mb.Microblock())
     approach = problem.solve(load=0.5, rtol=1e-2).approach
     by_load, by_approach = problem.plan(load=0.5, rtol=1e-2), problem.plan(approach=approach, rtol=1e-2)
-    assert by_approach.candidates[0].cost.unknowns == by_load.candidates[0].cost.unknowns
+    costs = [plan.candidates[0].cost.unknowns for plan in (by_load, by_approach)]
+    assert costs[0] == pytest.approx(costs[1], rel=0.02)  # the load of an approach is a guess
 
 
 def test_a_method_that_is_named_answers_alone():
