@@ -64,6 +64,8 @@ def carried(problem, shares, order):
 def log_sizes(problem, zones, order):
     """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
     whole, found = problem.all_zones(zones), {kink: {} for kink in problem.kinks}
+    if not found:
+        return found
     most = MOST if decay(problem) else 0  # its end is none of the problem's
     corner, step = np.divmod(np.arange((2 * most + 1) * len(whole)), 2 * most + 1)
     kinks = np.array([*found])

@@ -14,6 +14,7 @@ With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 """
 
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -249,9 +250,17 @@ def rotation(psi0: Any, *x: Array) -> Array:
 def levers(law: LawLike, x: Array) -> Array:
     """Returns the levers of all corners at x, array (corners, ...)."""
     constant = type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
-    places = np.zeros(1) if constant else np.ravel(x)
-    found = -2 * law.arms(*level_surface(places))[:, :, 0]
+    found = _constant(law) if constant else _levers(law, np.ravel(x))
     return np.broadcast_to(found, (len(found), np.size(x))).reshape(len(found), *np.shape(x))
+
+
+@lru_cache(maxsize=64)
+def _constant(law: Any) -> Array:
+    return _levers(law, np.zeros(1))
+
+
+def _levers(law: LawLike, x: Array) -> Array:
+    return -2 * law.arms(*level_surface(x))[:, :, 0]
 
 
 def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstacle: ObstacleLike) -> Array:
