@@ -176,5 +176,6 @@ def _jump(function: Function, place: float, others: Iterable[float], whole: floa
     # less what the curvature adds, which is as the step; powers of the distance leave jumps that differ
     earlier, jump = between + (between - first) / 9, second + (second - between) / 9
     shrinks = abs(second) <= 0.9 * abs(first) and abs(jump - earlier) > 0.05 * abs(jump)
-    rounding = 1e-6 * abs(first) + 8 * np.finfo(float).eps * np.abs(values).max() / steps[-1]
-    return 0.0 if shrinks or abs(jump) <= rounding else jump
+    # where the curvature jumps the place is known to a share of the steps
+    doubt = 1e-3 * abs(first) + 8 * np.finfo(float).eps * np.abs(values).max() / steps[-1]
+    return 0.0 if shrinks or abs(jump) <= doubt else jump

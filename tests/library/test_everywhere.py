@@ -388,6 +388,7 @@ FUNCTIONS = {  # height, places of singular points, jumps of the slope there, pi
     "corner": (lambda x: 0.1 * np.abs(x - 0.0123) + x**2, [0.0123], [0.2], 99),
     "trough": (lambda x: np.maximum(x**2, 0.01) + 5, [-0.1, 0.1], [0.2, 0.2], 99),
     "shoulders": (lambda x: np.maximum(np.abs(x) - 0.2, 0) ** 2 / 2, [-0.2, 0.2], [0, 0], 99),
+    "one shoulder": (lambda x: np.maximum(x - 0.2345, 0) ** 2 / 2 - 0.03 * x, [0.2345], [0], 99),
     # terms are larger than the function is: no noise
     "exponential": (lambda x: 0.1 * (np.exp(np.abs(x)) - 1), [0.0], [0.2], 99),
     "ends": (lambda x: np.where(np.abs(x) < 0.3, np.abs(x) ** 3, INF), [-0.3, 0, 0.3], [NAN, 0, NAN], 99),
