@@ -26,12 +26,13 @@ def rectangle(width, height, maxh, quads=False):
     return mesh
 
 
-def dome(order=3, maxh=0.3):
+def dome(order=3, maxh=0.3, quads=False):
     """Half-disc above x2 = 0: curved "contact" on top, straight "base" below."""
     face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
     face.edges.name = "contact"
     face.edges.Min(occ.Y).name = "base"
-    return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh)).Curve(order)
+    made = occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh, quad_dominated=quads)
+    return ng.Mesh(made).Curve(order)
 
 
 @pytest.fixture

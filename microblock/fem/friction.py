@@ -38,6 +38,7 @@ class FrictionFacets:
     nodes : Condensed
     onto : sparse array (corners n + n, unknowns), changes of gaps, and displacements along t = (n2, -n1)
     gaps : array (corners, n), inf where a corner cannot touch
+    heights : array (n,), of the corners over the centres of their blocks
 
     Raises
     ------
@@ -67,7 +68,7 @@ class FrictionFacets:
         # psi0 is 0: corners slip alike
         rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(along, arms[0])]
         self.onto = sparse.vstack(rows, format="csr")
-        self.levers = -np.vstack((np.sum(arms * along, axis=2), np.sum(arms[:1] * normals, axis=2)))
+        self.heights = np.sum(arms[0] * normals, axis=1)
         self.gaps = nearest_alone(initial_gaps(law, nodes, obstacle), nodes.twins)
 
     def contact(self, coupled=True):
@@ -126,8 +127,7 @@ class FrictionSolution(OfMoment, MeshSolution):
 
     @property
     def _moments(self):
-        forces = np.vstack((self.forces, self.moment.tangential))
-        return np.sum(self.solver.frictional.levers * forces, axis=0)
+        return super()._moments - self.solver.frictional.heights * self.moment.tangential
 
     @cached_property
     def zones_by_name(self):

@@ -282,12 +282,19 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     """Rectangles between lines x1 = across[i] and x2 = up[j], ascending, or triangles; `names` of the
     boundaries go counterclockwise from below.
     """
-    points = np.stack(np.meshgrid(across, up), axis=-1)
-    number = np.arange(points[..., 0].size).reshape(points.shape[:2])
-    elements = squares(number) if quads else halves(number)
+    mesh, points = netgen.Mesh(dim=2), np.stack(np.meshgrid(across, up, 0.0), axis=-1).reshape(-1, 3)
+    mesh.AddPoints(points)
+    number = np.arange(len(points)).reshape(len(up), len(across))
+
+    def add(dim, name, elements):
+        mesh.AddElements(dim, mesh.AddRegion(name, dim=dim), np.ascontiguousarray(elements, np.int32))
+
+    add(2, "dom", squares(number) if quads else halves(number))
     sides = number[0], number[:, -1], number[-1, ::-1], number[::-1, 0]
-    edges = ((1, name, np.stack((side[:-1], side[1:]), axis=-1)) for name, side in zip(names, sides))
-    return of_elements(points.reshape(-1, 2), [(2, "dom", elements), *edges])
+    for name, side in zip(names, sides):
+        add(1, name, np.stack((side[:-1], side[1:]), axis=-1))
+    mesh.Compress()
+    return ng.Mesh(mesh)
 
 
 def squares(numbers):
@@ -299,19 +306,6 @@ def squares(numbers):
 def halves(numbers):
     """The same of the triangles that these squares are cut into: array (2 m, 3)."""
     return squares(numbers)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-
-
-def of_elements(points, parts):
-    """The mesh of points, (n, dim), and of parts, [(dimension, name, elements)], those of the volume first;
-    elements are arrays of the numbers of their points.
-    """
-    dim = points.shape[1]
-    mesh = netgen.Mesh(dim=dim)
-    mesh.AddPoints(np.column_stack((points, np.zeros((len(points), 3 - dim)))))
-    for own, name, elements in parts:
-        mesh.AddElements(own, mesh.AddRegion(name, dim=own), np.ascontiguousarray(elements, np.int32))
-    mesh.Compress()
-    return ng.Mesh(mesh)
 
 
 def _require_room(name, length, elements):

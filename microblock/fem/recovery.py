@@ -13,6 +13,7 @@ Quadrilaterals become triangles before they are cut: NGSolve cuts them one way.
 import math
 from dataclasses import dataclass, replace
 
+import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 
@@ -22,7 +23,7 @@ from ..model.progress import counted, kept
 from . import contact_term
 from .between import of_body
 from .facets import outward
-from .meshes import elements_at, of_elements
+from .meshes import elements_at
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
@@ -248,27 +249,19 @@ def cut(mesh, chosen):
 
 
 def of_triangles(mesh):
-    """A mesh with quadrilaterals cut along their shorter diagonals; None without any, or with curved
-    sides.
-    """
-    old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
-    cells, sides = old.Elements2D().NumPy(), old.Elements1D().NumPy()
+    """A mesh with quadrilaterals cut along their shorter diagonals; None without any."""
+    finer = mesh.ngmesh.Copy()
+    cells, points = finer.Elements2D(), finer.Coordinates()
     quads = np.array([element.type == ng.ET.QUAD for element in mesh.Elements()])
     if not quads.any():
         return None
-    corners = cells["nodes"][quads][:, :4]
-    points = old.Coordinates()[corners - 1]
-    diagonals = np.linalg.norm(points[:, :2] - points[:, 2:], axis=2)
-    ways = np.where(diagonals[:, :1] <= diagonals[:, 1:], (0, 1, 2, 0, 2, 3), (0, 1, 3, 1, 2, 3))
-    parts = np.take_along_axis(corners, ways, axis=1).reshape(-1, 3)
-    triangles = np.concatenate((cells["nodes"][~quads, :3], parts))
-    numbers = np.concatenate((cells["index"][~quads], np.repeat(cells["index"][quads], 2)))
-    both = (2, triangles, numbers), (1, sides["nodes"][:, :2], sides["index"])
-    regions = [
-        (dim, name, elements[index == number] - 1)
-        for dim, elements, index in both
-        for number, name in enumerate(old.GetRegionNames(dim=dim), 1)
-    ]
-    found = of_elements(old.Coordinates(), regions)
-    lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
-    return found if math.isclose(*lengths, rel_tol=1e-12) else None
+    corners = points[cells.NumPy()["nodes"] - 1]
+    first, second = np.linalg.norm(corners[:, :2] - corners[:, 2:], axis=2).T
+    for number in np.flatnonzero(quads).tolist():
+        a, b, c, d = cells[number].vertices
+        if second[number] < first[number]:
+            a, b, c, d = b, c, d, a
+        halves = [netgen.Element2D(cells[number].index, part) for part in ([a, b, c], [a, c, d])]
+        cells[number] = halves[0]
+        finer.Add(halves[1])
+    return ng.Mesh(finer).Curve(mesh.GetCurveOrder())

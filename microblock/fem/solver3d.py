@@ -49,7 +49,7 @@ class Solver3D(OnGivenMesh):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
         nodes, (3, n); BadArgument where the obstacle lies in held nodes.
         """
-        forces, (u, phi1, phi2) = self.of_least_norm(forces, closed), surface
+        forces, (u, phi1, phi2) = self.surface_law.of_least_norm(forces, closed), surface
         psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
         counts = residual, iterations, self.nodes.body.unknowns
         found = SurfaceNodes(self, load, approach, forces, u, psi, *counts, closed=touching, **how)
@@ -68,13 +68,3 @@ class Solver3D(OnGivenMesh):
         """(1, lever) of each corner at points, array (corners, 3, n)."""
         levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
-
-    def of_least_norm(self, forces, closed):
-        """The forces of least norm with the same resultants."""
-        if len(forces) == 1:
-            return forces
-        for axis, field in ((0, "psi2"), (1, "psi1")):
-            pairs, both = forces.reshape(2, 2, -1), closed.reshape(2, 2, -1).all(axis=axis, keepdims=True)
-            mean = pairs.mean(axis=axis, keepdims=True)
-            forces = np.where(both & ~self.nodes.free[field], mean, pairs).reshape(forces.shape)
-        return self.surface_law.of_least_norm(forces, closed)

@@ -10,6 +10,7 @@ import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
+from conftest import dome
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
@@ -331,6 +332,16 @@ def test_sheared_quadrilaterals_are_cut_alike_whatever_the_side(slope):
     ends = np.array([[mesh[vertex].point for vertex in edge.vertices] for edge in mesh.edges])
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     assert lengths.max() == pytest.approx(np.sqrt(5)) and lengths.min() == pytest.approx(1)
+
+
+def test_quadrilaterals_with_curved_sides_are_cut_like_others():
+    """Left to NGSolve, which cuts them one way, they took 4.5 times the unknowns of triangles."""
+    unknowns = []
+    for quads in (True, False):
+        body = mb.Body(dome(maxh=0.2, quads=quads), SOLID, 3, fixed="base")
+        state = mb.Contact(body, mb.Plane(level=1.0), BLOCKS).solve(load=0.3, rtol=1e-2)
+        unknowns.append(state.unknowns)
+    assert unknowns[0] < 2 * unknowns[1]  # 8721 and 8532: on coarse meshes a pass more doubles them
 
 
 def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
