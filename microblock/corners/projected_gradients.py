@@ -23,7 +23,7 @@ import numpy as np
 from ..errors import BadArgument, NotConverged, at_least
 from ..model.progress import counted
 from ..threads import bounded
-from .active_set import ContactState, require_level
+from .active_set import ContactState, require_given
 from .rounding import SUMS, TERMS
 
 STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
@@ -54,10 +54,6 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     NotConverged if rtol is out of reach.
     """
     problem = _Problem(flexibility, g0, load, approach)
-    if load == 0 or (load is None and approach <= g0.min()):
-        level = float(g0.min() if load == 0 else approach)
-        nothing = np.zeros(g0.shape)
-        return ContactState(nothing, g0 - level, nothing > 0, level, 0.0, 0, 0.0)
     if load is None:
         rtol = min(rtol, problem.below_full() / 100)
     forces = problem.project(problem.first(start))
@@ -87,10 +83,7 @@ class _Problem:
     """(c) in the corners that can touch, g0 less a given approach; counts products with H."""
 
     def __init__(self, flexibility, g0, load, approach):
-        require_level(load, approach)
-        self.all_gaps = g0 = np.asarray(g0, float)
-        if np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
-            raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
+        self.all_gaps = g0 = require_given(g0, load, approach)
         self.H, self.load, self.approach, self.products = flexibility, load, approach, 1
         self.touch = np.isfinite(g0)
         self.g0, one = g0[self.touch] - (approach or 0.0), np.zeros(g0.shape)
