@@ -16,8 +16,6 @@ It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in 
 converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
-from functools import cached_property
-
 import numpy as np
 
 from ..errors import BadArgument, NotConverged, at_least
@@ -95,22 +93,17 @@ class _Problem:
         whole[self.touch] = values
         return whole
 
-    @cached_property
-    def even(self):
-        """Forces without displacement, or None."""
+    def below_full(self):
+        """Distance of the given approach from full contact, over the range of g0, or inf where no forces on
+        all corners leave them where they are; BadArgument unless it is positive.
+        """
         if len(self.g0) < self.touch.size:
-            return None
+            return np.inf
         forces = self.preconditioner(True)(np.ones(len(self.g0)))
         displaced = np.abs(self.displacement(forces)).max() > LEAST * self.unit * forces.max()
-        return None if displaced or forces.min() < 0 else forces / forces.sum()
-
-    def below_full(self):
-        """Distance of the given approach from full contact, or inf, over the range of g0; BadArgument unless
-        it is positive.
-        """
-        if self.even is None:
+        if displaced or forces.min() < 0:
             return np.inf
-        below, size = float(self.even @ self.g0), np.ptp(self.g0)
+        below, size = float(forces @ self.g0 / forces.sum()), np.ptp(self.g0)
         if below <= 1e-9 * size:  # which leaves the load to rounding
             raise BadArgument(
                 "approach",
@@ -178,8 +171,6 @@ class _Problem:
 
     def report(self, forces, slope, kkt):
         level = self.level(forces, slope)
-        if self.load is not None and forces.min() > 0 and self.even is not None:
-            level = float(self.even @ self.g0)  # to rounding: an approach below has less load
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
         approach = self.approach if self.load is None else level
