@@ -256,7 +256,7 @@ def wavenumbers(length, width, d):
     return ways, k
 
 
-def smooth(symbol, length, width, d, rest=None):
+def smooth(symbol, length, width, d, rest):
     """R of the symbol on a period, positive definite: array (1 + d, 1 + d, ...)."""
     ways, k = wavenumbers(length, width, d)
     U, V, *W = values = np.reshape(symbol(k.ravel()), (-1, *k.shape)) / width**d
