@@ -12,13 +12,13 @@ followed after many sets. Where H is semidefinite the proximal point method (Roc
 Optim. 14 (1976) 877) solves H + D, D a diagonal just above rounding.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf
 
-from ..errors import BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, NotConverged, require_finite, require_positive
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
 from .rounding import PATHS, SUMS, TERMS
@@ -37,7 +37,6 @@ class ContactState:
     approach, load : d and c.f
     iterations : sets that were tried, or products with the flexibility
     kkt : largest relative residual of load, complementarity and feasibility
-    followed : whether the load path was followed to here
     """
 
     forces: np.ndarray
@@ -47,7 +46,6 @@ class ContactState:
     load: float
     iterations: int
     kkt: float
-    followed: bool = False
 
 
 @dataclass(frozen=True)
@@ -90,7 +88,7 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
     NotConverged
         If sets do not settle at an approach, or rigid corners cannot take it.
     """
-    require_level(load, approach)
+    g0 = require_given(g0, load, approach)
     start = np.zeros(np.shape(g0), bool) if start is None else np.asarray(start)
     if start.shape != np.shape(g0) or start.dtype != bool:
         raise BadArgument("start", start, "must be a boolean array, one for each corner")
@@ -101,7 +99,7 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
             if load is not None and stopped.iterations:
                 changes = [event.corner for event in path(matrix, g0, load, c=c)]
                 closed = np.bincount(changes, minlength=len(problem.c)) % 2 == 1
-                return replace(solve(matrix, g0, load=load, c=c, start=closed), followed=True)
+                return solve(matrix, g0, load=load, c=c, start=closed)
             failure = stopped
     raise failure
 
@@ -111,7 +109,7 @@ def path(matrix, g0, load, *, c=None):
     """All events from first touch to a load, [CornerEvent], by a `follower.Follower`. Parameters and errors
     are those of `solve`; `reached` is the last load.
     """
-    require_level(load, None)
+    g0 = require_given(g0, load)
     problem = next(_problems(matrix, g0, c, free=True))
     lift, nothing = lifted(problem.H), np.zeros((1, len(problem.g0)))
     follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
@@ -130,10 +128,10 @@ def path(matrix, g0, load, *, c=None):
 
 def _problems(H, g0, c, free):
     """Yields the _Problem with more and more of D."""
-    H, g0 = np.array(H, float), np.array(g0, float)
-    if g0.ndim != 1 or np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
-        raise BadArgument("g0", g0, "must be one-dimensional, finite or inf, somewhere finite")
-    if H.shape != (len(g0), len(g0)) or not np.all(np.isfinite(H)):
+    H = np.array(H, float)
+    if g0.ndim != 1:
+        raise BadArgument("g0", g0, "must be one-dimensional")
+    if H.shape != 2 * g0.shape or not np.all(np.isfinite(H)):
         raise BadArgument("matrix", H, f"must be a finite matrix of {len(g0)} rows and columns, as g0 has")
     c = np.ones(len(g0)) if c is None else np.array(c, float)
     if c.shape != g0.shape or not np.all((c > 0) & (c < np.inf)):
@@ -166,21 +164,28 @@ def lifted(H):
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
-def require_level(load, approach):
-    """Raises BadArgument unless one is given, finite, and the load not negative."""
+def require_given(g0, load, approach=None):
+    """Returns initial gaps as an array; raises BadArgument unless they are finite or inf, and one of
+    an approach and a positive load is given.
+    """
+    g0 = np.asarray(g0, float)
     if (load is None) == (approach is None):
         raise BadArgument("load", load, "give either load or approach")
-    require_finite(**({"load": load} if approach is None else {"approach": approach}))
-    if load is not None and load < 0:
-        raise BadArgument("load", load, "must be finite and not negative")
+    if load is None:
+        require_finite(approach=approach)
+    else:
+        require_positive(load=load)
+    if np.any(np.isnan(g0) | np.isneginf(g0)) or not np.any(np.isfinite(g0)):
+        raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
+    return g0
 
 
 def _state(problem, closed, load=None, approach=None):
     """The state of the smallest residual by the proximal point method."""
     H, g0, D, count = problem.H, problem.g0, problem.D, 0
     best, forces = (np.inf,), np.zeros(len(g0))
-    if load == 0 or (load is None and approach <= g0.min()):
-        return _report(problem, 0.0, forces, forces > 0, g0.min() if load == 0 else approach, 0)
+    if load is None and approach <= g0.min():
+        return _report(problem, 0.0, forces, forces > 0, approach, 0)
     for _ in range(30):  # 2 or 3 do unless H is nearly singular
         size = forces.sum()
         ahead = g0 - (approach or 0.0) - D * forces

@@ -187,8 +187,7 @@ class CellSolver(Solver):
     def path(self, last, rtol):
         from .cell_path import CellPath  # here: a single state does without
 
-        self.goal(rtol)
-        return CellPath(self, last, self.usual_rtol if rtol is None else rtol)
+        return CellPath(self, last, self.goal(rtol))
 
     def gaps_on(self, grid):
         """Initial gaps of the cells of a grid, array (corners, ...)."""

@@ -163,12 +163,11 @@ class NodalSolution(OfNodes):
 
     def remarks(self):
         """Sentences where the contact reaches the last node and the obstacle goes on."""
-        steps = {0: self.x[:1] - self.x[1:2], -1: self.x[-1:] - self.x[-2:-1]}
         return [
             f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
             "give its compliance at nodes beyond it"
-            for end, step in steps.items()
-            if step.size and self.goes_on(end, self.points[end] + (step[0], 0.0))
+            for end, inner in ((0, 1), (-1, -2))
+            if len(self.x) > 1 and self.goes_on(end, 2 * self.points[end] - self.points[inner])
         ]
 
     def goes_on(self, end, there):

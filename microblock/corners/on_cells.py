@@ -216,7 +216,7 @@ class Flexibility:
         """Whether `settled` displaces a second body."""
         return self.counter is not None and len(self.offsets) == len(NONE)
 
-    def settled(self, forces, g0, slope=None):
+    def settled(self, forces, g0, slope):
         """Forces with the same resultants and the least work on the initial gaps: "--" or "++" of a block is
         open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a second body
         the forces 1, -1, -1, 1 take a step down the slope.
@@ -226,7 +226,7 @@ class Flexibility:
         with np.errstate(invalid="ignore"):
             work = np.tensordot(NONE, g0, 1)
         known = np.isfinite(work)
-        if self.settling_displaces and slope is not None:
+        if self.settling_displaces:
             return twisted(forces, -np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), known)
         size = PATHS * np.abs(g0[:, known]).max(initial=0.0)
         down = np.where(np.abs(work) > size, -np.copysign(np.inf, work), of_least_norm(forces))
@@ -256,7 +256,7 @@ def wavenumbers(length, width, d):
     return ways, k
 
 
-def smooth(symbol, length, width, d, rest=None):
+def smooth(symbol, length, width, d, rest):
     """R of the symbol on a period, positive definite: array (1 + d, 1 + d, ...)."""
     ways, k = wavenumbers(length, width, d)
     U, V, *W = values = np.reshape(symbol(k.ravel()), (-1, *k.shape)) / width**d

@@ -16,14 +16,12 @@ It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in 
 converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
-from functools import cached_property
-
 import numpy as np
 
 from ..errors import BadArgument, NotConverged, at_least
 from ..model.progress import counted
 from ..threads import bounded
-from .active_set import ContactState, require_level
+from .active_set import ContactState, require_given
 from .rounding import SUMS, TERMS
 
 STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
@@ -54,10 +52,6 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     NotConverged if rtol is out of reach.
     """
     problem = _Problem(flexibility, g0, load, approach)
-    if load == 0 or (load is None and approach <= g0.min()):
-        level = float(g0.min() if load == 0 else approach)
-        nothing = np.zeros(g0.shape)
-        return ContactState(nothing, g0 - level, nothing > 0, level, 0.0, 0, 0.0)
     if load is None:
         rtol = min(rtol, problem.below_full() / 100)
     forces = problem.project(problem.first(start))
@@ -87,10 +81,7 @@ class _Problem:
     """(c) in the corners that can touch, g0 less a given approach; counts products with H."""
 
     def __init__(self, flexibility, g0, load, approach):
-        require_level(load, approach)
-        self.all_gaps = g0 = np.asarray(g0, float)
-        if np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
-            raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
+        self.all_gaps = g0 = require_given(g0, load, approach)
         self.H, self.load, self.approach, self.products = flexibility, load, approach, 1
         self.touch = np.isfinite(g0)
         self.g0, one = g0[self.touch] - (approach or 0.0), np.zeros(g0.shape)
@@ -102,22 +93,17 @@ class _Problem:
         whole[self.touch] = values
         return whole
 
-    @cached_property
-    def even(self):
-        """Forces without displacement, or None."""
+    def below_full(self):
+        """Distance of the given approach from full contact, over the range of g0, or inf where no forces on
+        all corners leave them where they are; BadArgument unless it is positive.
+        """
         if len(self.g0) < self.touch.size:
-            return None
+            return np.inf
         forces = self.preconditioner(True)(np.ones(len(self.g0)))
         displaced = np.abs(self.displacement(forces)).max() > LEAST * self.unit * forces.max()
-        return None if displaced or forces.min() < 0 else forces / forces.sum()
-
-    def below_full(self):
-        """Distance of the given approach from full contact, or inf, over the range of g0; BadArgument unless
-        it is positive.
-        """
-        if self.even is None:
+        if displaced or forces.min() < 0:
             return np.inf
-        below, size = float(self.even @ self.g0), np.ptp(self.g0)
+        below, size = float(forces @ self.g0 / forces.sum()), np.ptp(self.g0)
         if below <= 1e-9 * size:  # which leaves the load to rounding
             raise BadArgument(
                 "approach",
@@ -185,8 +171,6 @@ class _Problem:
 
     def report(self, forces, slope, kkt):
         level = self.level(forces, slope)
-        if self.load is not None and forces.min() > 0 and self.even is not None:
-            level = float(self.even @ self.g0)  # to rounding: an approach below has less load
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
         approach = self.approach if self.load is None else level

@@ -11,15 +11,14 @@ psi0 = -psi0_2.
 """
 
 from dataclasses import dataclass
-from typing import cast
+from typing import Any
 
 import numpy as np
 
 from ..errors import BadArgument
-from ..model.law import ACTS_IN, Microblock, surface_tilt
+from ..model.law import ACTS_IN, surface_tilt
 from ..model.obstacles import heights
 from ..model.types import AnyArray as Array
-from ..model.types import Tilt
 from .on_cells import NONE, of_least_norm, twisted
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
@@ -35,8 +34,8 @@ class SurfaceLaw:
         "--", "-+", "+-" and "++" (signs of a and b), or "C".
     offsets : array (corners, 2)
         (a, b), places over ell/2; 0 of one corner.
-    psi0 : (number or function, number or function), or ()
-        Initial rotations about x1 and x2 (radians).
+    psi0 : number, or (number or function, number or function), or None
+        Initial rotation about -e2, or those about x1 and x2 (radians).
     in_gaps : bool
         Whether psi0 acts in gaps, not in levers alone.
     clamped : bool
@@ -45,7 +44,7 @@ class SurfaceLaw:
 
     names: tuple[str, ...]
     offsets: Array
-    psi0: tuple[Tilt, ...] = ()
+    psi0: Any = None
     in_gaps: bool = True
     clamped: bool = False
 
@@ -53,14 +52,15 @@ class SurfaceLaw:
         """Returns t at (x1, x2), array (2, ...), or (0, ...); raises BadArgument if a function psi0 fails, or
         is not below 1 in absolute value.
         """
-        if not self.psi0:
+        if self.psi0 is None:
             return np.zeros((0, *np.shape(x1)))
         return surface_tilt(self.psi0, x1, x2)
 
     def initial_gaps(self, obstacle, ell, x1, x2):
         """Returns the initial gaps of blocks at (x1, x2), array (corners, ...) (lengths)."""
         above = [heights(obstacle, x1 + ell / 2 * a, x2 + ell / 2 * b) for a, b in self.offsets]
-        raised = np.tensordot(self.offsets[:, : len(self.psi0)], self.tilt(x1, x2), 1)
+        tilt = self.tilt(x1, x2)
+        raised = np.tensordot(self.offsets[:, : len(tilt)], tilt, 1)
         return np.array(above) - ell / 2 * self.in_gaps * raised
 
     def of_least_norm(self, forces, closed):
@@ -82,14 +82,11 @@ def on_surface(law):
     """Returns the SurfaceLaw of a law of the plane; raises BadArgument if psi0 is a function of x1."""
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
-    law = cast(Microblock, law)
     if callable(law.psi0):
         raise BadArgument(
             "psi0",
             law.psi0,
             "must be a number, or a pair of numbers or functions of (x1, x2), over a surface",
         )
-    psi0 = law.psi0 if isinstance(law.psi0, tuple) else (0.0, -law.psi0)
-    return SurfaceLaw(
-        tuple(CORNERS), np.array(list(CORNERS.values()), float), psi0, law.psi0_in == ACTS_IN[0]
-    )
+    offsets = np.array(list(CORNERS.values()), float)
+    return SurfaceLaw(tuple(CORNERS), offsets, law.psi0, law.psi0_in == ACTS_IN[0])

@@ -91,6 +91,7 @@ class SurfaceSolver(CellSolver):
     in_space = "cells"
     dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
     followed = 128  # cells along an axis of a path
+    besides = "fix Cells(nodes=...)"
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -106,10 +107,6 @@ class SurfaceSolver(CellSolver):
         if own is not None and self.period is None:
             raise BadArgument("period", None, f"must be a multiple of that of the obstacle, {own}")
         self.require_repeating(lambda x1, x2: heights(self.obstacle, x1, x2))
-
-    @property
-    def besides(self):
-        return "fix Cells(nodes=...)"
 
     def solve(self, load, approach, rtol, initial=None):
         """Returns the SurfaceCells, as `Solver.solve`."""

@@ -95,7 +95,7 @@ def section(state):
     has no blocks, or the state is at nodes.
     """
     law, (x1, x2, _), pressures = on_surface(state.law), state.points.T, np.array([*state.pressures.values()])
-    require(law.psi0, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
+    require(law.psi0 is not None, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
     words = "has no cells, in a row of which blocks are drawn in three dimensions"
     require(state.squares, "method", state.method, words)
     most = np.isclose(state.pressure, state.pressure.max()).argmax()  # of rows that are alike the first
