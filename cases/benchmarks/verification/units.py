@@ -74,6 +74,7 @@ def on_lines(method, k):
             plain = changed(contact, Change("plain")).solve(load=load, rtol=rtol)
             a, b = change.sign * change.length, change.shift * change.length
             places = [*zone_edges(plain.zones), *((np.array(zone_edges(state.zones)) - b) / a)]
+            places += getattr(contact.obstacle, "kinks", ())  # a point there sees rounding of the place alone
             ends = getattr(contact.obstacle, "ends", ())
             apart = panels.distance(back(state, contact.law, change), lines.fields(plain), places, ends)
             return apart, max(state.error_estimate, plain.error_estimate), 0.0
