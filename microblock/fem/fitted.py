@@ -153,8 +153,8 @@ class FittedSolver(MeshFitter):
     def _refined(self, load, rtol, zones, even):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
         coarse, best, passes, why = None, math.inf, 0, ""
-        if self.left(0) <= 0:  # else levels leave more
-            self.far = max(FAR, math.sqrt(10 / rtol))  # so that truncation is a fifth of rtol
+        # so that truncation is a fifth of rtol; levels leave more at ends and peaks
+        self.far = FAR if self.left(0) > 0 else max(FAR, math.sqrt(10 / rtol))
         for level in self.levels(rtol, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
