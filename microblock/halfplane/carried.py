@@ -43,8 +43,11 @@ def ways(problem, order, share=1.0):
 
 def carried_edges(problem, zones, order):
     """Edges of zones {corner: intervals} and places they are carried to."""
-    shares, whole = {}, np.ptp(zone_edges(zones))
-    for intervals in problem.all_zones(zones).values():
+    shares, every = {}, problem.all_zones(zones)
+    if not decay(problem):
+        return zone_edges(every)
+    whole = np.ptp(zone_edges(zones))
+    for intervals in every.values():
         edges = np.ravel(intervals)
         apart = np.minimum(np.diff(edges) / whole, 1.0)
         near = np.sqrt(np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0)))

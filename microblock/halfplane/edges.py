@@ -128,7 +128,7 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     all edges.
     """
     corner, edge = np.array([(number, x) for number, own in zones.items() for x in np.ravel(own)]).T
-    side = np.resize((1, -1), len(edge))
+    side = 1 - 2 * (np.arange(len(edge)) % 2)
     K0, K1, mean = _coefficients(problem, panels, q, corner, edge, side)
     free = (K0 < 0) | [x not in problem.ends.get(number, ()) for number, x in zip(corner, edge)]
     alike = before and np.array_equal(before[0], corner)
@@ -137,8 +137,8 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     slow = (K1 <= 0) | (np.abs(K0) > np.abs(last) / 2)
     K1 = np.where(slow, np.where(secant > 0, secant, mean), K1)
     # half way to the next edge: outwards there may be none
-    apart = np.where(np.diff(corner) == 0, np.diff(edge), np.inf)
-    after, behind = np.append(apart, np.inf), np.insert(apart, 0, np.inf)
+    apart = np.where(corner[1:] == corner[:-1], edge[1:] - edge[:-1], np.inf)
+    after, behind = np.concatenate((apart, [np.inf])), np.concatenate(([np.inf], apart))
     width, hole = np.where(side > 0, (after, behind), (behind, after))
     room = np.where((K0 < 0) | np.isinf(hole), width, hole)
     step = np.where(np.abs(K0) > tolerance, np.copysign(room / 2, K0), 0.0)
@@ -148,7 +148,7 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
     inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
     pressed = np.repeat(inside @ forces > 0, 2) & (side > 0)
-    rows = np.column_stack((corner, edge, edge - side * step * free, pressed))
+    rows = np.transpose((corner, edge, edge - side * step * free, pressed))
     return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
 
 
@@ -175,8 +175,7 @@ def _sorted_out(problem, load, rows):
 def _annihilated(edges):
     """Edges without neighbours of one corner that have met; a pressed zone is halved."""
     while True:
-        same = edges[1:, 0] == edges[:-1, 0]
-        ways = np.where(same, np.diff(edges[:, 2]), np.inf)
+        ways = np.where(edges[1:, 0] == edges[:-1, 0], edges[1:, 2] - edges[:-1, 2], np.inf)
         if not len(ways) or ways.min() > 0:
             return edges
         i = int(np.argmin(ways))

@@ -36,7 +36,7 @@ class PanelSolver(Solver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        self._pictures = {}
+        self._problems = {}
         require_pure_force(self.law, self.solid.ell)
         self.require_lowest()
 
@@ -92,26 +92,31 @@ class PanelSolver(Solver):
         return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter)
 
     def _pictured_problem(self, load):
-        found = self.picture(load)
-        if found.steps:
+        found = self._seen(load)
+        if found.picture.steps:
             raise BadArgument(
                 "obstacle",
                 self.obstacle,
-                f"must not jump, as its height does at x = {found.steps[0]:g}: "
+                f"must not jump, as its height does at x = {found.picture.steps[0]:g}: "
                 "pressures have no norm there that an rtol could refer to; Cells(nodes=...) take it",
             )
-        return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
+        return found
 
     def picture(self, load):
-        """The Picture for loads up to the next power of 4 times E* ell."""
+        return self._seen(load).picture
+
+    def _seen(self, load):
+        """The Problem with its Picture for loads up to the next power of 4 times E* ell."""
         unit = self.problem.E_star * self.problem.ell
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
-        if bracket not in self._pictures:
+        if bracket not in self._problems:
             try:
-                self._pictures[bracket] = picture.picture(self.problem, bracket)
+                found = picture.picture(self.problem, bracket)
             except MicroblockError:  # it may carry this load, though not that of the bracket
-                self._pictures[bracket] = picture.picture(self.problem, load)
-        return self._pictures[bracket]
+                found = picture.picture(self.problem, load)
+            obstacle = picture.seen(self.problem.obstacle, found)
+            self._problems[bracket] = replace(self.problem, obstacle=obstacle, picture=found)
+        return self._problems[bracket]
 
     def at(self, load, rtol=usual_rtol, order=None, near=None):
         """The PanelSolution at a load, to rtol or of a fixed order; NotConverged if no zones fit or the
@@ -145,7 +150,7 @@ class PanelSolver(Solver):
         return failure
 
     def _solved(self, load, rtol, order, near):
-        return replace(search.solve(self._pictured_problem(load), load, rtol, order, near), solver=self)
+        return search.solve(self._pictured_problem(load), load, rtol, order, near).changed(solver=self)
 
     def _check_width(self, load):
         if len(self.law.corners) == 1:

@@ -204,18 +204,19 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     # x of the panel is x(v0) + sides (slope + bend sides)
     root, h, start = panels.root[panel], panels.h[panel], x - panels.x(panel, v0)
     slope, bend = np.where(root, 2 * v0, 1.0) * h, np.where(root, h, 0.0)
-    cuts, number = np.unique(v0, return_inverse=True)
-    rules = [_cut_rule(panels.order, cut, panels.log_size.any()) for cut in cuts.tolist()]
-    pairs = [np.flatnonzero(number == cut) for cut in range(len(cuts))]
-    sides = np.concatenate([np.tile(steps, len(own)) for (steps, _), own in zip(rules, pairs)])
-    pair = np.concatenate([np.repeat(own, len(steps)) for (steps, _), own in zip(rules, pairs)])
+    along = np.argsort(v0, kind="stable")
+    ends = np.flatnonzero(np.diff(v0[along], append=np.inf)) + 1
+    rules = [_cut_rule(panels.order, cut, panels.log_size.any()) for cut in v0[along[ends - 1]].tolist()]
+    sizes, counts = np.array([len(steps) for steps, _ in rules]), np.diff(ends, prepend=0)
+    pair = along.repeat(sizes.repeat(counts))
+    sides = np.concatenate([steps[None].repeat(count, 0).ravel() for (steps, _), count in zip(rules, counts)])
     lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + sides))
     values = kernel(problem, start[pair] - sides * (slope[pair] + bend[pair] * sides), target[pair], lever)
     found, done = np.empty((*values.shape[:-1], len(x), rules[0][1].shape[1])), 0
-    for (steps, basis), own in zip(rules, pairs):
-        part = values[..., done : done + len(own) * len(steps)]
-        found[..., own, :] = part.reshape(*values.shape[:-1], len(own), -1) @ basis
-        done += part.shape[-1]
+    for (steps, basis), end, count in zip(rules, ends, counts):
+        part = values[..., done : done + count * len(steps)].reshape(*values.shape[:-1], count, -1)
+        found[..., along[end - count : end], :] = part @ basis
+        done += count * len(steps)
     return found
 
 

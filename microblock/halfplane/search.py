@@ -69,7 +69,8 @@ def _climb(problem, load, zones, rtol):
         if coarse is not None:
             state = _beside(coarse, state)
             if state.estimate.total <= rtol:
-                state = _beside(coarse, _amended(state, CONDITIONS_SHARE * rtol))
+                before, state = state, _amended(state, CONDITIONS_SHARE * rtol)
+                state = state if state.panels is before.panels else _beside(coarse, state)
                 if state.estimate.total <= rtol:
                     return state
             best = min(best, state.estimate.total)
@@ -78,7 +79,8 @@ def _climb(problem, load, zones, rtol):
 
 
 def _beside(coarse, state):
-    return replace(state, estimate=replace(state.estimate, discretisation=difference(coarse, state)))
+    error = difference(coarse, state)
+    return state.changed(estimate=replace(state.estimate, discretisation=error))
 
 
 def _amended(state, tolerance):
@@ -89,7 +91,7 @@ def _amended(state, tolerance):
         size = float(np.linalg.norm([each.worth for each in violations]))
         idle = 0 if size < worth / 2 else idle + 1
         if size < worth:
-            best, worth = replace(state, estimate=replace(state.estimate, conditions=size)), size
+            best, worth = state.changed(estimate=replace(state.estimate, conditions=size)), size
         zones = amended(state, violations, tolerance)
         if zones is None or idle == 2:
             return best

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import copy
 from dataclasses import astuple, dataclass, fields
 from functools import cached_property
 from inspect import getattr_static
@@ -240,6 +241,12 @@ class Solution:
 
 class LineSolution(Solution):
     """Base of solutions along x1 with zones by the number of the corner."""
+
+    def changed(self, **fields: Any) -> Any:
+        """Returns a copy with other fields, of which nothing that was computed before depends."""
+        found = copy(self)
+        vars(found).update(fields)
+        return found
 
     @cached_property
     def zones_by_name(self) -> Zones:
