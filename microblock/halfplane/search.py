@@ -62,7 +62,7 @@ def _climb(problem, load, zones, rtol):
     for order in orders(problem.picture.simple, 0.0):
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < unresolved(order):  # and its neighbour will not agree
-            tolerance = max(tolerance, np.sqrt(unresolved(order)))
+            tolerance = max(tolerance, np.sqrt(tolerated(order)))
         state = fit(problem, load, zones, order, tolerance)
         if coarse is None and not problem.picture.simple:
             state = _amended(state, CONDITIONS_SHARE * rtol)

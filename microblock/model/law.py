@@ -273,7 +273,9 @@ def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstac
 
 def level_surface(x: Array) -> tuple[Array, Array]:
     """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
-    return np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
+    points, normals = np.zeros((2, len(x), 2))
+    points[:, 0], normals[:, 1] = x, 1.0
+    return points, normals
 
 
 def tangents(normals: Array) -> Array:
