@@ -89,8 +89,6 @@ class Kernels:
     Raises BadArgument for beta = 0 or next to it, and for layers below 1e-12 ell.
     """
 
-    _long, _decayed = 1.0, 50.0  # `_wave` for small arguments; where nothing is left of it along `path`
-
     @bounded
     def __init__(self, nu, beta, curvature=2.0):
         solid = Cosserat(E=2 * (1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
@@ -107,27 +105,24 @@ class Kernels:
         pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / piece))
         self._start, self._step, self._parts = np.log(NEAREST), piece / parts, parts * pieces
         logarithms = self._start + piece * (np.arange(pieces)[:, None] + (chebyshev.chebpts1(points) + 1) / 2)
-        values = self._values(solid, np.exp(logarithms).ravel()).reshape(-1, pieces, points)
+        values = self._values(solid, np.exp(logarithms))
         table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
         self._table = np.moveaxis(table, 2, 1).copy()
 
-    @staticmethod
-    def _wave(y):
-        return np.exp(-y)
-
     def _values(self, solid, x):
-        """All kernels at x > 0, array (n,): (9, n)."""
+        """All kernels at x > 0, array (pieces, n): (9, pieces, n)."""
         k, weights, level = rotated_weights(solid)
         below = np.insert(np.cumsum(weights.real, axis=1, dtype=np.longdouble), 0, 0, axis=1)
-        values = np.empty((len(weights), x.size))
-        for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
-            own = x[block]
-            first, last = np.searchsorted(np.abs(k), (1e-16 / own.max(), self._decayed / own.min()))
-            waves = self._wave(-1j * np.outer(k[first:last], own))
-            values[:, block] = (weights[:, first:last] @ waves).real + self._long * below[:, first, None]
-        values[[0, 3]] -= self._long * level
+        values = np.empty((len(weights), *x.shape))
+        for block in np.array_split(np.arange(len(x)), 1 + x.size // 32):
+            own = x[block].ravel()
+            # waves 1, and those of which nothing is left along `path`
+            first, last = np.searchsorted(np.abs(k), (1e-16 / own.max(), 50 / own.min()))
+            waves = (weights[:, first:last] @ np.exp(1j * np.outer(k[first:last], own))).real
+            values[:, block] = (waves + below[:, first, None]).reshape(len(weights), -1, x.shape[1])
+        values[[0, 3]] -= level
         # the arc from real wavenumbers to `path` around k = 0
-        values[list(ODD[2:])] -= self._long * solid.nu / (4 * (1 - solid.nu))
+        values[list(ODD[2:])] -= solid.nu / (4 * (1 - solid.nu))
         return values
 
     def __call__(self, x, which=(0, 1, 2)):

@@ -8,6 +8,7 @@ import pytest
 import microblock as mb
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.errors import out_of_reach
+from microblock.halfplane.averages import averaged
 from microblock.halfplane.kernels import symbol
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
@@ -319,3 +320,11 @@ def test_full_slip_that_goes_on_is_one_event():
         ("full slip", 0.3),
         ("full slip", -0.36),
     ]
+
+
+@pytest.mark.parametrize("width", [1e-14, 1e-9, 1e-3, 1e3])
+def test_the_average_over_a_cell_is_that_of_a_logarithm(width):
+    """Of a classical solid, of -log(x/ell)/pi: 1e-13 of tables, also far below ell, where few cells are."""
+    solid = mb.Cosserat(E=100, nu=0.3, ell=1.0, beta=0)
+    average = averaged(solid, np.zeros(1), width, width, (0,)).item() * solid.mu / (1 - solid.nu)
+    assert average == pytest.approx((1.5 - np.log(width)) / np.pi, abs=1e-12)
