@@ -13,6 +13,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.polynomial import chebyshev
 
 from ..errors import BadArgument
@@ -99,27 +100,29 @@ class Kernels:
                 f"2 beta/gamma' must lie between {RATES[0] ** 2:g} and {RATES[1] ** 2:g} "
                 "on a half-plane: for beta = 0 nothing holds its rotation",
             )
-        # Chebyshev points on a piece, this wide in log x; polynomials of so few terms on parts of it,
-        # cheap to look up: both 1e-13
-        points, piece, parts, terms = 16, 1.4, 28, 6
-        pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / piece))
-        self._start, self._step, self._parts = np.log(NEAREST), piece / parts, parts * pieces
-        logarithms = self._start + piece * (np.arange(pieces)[:, None] + (chebyshev.chebpts1(points) + 1) / 2)
+        # Chebyshev points on a piece, 1 wide in log x; polynomials of so few terms on parts of it, cheap to
+        # look up: both 1e-13
+        points, parts, terms = 14, 20, 6
+        pieces = int(np.ceil(np.log(FARTHEST / NEAREST)))
+        self._start, self._step, self._parts = np.log(NEAREST), 1 / parts, parts * pieces
+        logarithms = self._start + np.arange(pieces)[:, None] + (chebyshev.chebpts1(points) + 1) / 2
         values = self._values(solid, np.exp(logarithms))
         table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
         self._table = np.moveaxis(table, 2, 1).copy()
 
     def _values(self, solid, x):
-        """All kernels at x > 0, array (pieces, n): (9, pieces, n)."""
-        k, weights, level = rotated_weights(solid)
-        below = np.insert(np.cumsum(weights.real, axis=1, dtype=np.longdouble), 0, 0, axis=1)
-        values = np.empty((len(weights), *x.shape))
-        for block in np.array_split(np.arange(len(x)), 1 + x.size // 32):
-            own = x[block].ravel()
-            # waves 1, and those of which nothing is left along `path`
-            first, last = np.searchsorted(np.abs(k), (1e-16 / own.max(), 50 / own.min()))
-            waves = (weights[:, first:last] @ np.exp(1j * np.outer(k[first:last], own))).real
-            values[:, block] = (waves + below[:, first, None]).reshape(len(weights), -1, x.shape[1])
+        """All kernels at x > 0 on pieces like those of `path`, array (pieces, n): (9, pieces, n)."""
+        # from where waves are 1 under the first piece, to where nothing is left of them
+        near, far = 1e-16 / x[0, -1], 50 / x[0, 0]
+        known = int(np.ceil(np.log(far / near)))
+        k, weights, level = rotated_weights(solid, near * np.exp(1.0 - len(x)), len(x) + known - 1)
+        sums = weights.real.sum(axis=2, dtype=np.longdouble)
+        below = np.cumsum(sums, axis=1) - sums
+        # k x are the same numbers for the next piece of x and the one before of k
+        waves = np.exp(1j * k[len(x) - 1 :, :, None] * x[0]).reshape(-1, x.shape[1])
+        weights = sliding_window_view(weights, known, axis=1).swapaxes(2, 3).reshape(-1, len(waves))
+        values = (weights @ waves).real.reshape(-1, *x.shape) + below[:, : len(x), None]
+        values = values[:, ::-1].astype(float)
         values[[0, 3]] -= level
         # the arc from real wavenumbers to `path` around k = 0
         values[list(ODD[2:])] -= solid.nu / (4 * (1 - solid.nu))
@@ -233,27 +236,27 @@ def normal_symbol(solid, k):
     return symbol(solid, k)[0]
 
 
-def path(low, high, order):
-    """k and dk at Gauss points on pieces of the ray tau exp(i pi/4), low < tau < high."""
-    points, gauss = gauss_rule(order)
-    count = int(np.ceil(np.log(high / low)))
-    width = np.log(high / low) / count
-    k = np.exp(0.25j * np.pi) * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
-    return k, k * np.tile(width * gauss, count)
-
-
-def rotated_weights(solid):
-    """(k, weights, level) of the integrals of all kernels over c: arrays (n,), (9, n), float, taken off
-    numbers 0 and 3, which diverge at k = 0.
+def path(low, count, order):
+    """k and dk at Gauss points on so many pieces of the ray tau exp(i pi/4), from tau = low on, 1 wide in log
+    tau: arrays (count, order).
     """
-    k, dk = path(1e-16 / FARTHEST, 60 / NEAREST, 16)
+    points, gauss = gauss_rule(order)
+    k = np.exp(0.25j * np.pi) * low * np.exp(np.arange(count)[:, None] + points)
+    return k, k * gauss
+
+
+def rotated_weights(solid, low, count):
+    """(k, weights, level) of the integrals of all kernels over c on a `path`: arrays (count, 16), (9, count,
+    16), float, taken off numbers 0 and 3, which diverge at k = 0.
+    """
+    k, dk = path(low, count, 16)
     s, s_minus_k = roots(solid, k)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c, i = (1 - solid.nu) / solid.mu, 1j
     fixed = clamped(U, V, W)
     over_c = (U, -i * V, W, fixed, -i * c * V / W, -i * U, V, -i * fixed, c * V / W)
     # taken off, it leaves -log(x) of the classical 1/k
-    return k, np.array(over_c) / c * dk / np.pi, (np.exp(i * k) / k @ dk).real / np.pi
+    return k, np.array(over_c) / c * dk / np.pi, np.sum(np.exp(i * k) / k * dk).real / np.pi
 
 
 def roots(solid, k):

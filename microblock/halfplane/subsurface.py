@@ -59,7 +59,8 @@ def _vertical(state, x1, x2, accuracy):
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
     lowest = 1e-9 / size  # the rest of the integral is dropped
-    k, dk = path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
+    pieces = int(np.ceil(np.log(FAR_TAIL / np.abs(x2).min() / lowest)))
+    k, dk = map(np.ravel, path(lowest, pieces, accuracy))
     p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, np.abs(x2).min() / 20, accuracy + 4)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
     # difference
