@@ -85,9 +85,13 @@ class FrictionalContact:
     @property
     def matrix(self):
         """M, compliances over `size`."""
-        B, seen = self.motions, self.cross.T * self.coupled
-        response = np.block([[self.normal, seen], [self.cross, self.tangential]]) / self.size
-        return np.asfortranarray(np.block([[response, -B], [B.T, np.zeros((2, 2))]]))
+        B, m = self.motions, len(self.gaps)
+        M = np.zeros(2 * [len(B) + 2], order="F")
+        M[:m, :m], M[m:-2, :m], M[m:-2, m:-2] = self.normal, self.cross, self.tangential
+        M[:m, m:-2] = self.cross.T * self.coupled
+        M /= self.size
+        M[:-2, -2:], M[-2:, :-2] = -B, B.T
+        return M
 
 
 @dataclass(frozen=True, eq=False)
