@@ -85,9 +85,13 @@ class FrictionalContact:
     @property
     def matrix(self):
         """M, compliances over `size`."""
-        B, seen = self.motions, self.cross.T * self.coupled
-        response = np.block([[self.normal, seen], [self.cross, self.tangential]]) / self.size
-        return np.asfortranarray(np.block([[response, -B], [B.T, np.zeros((2, 2))]]))
+        B, m = self.motions, len(self.gaps)
+        M = np.zeros(2 * [len(B) + 2], order="F")
+        M[:m, :m], M[m:-2, :m], M[m:-2, m:-2] = self.normal, self.cross, self.tangential
+        M[:m, m:-2] = self.cross.T * self.coupled
+        M /= self.size
+        M[:-2, -2:], M[-2:, :-2] = -B, B.T
+        return M
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,7 +314,7 @@ class Follower:
         self._size, (self.x, self.y) = contact.size, np.zeros((2, m + n + 2))
         self.y[:m] = contact.gaps / self._size
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
-        self._terms = 100 * np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(n))
+        self._terms = 100 * np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(2 * n))
         self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
         self._random = np.random.default_rng(0)
         self._seen, down = np.repeat((3.0, 0.0), (m, n)), self._motions[:m, 0]
@@ -348,7 +352,7 @@ class Follower:
                 raise NotConverged("all nodes slip, and the shear load cannot grow further")
         for _ in range(BUDGET * len(self.x)):
             counted()
-            dx, dy, step = self._settled(way, 1 - done)
+            dx, dy, step, changing = self._settled(way, 1 - done)
             self._note(done)
             self._advance(dx, dy, step)
             if step == 1 - done:
@@ -356,17 +360,19 @@ class Follower:
                 self._correct()
                 return
             done += step
+            for number in changing.tolist():
+                self.sets.exchange(number, -dy[self._nodes])
         raise NotConverged("corners open and nodes slip to and fro without end")
 
-    def _bound(self):
-        return self.contact.friction * self.x[self.sets.of].sum(axis=0)
+    def _bound(self, x):
+        return self.contact.friction * x[: self._m].reshape(self.sets.of.shape).sum(axis=0)
 
     def _rates(self, way):
         active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
         rest[self._u] = way
         rates = self.sets.tableau.times(self._u, way)
         dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
-        dx[nodes] += self.contact.friction * self.sets.slips * dx[self.sets.of].sum(axis=0)
+        dx[nodes] += self.sets.slips * self._bound(dx)
         return dx, dy
 
     def _look(self, way):
@@ -376,7 +382,7 @@ class Follower:
         (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
         last, slipping = self.sets.last, slips != 0
-        bound, dbound = self._bound(), self.contact.friction * dx[self.sets.of].sum(axis=0)
+        bound, dbound = self._bound(self.x), self._bound(dx)
         up, down = (stick & (not last or np.any(slips == sign)) for sign in (-1, 1))
         t, dt, gap = self.x[nodes], dx[nodes], np.where(closed, self.x[:m], self.y[:m])
         forwards = np.where(up, bound - t, np.where(slipping, 0.0, np.inf))
@@ -384,21 +390,24 @@ class Follower:
         rubs = np.where(slipping, slips * dy[nodes], dt - dbound)
         fall = np.concatenate((np.where(closed, -dx[:m], -dy[:m]), rubs, -dt - dbound))
         force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
-        ones = np.ones(len(slips))
-        small = np.append(np.where(np.append(closed, ~slipping), 1.0, self._terms), ones)
-        most = np.concatenate((np.where(closed, tiny, PATHS * self._span), tiny * ones, tiny * ones))
-        return dx, dy, value, np.where(fall > force * small, fall, 0.0), value <= most
+        forces = np.concatenate((closed, ~slipping, ~slipping))
+        small, most = np.where(forces, 1.0, self._terms), np.full(len(value), tiny)
+        most[:m][~closed] = PATHS * self._span
+        return dx, dy, value, np.where(fall > force * small, fall, 0.0), most
 
     def _settled(self, way, remaining):
         fewest, idle = np.inf, 0
         for _ in range(BUDGET * len(self.x)):
-            dx, dy, value, fall, limit = self._look(way)
+            dx, dy, value, fall, most = self._look(way)
+            limit = value <= most
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
                 self._require_unique(np.flatnonzero(limit), way, passing)
-                falling = (fall > 0) & np.isfinite(value)
-                step = np.min(np.maximum(value[falling], 0) / fall[falling], initial=np.inf)
-                return dx, dy, float(step) if step < remaining * (1 - PATHS) else remaining
+                steps = np.full(len(fall), remaining)
+                np.divide(np.maximum(value, 0), fall, out=steps, where=fall > 0)
+                step = float(steps.min())
+                changing = np.flatnonzero((fall > 0) & (value - step * fall <= most))
+                return dx, dy, step if step < remaining * (1 - PATHS) else remaining, changing
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
             if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
@@ -424,8 +433,8 @@ class Follower:
             other = copy(self)
             other.sets = deepcopy(own)
             holds = other.sets.exchange(int(number), passing)
-            *_, fall, still = other._look(way)
-            if holds and not np.any(still & (fall > 0)):
+            *_, value, fall, most = other._look(way)
+            if holds and not np.any((value <= most) & (fall > 0)):
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
     def _advance(self, dx, dy, step):
@@ -443,7 +452,7 @@ class Follower:
         """Puts all that is at its limit there exactly."""
         closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
         self.x[: self._m][~closed] = self.y[: self._m][closed] = 0.0
-        self.x[self._nodes] = np.where(stick, self.x[self._nodes], slips * self._bound())
+        self.x[self._nodes] = np.where(stick, self.x[self._nodes], slips * self._bound(self.x))
 
     def _off(self):
         """The residual of (c)."""
@@ -469,7 +478,7 @@ class Follower:
 
     def moment(self):
         own, m, size, off = self.contact, self._m, self._size, self._off()
-        n, t, bound = self.x[:m].copy(), self.x[self._nodes].copy(), self._bound()
+        n, t, bound = self.x[:m].copy(), self.x[self._nodes].copy(), self._bound(self.x)
         raised, displaced = np.split(own.moved(n, t), [m])
         across = t @ own.cross @ n
         energy = (n @ raised + t @ displaced + (0.0 if own.coupled else across)) / 2

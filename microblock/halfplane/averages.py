@@ -16,7 +16,8 @@ class SecondAntiderivatives(Kernels):
     """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2."""
 
     def _values(self, solid, x):
-        values, nodes = super()._values(solid, x), chebyshev.chebpts1(x.shape[1])
+        values = kernels(solid.nu, solid.beta, solid.curvature)(x, range(9))
+        nodes = chebyshev.chebpts1(x.shape[1])
         logarithms, count, found = np.log(x[0] / NEAREST), len(nodes), 0.0
         # integrals in log x to the nodes of a piece, and to its end
         sums = chebyshev.chebint(np.linalg.inv(chebyshev.chebvander(nodes, count - 1)), lbnd=-1)

@@ -40,14 +40,16 @@ def beyond(cells, values, grows):
 def _fitted(cells, values, powers, most):
     """(shift, up to `most`, and relative residual) of powers of the distance + shift, by Gauss-Newton."""
     shift, size = 0.0, cells[-1, 1]
-    for _ in range(20):  # to rounding
+    for _ in range(20):
         near, far = (cells.T + shift)[:, :, None] / size
         relative = (far - near) * values[:, None]
         means = (far ** (powers + 1) - near ** (powers + 1)) / (powers + 1) / relative
         weights = np.linalg.lstsq(means, np.ones(len(values)), rcond=None)[0]
         left, rates = 1 - means @ weights, (far**powers - near**powers) / relative @ weights
-        step = np.linalg.lstsq(np.column_stack((means, rates)), left, rcond=None)[0][-1]
-        shift = float(np.clip(shift + size * step, -most, most))
+        step = size * np.linalg.lstsq(np.column_stack((means, rates)), left, rcond=None)[0][-1]
+        shift = float(np.clip(shift + step, -most, most))
+        if abs(step) <= 1e-12 * most:
+            break
     return shift, float(np.sqrt(np.mean(left**2)))
 
 

@@ -58,8 +58,9 @@ def counting(
 def counted(steps: int = 1, **facts: Any) -> None:
     """Counts steps of the computation, and shows facts in the place of those of the same name."""
     if bars := _bars.get():
-        bars[0].facts = bars[0].facts | facts
-        bars[0].set_postfix(bars[0].facts, refresh=False)
+        if facts:
+            bars[0].facts |= facts
+            bars[0].set_postfix(bars[0].facts, refresh=False)
         bars[0].update(steps if len(bars) == 1 else 0)
 
 
