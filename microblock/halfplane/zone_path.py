@@ -201,9 +201,9 @@ class ZonePath(LoadPath):
             return measured(states[load])
 
         def about(load):
-            away = min(abs(load - other) for other in states)
-            if load not in ends and 0 < away < 2 * NEAR * load:  # the polynomial does the rest
-                return 0.0
+            between = [other for other in states if low.load < other < high.load]
+            if any(0 < abs(load - other) < 30 * NEAR * load for other in between):
+                return 0.0  # the polynomials do the rest
             try:
                 return (ends[load] if load in ends else value(load))[0]
             except NotConverged:
@@ -213,19 +213,28 @@ class ZonePath(LoadPath):
 
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
-        middle = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
-        step = min([NEAR * middle, (high.load - low.load) / 2, *(abs(middle - end) / 4 for end in ends)])
-        ways = np.array((-1, 1, -3, 3))
-        values, places = np.transpose([value(each) for each in (middle + step * ways).tolist()])
-        # the polynomial of the value through all and through three
-        way, other = (np.polyfit(values[:count], ways[:count], count - 1)[-1] for count in (4, 3))
-        one = middle - step
+        middle, ways = (
+            brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR),
+            np.arange(-3, 4, 2),
+        )
+        for _ in range(5):
+            step = min([NEAR * middle, (high.load - low.load) / 2, *(abs(middle - end) / 4 for end in ends)])
+            values, places = np.transpose([value(each) for each in (middle + step * ways).tolist()])
+            # the polynomial of the value through all and through three
+            way, other = (np.polyfit(values[:count], ways[:count], count - 1)[-1] for count in (4, 3))
+            if abs(way) <= 4:
+                break
+            margin = (high.load - low.load) / 100
+            middle = float(np.clip(middle + step * way, low.load + margin, high.load - margin))
+        else:
+            raise NotConverged(f"nothing is found between loads {low.load:g} and {high.load:g}")
+        one = middle + step * ways[1]
         fine = self._continued({one: states[one]}, high.problem, one, ORDERS[1])
         (finer, x), (moved, _) = (measured(each) for each in (fine, replace(fine, zones=fine.further)))
-        slope = (values[1] - values[0]) / 2
-        error = step * (abs(way - other) + (abs(finer - values[0]) + abs(moved - finer)) / abs(slope))
-        load = np.clip(middle + step * (way - (finer - values[0]) / slope), low.load, high.load)
-        return float(load), float(error), float(np.interp(way, ways[:2], places[:2]) + x - places[0])
+        slope = (values[2] - values[1]) / 2
+        error = step * (abs(way - other) + (abs(finer - values[1]) + abs(moved - finer)) / abs(slope))
+        load = np.clip(middle + step * (way - (finer - values[1]) / slope), low.load, high.load)
+        return float(load), float(error), float(np.interp(way, ways, places) + x - places[1])
 
     def _continued(self, states, problem, load, order):
         """Returns the state at a load with the topology of others, whether or not it violates (26); raises
