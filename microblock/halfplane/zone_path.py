@@ -201,8 +201,9 @@ class ZonePath(LoadPath):
             return measured(states[load])
 
         def about(load):
-            between = [other for other in states if low.load < other < high.load]
-            if any(0 < abs(load - other) < 30 * NEAR * load for other in between):
+            inside = [other for other in {load, *states} if low.load < other < high.load]
+            near = any(abs(load - other) < 30 * NEAR * load for other in inside if other != load)
+            if load in inside and load not in states and near:
                 return 0.0  # the polynomials do the rest
             try:
                 return (ends[load] if load in ends else value(load))[0]
