@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..errors import require_choice
 from ..model.fields import largest_shear
@@ -21,7 +22,7 @@ FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress 
 @plots.styled
 def draw_below(state, quantity, axis):
     """A Figure with contours of one of QUANTITIES of a state whose solution has fields_below(box): x1, x2,
-    triangles (m, 3) or None, psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
+    triangles (m, 3), psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]
@@ -49,11 +50,13 @@ def draw_below(state, quantity, axis):
 
 
 def half_plane_grid(box):
-    """x1 and x2 of points, arrays (n,), denser towards the surface; no triangles: any between them serve."""
+    """x1 and x2 of points, arrays (n,), denser towards the surface, and halves of the rectangles between."""
     (left, right), depth = box
     down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
     x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
-    return x1.ravel(), x2.ravel(), None
+    # not Delaunay's, which rounding chooses: the corners of a rectangle lie on a circle
+    corners = sliding_window_view(np.arange(x1.size).reshape(x1.shape), (2, 2)).reshape(-1, 4)
+    return x1.ravel(), x2.ravel(), corners[:, [0, 1, 2, 1, 3, 2]].reshape(-1, 3)
 
 
 def values(psi, stress, quantity):
