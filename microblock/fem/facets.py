@@ -225,14 +225,14 @@ class ContactNodes:
         trace.eliminate_zeros()
         return trace
 
-    def is_free(self, name, body):
-        """Whether a body on this mesh holds a field at no node, boolean array (n,)."""
-        return abs(self.traces[name]) @ np.array(body.space.FreeDofs()) > 0
+    def free_of(self, body):
+        """{field: whether a body on this mesh does not hold it at a node, boolean array (n,)}."""
+        free = np.array(body.space.FreeDofs())
+        return {name: abs(self.traces[name]) @ free > 0 for name in body.names}
 
     @cached_property
     def free(self):
-        """{field: boolean array (n,)}."""
-        return {name: self.is_free(name, self.body) for name in self.body.names}
+        return self.free_of(self.body)
 
     def motion(self, directions, arms):
         """Displacement u + psi x arm along directions, (n, dim): sparse (n, unknowns)."""
@@ -446,8 +446,10 @@ def at_rules(mesh, facets, rules):
     for facet, rule in zip(facets, rules):
         there.append(mesh.GetTrafo(facet)(rule))
         weights += [point.weight for point in rule]
+    # numpy promotes the fields of each part
+    points = np.frombuffer(b"".join(there), there[0].dtype)
     functions = ng.CF((ng.x, ng.y, ng.z)[:dim]), outward(mesh), ng.specialcf.JacobianMatrix(dim, dim - 1)
-    x, normals, slopes = (np.asarray(function(np.concatenate(there))) for function in functions)
+    x, normals, slopes = (np.asarray(function(points)) for function in functions)
     slopes = slopes.reshape(len(x), -1)[:, : dim * (dim - 1)].reshape(len(x), dim, dim - 1)
     sizes = np.sqrt(np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes))  # 1 for points
     return x.reshape(-1, dim), weights * sizes, normals.reshape(-1, dim)

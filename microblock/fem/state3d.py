@@ -25,10 +25,8 @@ class SurfaceNodes(OnMesh):
         """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
         if self.solver.surface_law.clamped:  # not of planes of symmetry
-            moments = [
-                nodes.moments_of(name, self.fields.forces) * nodes.is_free(name, self.solver.body)
-                for name in ("psi1", "psi2")
-            ]
+            free, names = nodes.free_of(self.solver.body), ("psi1", "psi2")
+            moments = [nodes.moments_of(name, self.fields.forces) * free[name] for name in names]
         return np.array(moments) / self.weights
 
     @property
