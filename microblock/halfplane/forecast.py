@@ -13,8 +13,7 @@ from .. import cost
 from ..model.obstacles import jumps_of
 from ..model.picture import low
 from ..model.zones import runs
-from .panels import make_panels
-from .search import orders
+from .panels import make_panels, orders
 
 
 def likely_zones(problem, picture):

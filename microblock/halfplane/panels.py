@@ -17,6 +17,18 @@ from ..model.zones import common, contains, joined, without
 from .carried import carried_edges, log_sizes
 
 
+def orders(simple, rtol):
+    """Orders of panels up to the first that is expected to reach rtol."""
+    known = range(6 if simple else 10, 27, 4)  # 6 shows nothing of rough obstacles
+    enough = sum(unresolved(order) > rtol for order in known)
+    return known[: max(2, enough + 1)]
+
+
+def unresolved(order):
+    """Relative error that panels of an order leave under a smooth obstacle."""
+    return 10 ** -(0.55 * order + 0.7)
+
+
 @dataclass(frozen=True)
 class Panels:
     """Panels of all corners: anchors e, signed lengths h; 0 <= v <= 1."""

@@ -11,9 +11,9 @@ from ..model.zones import joined, without, zone_edges
 from .edges import fit, tolerated
 from .first_zones import first_zones
 from .panel_solution import difference
+from .panels import orders, unresolved
 from .survey import survey
 
-ORDERS = range(6, 27, 4)
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
@@ -43,18 +43,6 @@ def _trials(problem, load, near):
         half = picture.classical(problem, load, problem.picture.lowest)[0]
         yield {0: ((-half, half),)}
     yield from map(problem.computed, first_zones(problem, load))
-
-
-def orders(simple, rtol):
-    """Orders of panels up to the first that is expected to reach rtol."""
-    known = ORDERS if simple else ORDERS[1:]  # 6 shows nothing of rough obstacles
-    enough = sum(unresolved(order) > rtol for order in known)
-    return known[: max(2, enough + 1)]
-
-
-def unresolved(order):
-    """Relative error that panels of an order leave under a smooth obstacle."""
-    return 10 ** -(0.55 * order + 0.7)
 
 
 def _climb(problem, load, zones, rtol):
