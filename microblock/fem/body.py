@@ -332,9 +332,8 @@ class Body:
         trial, test = space.TnT()
         strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
         form = ng.BilinearForm(space, **options)
-        form += contact_term.virtual_work(self.solid, strains, varied).Compile() * ng.dx(
-            bonus_intorder=self.bonus
-        )
+        for work in contact_term.virtual_work(self.solid, strains, varied):  # two are quicker than their sum
+            form += work * ng.dx(bonus_intorder=self.bonus)
         return form.Assemble()
 
     @bounded

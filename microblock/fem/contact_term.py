@@ -28,14 +28,14 @@ def couple_stress(solid, kappa):
 
 
 def virtual_work(solid, strains, varied):
-    """(14): the work of the stresses of strains (gamma, kappa) on others, a density."""
+    """(14): the work of stress and couple stress of strains (gamma, kappa) on others, densities."""
     (gamma, kappa), (d_gamma, d_kappa) = strains, varied
-    return InnerProduct(stress(solid, gamma), d_gamma) + InnerProduct(couple_stress(solid, kappa), d_kappa)
+    return InnerProduct(stress(solid, gamma), d_gamma), InnerProduct(couple_stress(solid, kappa), d_kappa)
 
 
 def energy(solid, strains):
     """(10)-(12): the density W of the elastic energy."""
-    return virtual_work(solid, strains, strains) / 2
+    return sum(virtual_work(solid, strains, strains)) / 2
 
 
 def gap(g0, normal, arm, u, psi, approach):
