@@ -97,6 +97,15 @@ def test_shear_beyond_friction_ends_where_all_slips():
     assert caught.value.reached == pytest.approx((1.0, 0.5), rel=1e-9)  # the limit is known to 1e-9
 
 
+@pytest.mark.parametrize("entry", range(5), ids=["A", "B", "tangential", "approach", "offset"])
+def test_the_residual_sees_whatever_is_wrong(entry):
+    """An unknown that is off by a thousandth of its largest one, with its partner alone: no less is said."""
+    path = Follower(one_block(0.5))
+    assert path.to(1.0, 0.2).residual < 1e-6  # rounding of compliances of 1e9
+    path.x[entry] += 1e-3 * np.abs(path.x).max()
+    assert path.moment().residual > 1e-4
+
+
 # --- histories from event to event
 
 
