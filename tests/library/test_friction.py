@@ -8,6 +8,7 @@ import pytest
 import microblock as mb
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.errors import out_of_reach
+from microblock.halfplane.friction_solver import _with_errors as with_errors
 from microblock.halfplane.kernels import symbol
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
@@ -204,6 +205,19 @@ def test_what_a_history_returns_is_so(name):
     assert (
         sliding.shear_traction == pytest.approx(F * sliding.pressure, abs=1e-6) and not sliding.zones["stick"]
     )
+
+
+def test_events_have_an_error_where_two_levels_agree_on_them():
+    """Both loads count; of other events, on another way, or fewer, nothing is known: by hand."""
+
+    def event(load, shear, kind="first slip", pair=0):
+        return mb.Event(load, None, kind, "slip", 0.0, shear, pair)
+
+    finer = [event(1.0, 0.1), event(2.0, 0.3, "full slip", 1)]
+    alike = [event(1.5, 0.0), event(2.0, 0.2, "full slip", 1)]
+    assert [one.load_error for one in with_errors(finer, alike)] == pytest.approx([0.6, 0.1])
+    for other in (alike[:1], [alike[0], event(2.0, 0.2, "reversal", 1)], [event(1.5, 0.0, pair=1), alike[1]]):
+        assert with_errors(finer, other) == finer
 
 
 def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
