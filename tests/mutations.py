@@ -63,6 +63,11 @@ EQUIVALENT = {
     ("factor: turned * np.sign(", ""): "the least sine of an angle: no mesh is between",
     ("index: 0 -> 1", "np.array(self.free)[u1]"): "another unknown that holds a free translation",
     ("index: 1 -> 2", "other = np.zeros(forces.shape[1:])"): "the shape of zeros that are added alone",
+    ("factor: 0 -> 1", "times.max(initial=0)"): "a round that cuts no element",
+    (
+        "factor: np.abs(x2).min() / 20 -> ((np.abs(x2).min() / 20) / 2)",
+        "",
+    ): "finer integrals of the same fields",
     ("factor: (high.load", "step = min("): "bounds a step of differences: loads move within their errors",
 }
 

@@ -304,15 +304,13 @@ class FittedMesh:
 
 def _cleaned(solver, zones, near):
     """Zones whose edges a mesh tells apart, at the axis or at ends of the obstacle."""
-    edges = zone_edges(zones)
-    width = edges[-1] - edges[0]
 
     def placed(edge, ends):
         if solver.symmetric and edge <= 0:
             return 0.0
         return next((end for end in ends if abs(edge - end) < near), edge)
 
-    found, apart = {}, 2 * SLIVER * width
+    found, apart = {}, 2 * SLIVER * np.ptp(zone_edges(zones))
     for corner, own in zones.items():
         ends = solver.problem.ends_of(corner)
         own = joined([(placed(left, ends), placed(right, ends)) for left, right in own], apart)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from ngsolve.meshes import MakeStructured3DMesh
+from scipy import sparse
+from scipy.sparse.linalg import splu
 
 import microblock as mb
 from microblock.fem import meshes3d
@@ -112,3 +114,22 @@ def test_a_penalty_leads_back_from_the_approach_to_the_load():
     problem = mb.Contact(body, lambda x1, x2: 0 * x1, mb.Microblock(), mb.Newton("penalty"))
     pressed = problem.solve(load=1.0)
     assert problem.solve(approach=pressed.approach).load == pytest.approx(1.0, rel=1e-8)  # of the residual
+
+
+def test_the_memory_of_systems_in_space_is_that_of_matrices_and_factors(memory):
+    """Three matrices of 12 bytes an entry, and the factors of each field as another library fills them: no
+    body that lacks this room is begun, and one with twice of it is.
+    """
+    mesh = MakeStructured3DMesh(nx=4, ny=4, nz=4, mapping=lambda x, y, z: (x, y, z - 1))
+    body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), 2, fixed="bottom", contact="top")
+    rows, columns, values = map(np.array, body.bulk(body.space).mat.COO())
+    matrix, free = sparse.csr_matrix((values, (rows, columns))), np.array(body.space.FreeDofs())
+    fields = [np.arange(own.start, own.stop) for own in map(body.space.Range, range(len(FIELDS)))]
+    factors = [splu(matrix[np.ix_(own[free[own]], own[free[own]])].tocsc()).L.nnz for own in fields]
+    needed, newton = 12 * (3 * matrix.nnz + sum(factors)), mb.Newton()
+    problem = mb.Contact(body, mb.Sphere(10.0), mb.Unilateral(), newton)
+    memory(needed / 0.8)  # a fifth of what is there is left to others
+    with pytest.raises(mb.NotConverged, match="memory"):
+        problem.solve(load=0.1)
+    memory(2 * needed / 0.8)
+    assert problem.solve(load=0.1).load == pytest.approx(0.1, rel=1e-6)  # residual of the method

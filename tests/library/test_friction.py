@@ -9,6 +9,7 @@ import microblock as mb
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.halfplane.averages import averaged
+from microblock.halfplane.friction_solver import _with_errors as with_errors
 from microblock.halfplane.kernels import symbol
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
@@ -96,6 +97,15 @@ def test_shear_beyond_friction_ends_where_all_slips():
     with pytest.raises(mb.NotConverged, match="all nodes slip") as caught:
         path.to(1.0, 0.6)
     assert caught.value.reached == pytest.approx((1.0, 0.5), rel=1e-9)  # the limit is known to 1e-9
+
+
+@pytest.mark.parametrize("entry", range(5), ids=["A", "B", "tangential", "approach", "offset"])
+def test_the_residual_sees_whatever_is_wrong(entry):
+    """An unknown that is off by a thousandth of its largest one, with its partner alone: no less is said."""
+    path = Follower(one_block(0.5))
+    assert path.to(1.0, 0.2).residual < 1e-6  # rounding of compliances of 1e9
+    path.x[entry] += 1e-3 * np.abs(path.x).max()
+    assert path.moment().residual > 1e-4
 
 
 # --- histories from event to event
@@ -196,6 +206,19 @@ def test_what_a_history_returns_is_so(name):
     assert (
         sliding.shear_traction == pytest.approx(F * sliding.pressure, abs=1e-6) and not sliding.zones["stick"]
     )
+
+
+def test_events_have_an_error_where_two_levels_agree_on_them():
+    """Both loads count; of other events, on another way, or fewer, nothing is known: by hand."""
+
+    def event(load, shear, kind="first slip", pair=0):
+        return mb.Event(load, None, kind, "slip", 0.0, shear, pair)
+
+    finer = [event(1.0, 0.1), event(2.0, 0.3, "full slip", 1)]
+    alike = [event(1.5, 0.0), event(2.0, 0.2, "full slip", 1)]
+    assert [one.load_error for one in with_errors(finer, alike)] == pytest.approx([0.6, 0.1])
+    for other in (alike[:1], [alike[0], event(2.0, 0.2, "reversal", 1)], [event(1.5, 0.0, pair=1), alike[1]]):
+        assert with_errors(finer, other) == finer
 
 
 def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):

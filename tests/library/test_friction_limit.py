@@ -5,6 +5,7 @@ import itertools
 import math
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from conftest import dome
 import microblock as mb
 from microblock.corners import follower
 from microblock.corners.follower import Follower, FrictionalContact
-from microblock.fem import meshes
+from microblock.fem import friction, meshes
 from microblock.fem.friction import FrictionFacets
 from tests.bodies import on_ground
 
@@ -238,6 +239,18 @@ def test_a_block_has_its_history_to_a_tolerance():
     assert problem.history(pairs[:1], rtol=failure.value.rtol_reached).states
     with pytest.raises(mb.NotConverged, match="leaves the region"):
         problem.with_(method=replace(method, reach=0.3)).history(pairs)
+
+
+def test_levels_that_agree_by_chance_are_not_believed(monkeypatch):
+    """The second state hardly changes at last: its error is half of its change before, by the order 1 of the
+    first one.
+    """
+    method, changes = mb.Uniform(h=0.2, order=1, reach=0.6), iter((0.4, 0.4, 0.2, 1e-6))
+    history = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, BLOCKS, method).history(PAIRS[:2])
+    monkeypatch.setattr(friction, "change", lambda *_: next(changes))
+    levels = [SimpleNamespace(history=lambda *_: history)] * 3
+    states = friction.history_to(0.25, levels, PAIRS[:2], True).states
+    assert [state.error_estimate for state in states] == pytest.approx([0.2, 0.2])
 
 
 def test_corners_that_share_their_gap_leave_no_moment():

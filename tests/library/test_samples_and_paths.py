@@ -1,6 +1,7 @@
 """Samples with noise on cells, and events that cells follow."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy.interpolate import UnivariateSpline
 from scipy.optimize import brentq
 
 import microblock as mb
+from microblock.halfplane import zone_path
 from microblock.halfplane.zone_path import ZonePath
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
@@ -171,3 +173,18 @@ def test_a_path_has_the_events_that_its_states_show(height, law):
                 sum(map(kinds.count, pair)) for pair in (("born", "split"), ("merged", "vanished"))
             )
             assert len(zones) == more - fewer
+
+
+@pytest.mark.parametrize("true, share", [(1.01, 0.01), (0.9, 0.16), (1.2, 0.16), (0.2, 1.0)])
+def test_doubt_of_an_event_reaches_the_load_where_it_is(monkeypatch, true, share):
+    """Coarse states put a split between 1 and 1.05; it is at the `true` load: shares of a load, by hand."""
+
+    def state(load, parts):
+        return SimpleNamespace(
+            load=load, iterations=1, zones={"contact": [(2.0 * i, 2 * i + 1) for i in range(parts)]}
+        )
+
+    path = ZonePath(mb.Contact(GROUND, mb.Cylinder(1.0), mb.Unilateral()).solver, 10.0, None)
+    path._solver = SimpleNamespace(at=lambda load, rtol: state(load, 1 + (load > true)))
+    monkeypatch.setattr(zone_path, "_zones", lambda one: one.zones)
+    assert path._missed(state(1.0, 1), state(1.05, 2)) == pytest.approx(share * 1.05)

@@ -6,6 +6,7 @@ import scipy.linalg.blas  # noqa: F401      (its library is one of those that ar
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import microblock as mb
+from microblock import threads
 from microblock.fem import meshes
 
 SOLID, LAW = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), mb.Unilateral()
@@ -69,3 +70,15 @@ def test_threads_come_back_after_an_interruption_and_after_a_refusal():
         problem.solve(load=1.0)
     with pytest.raises(mb.BadArgument):
         problem.solve(load=-1.0)
+
+
+def test_large_matrices_alone_have_the_threads_from_outside():
+    """Below 2000 rows threads cost more than they gain."""
+
+    @threads.bounded
+    def within(rows):
+        with threads.released(rows):
+            inside = numbers()
+        return inside, numbers()
+
+    assert [within(rows) for rows in (1999, 2000)] == [({1}, {1}), ({2}, {1})]
