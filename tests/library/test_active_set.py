@@ -191,3 +191,14 @@ def test_levels_units_and_starts_do_not_matter():
     raised = solve(H + 10 * np.outer(c, c), g0, load=1.5, c=c)
     assert raised.forces == pytest.approx(plain.forces, abs=1e-11)
     assert raised.approach - plain.approach == pytest.approx(15, rel=1e-11)
+
+
+def test_the_residual_sees_the_load_and_the_gaps():
+    """Two corners of compliance 1 under half of the load each, by hand: with a load that is off by 0.01, an
+    approach that is off by 0.01, and one of them left open.
+    """
+    H, gaps, halves, closed = np.eye(2), np.zeros(2), np.full(2, 0.5), np.ones(2, bool)
+    assert active_set._kkt(H, gaps, halves, closed, 0.5, 1.0) == 0
+    assert active_set._kkt(H, gaps, 1.01 * halves, closed, 0.505, 1.0) == pytest.approx(0.01)
+    assert active_set._kkt(H, gaps, halves, closed, 0.51, 1.0) == pytest.approx(0.01 / 1.01)
+    assert active_set._kkt(H, gaps, halves * (1, 0), closed & (True, False), 0.5, 0.5) == 0.5

@@ -311,6 +311,19 @@ def test_a_contact_that_fills_its_boundary_and_would_go_on_says_so():
     assert problem.solve(load=8 * P, rtol=stalled.value.rtol_reached).error_estimate < 0.6
 
 
+@pytest.mark.parametrize("height", [-0.3, 0.0, 0.3])
+def test_an_obstacle_deep_in_a_body_says_so_wherever_it_was_at_first(height):
+    """A tenth of the depth, which is 1: from first touch on."""
+
+    def raised(x):
+        return height + x**2 / 2
+
+    lightly, hard = (pressed(flat(), obstacle=raised, load=load) for load in (1.0, 20.0))
+    assert lightly.approach - height < 0.05 and hard.approach - height > 0.15
+    told = [any("deep into a body" in text for text in state.warnings) for state in (lightly, hard)]
+    assert told == [False, True]
+
+
 def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
     """All elements were cut alike for it: 2e-4 was said to be the smallest where 6e-6 was in reach."""
     monkeypatch.setattr(recovery, "MOST", 10_000)  # so that it does not take long

@@ -111,3 +111,16 @@ def test_captions_say_what_is_shown_and_stay_within_their_figures():
     drawing = solved(samples, LINE).plot_blocks()
     drawing.draw_without_rendering()  # matplotlib breaks no line itself, which the layout would not know of
     assert drawing._suptitle._get_wrapped_text() == drawing.get_suptitle()
+
+
+def test_blocks_of_two_bodies_touch_where_they_are_pressed():
+    """The obstacle is drawn with what the second body moves, on the surface of the first: to what a sphere
+    rises below half a block, 5e-6, and to rounding of gaps; the approach is 0.03.
+    """
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
+    ball = mb.Deformable(mb.HalfSpace(solid), mb.Sphere(10.0))
+    state = solved(ball, body=mb.HalfSpace(solid), method=mb.Cells(nodes=32))
+    surface, _, _ = blocks.section(state)
+    pressed = surface.pressures.min(axis=0) > 0
+    assert pressed.sum() > 10
+    np.testing.assert_allclose((surface.obstacle + surface.displacement)[pressed], 0, atol=2e-5)

@@ -246,3 +246,10 @@ def test_first_touch_is_where_the_gap_is_least(obstacle, law, places):
 def test_up_to_four_zones_are_told_one_by_one():
     told = [intervals([(2 * i, 2 * i + 0.5) for i in range(count)]) for count in (0, 4, 5)]
     assert told == ["none", "[0, 0.5], [2, 2.5], [4, 4.5], [6, 6.5]", "5 intervals, 2.5 together"]
+
+
+def test_corners_that_touch_are_those_with_a_force():
+    """Of a plane state: at its edges one of two, in its middle both."""
+    state = pressed(CYLINDER, load=1.0)
+    assert np.array_equal(state.closed, sum(1 * (own > 0) for own in state.pressures.values()))
+    assert set(state.closed) == {1, 2}
