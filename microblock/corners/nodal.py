@@ -31,7 +31,6 @@ class OfNodes(Solution):
     displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
     residual : float, the largest relative one
     iterations, unknowns : int
-    method : str
     gaps : array (corners, n), initial ones, inf where a corner cannot touch
     nodes : Compliance or ContactNodes
     mirrored : whether they are the half x1 > 0 of a symmetric problem
@@ -46,7 +45,6 @@ class OfNodes(Solution):
     residual: float
     iterations: int
     unknowns: int
-    method: str = ""  # a field in place of the property of `Solution`
     mirrored: bool = False
 
     @property
@@ -139,7 +137,6 @@ class NodalSolution(OfNodes):
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
         compliance = getattr(nodes, "compliance", nodes)
         raised, psi = np.split(compliance.matrix @ compliance.loads(solver.law, forces), 2)
-        more.setdefault("method", type(solver.options).__name__.lower())
         counts = *counts, getattr(nodes, "unknowns", forces.size)
         return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **more)
 
