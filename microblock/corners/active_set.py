@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf
 
-from ..errors import BadArgument, NotConverged, require_finite, require_positive
+from ..errors import NotConverged, require, require_finite, require_positive
 from ..threads import bounded, released
 from .follower import Follower, FrictionalContact
 from .rounding import PATHS, SUMS, TERMS
@@ -90,8 +90,12 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
     """
     g0 = require_given(g0, load, approach)
     start = np.zeros(np.shape(g0), bool) if start is None else np.asarray(start)
-    if start.shape != np.shape(g0) or start.dtype != bool:
-        raise BadArgument("start", start, "must be a boolean array, one for each corner")
+    require(
+        start.shape == np.shape(g0) and start.dtype == bool,
+        "start",
+        start,
+        "must be a boolean array, one for each corner",
+    )
     for problem in _problems(matrix, g0, c, free=load is not None):
         try:
             return _state(problem, start[problem.touch], load, approach)
@@ -129,18 +133,25 @@ def path(matrix, g0, load, *, c=None):
 def _problems(H, g0, c, free):
     """Yields the _Problem with more and more of D."""
     H = np.array(H, float)
-    if g0.ndim != 1:
-        raise BadArgument("g0", g0, "must be one-dimensional")
-    if H.shape != 2 * g0.shape or not np.all(np.isfinite(H)):
-        raise BadArgument("matrix", H, f"must be a finite matrix of {len(g0)} rows and columns, as g0 has")
+    require(g0.ndim == 1, "g0", g0, "must be one-dimensional")
+    require(
+        H.shape == 2 * g0.shape and np.all(np.isfinite(H)),
+        "matrix",
+        H,
+        f"must be a finite matrix of {len(g0)} rows and columns, as g0 has",
+    )
     c = np.ones(len(g0)) if c is None else np.array(c, float)
-    if c.shape != g0.shape or not np.all((c > 0) & (c < np.inf)):
-        raise BadArgument("c", c, "must be positive and finite, one for each corner")
+    require(
+        c.shape == g0.shape and np.all((c > 0) & (c < np.inf)),
+        "c",
+        c,
+        "must be positive and finite, one for each corner",
+    )
     touch = np.flatnonzero(np.isfinite(g0))
     H, g0 = (H / c[:, None] / c)[np.ix_(touch, touch)], (g0 / c)[touch]
     rows = np.abs(H).max(axis=1)
-    if np.abs(H - H.T).max() > 1e-8 * rows.max():  # it was put together wrongly
-        raise BadArgument("matrix", H, "must be symmetric")
+    # it was put together wrongly
+    require(np.abs(H - H.T).max() <= 1e-8 * rows.max(), "matrix", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     found, lifts = False, (0.0, lifted(H))[: 1 + free]
@@ -153,10 +164,9 @@ def _problems(H, g0, c, free):
         if not failed and np.all(factor.diagonal() ** 2 > SUMS * regular.diagonal()):
             found = True
             yield _Problem(H, g0, c, touch, level * rows, regular)
-    if not found:
-        given = "where the approach is given; give the load, or add a rigid level tau c c^T"
-        allowed = "on vectors with c.f = 0" if free else given
-        raise BadArgument("matrix", H, f"must be positive semidefinite {allowed}")
+    given = "where the approach is given; give the load, or add a rigid level tau c c^T"
+    allowed = "on vectors with c.f = 0" if free else given
+    require(found, "matrix", H, f"must be positive semidefinite {allowed}")
 
 
 def lifted(H):
@@ -169,14 +179,17 @@ def require_given(g0, load, approach=None):
     an approach and a positive load is given.
     """
     g0 = np.asarray(g0, float)
-    if (load is None) == (approach is None):
-        raise BadArgument("load", load, "give either load or approach")
+    require((load is None) != (approach is None), "load", load, "give either load or approach")
     if load is None:
         require_finite(approach=approach)
     else:
         require_positive(load=load)
-    if np.any(np.isnan(g0) | np.isneginf(g0)) or not np.any(np.isfinite(g0)):
-        raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
+    require(
+        not np.any(np.isnan(g0) | np.isneginf(g0)) and np.any(np.isfinite(g0)),
+        "g0",
+        g0,
+        "must be finite or inf, somewhere finite",
+    )
     return g0
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import label
 
-from ..errors import BadArgument, NotConverged, out_of_reach
+from ..errors import BadArgument, NotConverged, out_of_reach, require
 from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.solver import Solver
@@ -101,10 +101,12 @@ class CellSolver(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         self.period = self.body.period
-        if self.period is not None and options.window is not None:
-            raise BadArgument(
-                "window", options.window, "belongs to a surface without images; here it is the period"
-            )
+        require(
+            self.period is None or options.window is None,
+            "window",
+            options.window,
+            "belongs to a surface without images; here it is the period",
+        )
 
     def window_of(self, load):
         """The window of a load as a Grid."""
@@ -122,8 +124,12 @@ class CellSolver(Solver):
             found = np.reshape(values(*map(np.ravel, places)), (-1, *places[0].shape))
             most = EQUAL * np.ptp(found[np.isfinite(found)]) if np.isfinite(found).any() else 0.0
             ends = [(found.take(0, axis), found.take(-1, axis)) for axis in range(1, found.ndim)]
-            if not all(np.allclose(one, other, rtol=0, atol=most) for one, other in ends):
-                raise BadArgument(name, given, f"must repeat with the period, {period:g}")
+            require(
+                all(np.allclose(one, other, rtol=0, atol=most) for one, other in ends),
+                name,
+                given,
+                f"must repeat with the period, {period:g}",
+            )
 
     def given_window(self):
         """The period or the window of the options as a Grid of one cell, or None."""
@@ -132,8 +138,12 @@ class CellSolver(Solver):
         return Grid(1, side, ((left + right) / 2,) * self.dimensions) if side else None
 
     def goal(self, rtol):
-        if self.options.nodes is not None and rtol is not None:
-            raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
+        require(
+            self.options.nodes is None or rtol is None,
+            "rtol",
+            rtol,
+            "chooses the nodes: not together with Cells(nodes=...)",
+        )
         return self.usual_rtol if rtol is None else rtol
 
     def within(self, window, load, approach, goal, missed, initial=None):
@@ -208,8 +218,7 @@ class CellSolver(Solver):
     def solved(self, grid, load, approach, residual, start=None):
         """The solution on a grid, from the forces of another one."""
         H, g0 = self.prepared(grid)
-        if not np.isfinite(g0).any():
-            raise BadArgument("obstacle", self.obstacle, "has a finite height over no cell")
+        require(np.isfinite(g0).any(), "obstacle", self.obstacle, "has a finite height over no cell")
         if start is not None:
             start = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=start, rtol=residual)

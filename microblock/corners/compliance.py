@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import require
 from ..model.law import initial_gaps
 
 
@@ -40,21 +40,29 @@ class Compliance:
 
     def __post_init__(self):
         count = len(self.weights)
-        if not count:
-            raise BadArgument("weights", self.weights, "must be of one node or more")
-        if self.matrix.shape != (2 * count, 2 * count):
-            raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2 * count, 2 * count)}")
-        if not np.all(np.diff(self.points[:, 0]) >= 0):  # two of a crack are at one place
-            raise BadArgument("points", self.points[:, 0], "must have ascending x1")
+        require(count, "weights", self.weights, "must be of one node or more")
+        require(
+            self.matrix.shape == (2 * count, 2 * count),
+            "matrix",
+            self.matrix.shape,
+            f"must have the shape {(2 * count, 2 * count)}",
+        )
+        # two of a crack are at one place
+        require(
+            np.all(np.diff(self.points[:, 0]) >= 0), "points", self.points[:, 0], "must have ascending x1"
+        )
 
     def require_symmetric(self):
         """BadArgument unless the matrix is finite and symmetric."""
         size = np.repeat((1.0, self.ell / 2), len(self.weights))  # psi as it moves a corner
         scaled = size[:, None] * self.matrix * size
-        if not np.isfinite(scaled).all():
-            raise BadArgument("matrix", self.matrix, "must be finite")
-        if np.abs(scaled - scaled.T).max() > 1e-8 * np.abs(scaled).max():
-            raise BadArgument("matrix", self.matrix, "must be symmetric")
+        require(np.isfinite(scaled).all(), "matrix", self.matrix, "must be finite")
+        require(
+            np.abs(scaled - scaled.T).max() <= 1e-8 * np.abs(scaled).max(),
+            "matrix",
+            self.matrix,
+            "must be symmetric",
+        )
 
     @cached_property
     def twins(self):

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.blas import dgemm
 
-from ..errors import BadArgument, NotConverged
+from ..errors import NotConverged, require
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from ..threads import released
@@ -57,8 +57,7 @@ class FrictionalContact:
     normals: Array | None = None
 
     def __post_init__(self):
-        if not self.nodes:
-            raise BadArgument("tangential", self.tangential, "must be of one node or more")
+        require(self.nodes, "tangential", self.tangential, "must be of one node or more")
 
     @property
     def nodes(self):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import require
 from ..model import law as laws
 from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath, following
@@ -31,7 +31,6 @@ class OfNodes(Solution):
     displacement, psi : arrays (n,), in space psi (2, n): -u.n and microrotation
     residual : float, the largest relative one
     iterations, unknowns : int
-    method : str
     gaps : array (corners, n), initial ones, inf where a corner cannot touch
     nodes : Compliance or ContactNodes
     mirrored : whether they are the half x1 > 0 of a symmetric problem
@@ -46,7 +45,6 @@ class OfNodes(Solution):
     residual: float
     iterations: int
     unknowns: int
-    method: str = ""  # a field in place of the property of `Solution`
     mirrored: bool = False
 
     @property
@@ -139,7 +137,6 @@ class NodalSolution(OfNodes):
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
         compliance = getattr(nodes, "compliance", nodes)
         raised, psi = np.split(compliance.matrix @ compliance.loads(solver.law, forces), 2)
-        more.setdefault("method", type(solver.options).__name__.lower())
         counts = *counts, getattr(nodes, "unknowns", forces.size)
         return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **more)
 
@@ -199,10 +196,12 @@ class NodalSolver(Solver):
         return self.compliance
 
     def solve(self, load, approach, rtol, initial=None):
-        if rtol is not None:
-            raise BadArgument(
-                "rtol", rtol, "needs a method that chooses its nodes: the compliance is given at some"
-            )
+        require(
+            rtol is None,
+            "rtol",
+            rtol,
+            "needs a method that chooses its nodes: the compliance is given at some",
+        )
         return self.at(load, approach, initial)
 
     def at(self, load, approach=None, initial=None):
@@ -229,15 +228,16 @@ class NodalSolver(Solver):
     def system(self):
         """(flexibility, initial gaps, shares in the load) of the law's corners."""
         found = self.compliance.corner_system(self.law, self.obstacle)
-        if not np.isfinite(found[1]).any():
-            raise BadArgument(
-                "obstacle",
-                self.obstacle,
-                "faces no node of the contact boundary: it has to be above it, and the boundary's outward "
-                "normal has to point up, along x2",
-            )
-        if not np.isfinite(found[0]).all():
-            raise BadArgument("law", self.law, "must have finite levers at every node of the body")
+        require(
+            np.isfinite(found[1]).any(),
+            "obstacle",
+            self.obstacle,
+            "faces no node of the contact boundary: it has to be above it, and the boundary's outward "
+            "normal has to point up, along x2",
+        )
+        require(
+            np.isfinite(found[0]).all(), "law", self.law, "must have finite levers at every node of the body"
+        )
         return found
 
     def together(self, closed):

@@ -18,7 +18,7 @@ converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, at_least
+from ..errors import BadArgument, NotConverged, at_least, require
 from ..model.progress import counted
 from ..threads import bounded
 from .active_set import ContactState, require_given
@@ -140,8 +140,12 @@ class _Problem:
         if start is None:
             return np.full(len(self.g0), 0.0 if self.load is None else self.load / len(self.g0))
         start = np.asarray(start, float)
-        if start.shape != self.touch.shape or not np.all(np.isfinite(start)):
-            raise BadArgument("start", start, f"must be finite, of the shape {self.touch.shape}")
+        require(
+            start.shape == self.touch.shape and np.all(np.isfinite(start)),
+            "start",
+            start,
+            f"must be finite, of the shape {self.touch.shape}",
+        )
         chosen = np.maximum(start[self.touch], 0)
         return chosen if self.load is None or not chosen.sum() else chosen * (self.load / chosen.sum())
 

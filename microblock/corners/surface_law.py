@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import require
 from ..model.law import ACTS_IN, surface_tilt
 from ..model.obstacles import heights
 from ..model.types import AnyArray as Array
@@ -82,11 +82,11 @@ def on_surface(law):
     """Returns the SurfaceLaw of a law of the plane; raises BadArgument if psi0 is a function of x1."""
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
-    if callable(law.psi0):
-        raise BadArgument(
-            "psi0",
-            law.psi0,
-            "must be a number, or a pair of numbers or functions of (x1, x2), over a surface",
-        )
+    require(
+        not callable(law.psi0),
+        "psi0",
+        law.psi0,
+        "must be a number, or a pair of numbers or functions of (x1, x2), over a surface",
+    )
     offsets = np.array(list(CORNERS.values()), float)
     return SurfaceLaw(tuple(CORNERS), offsets, law.psi0, law.psi0_in == ACTS_IN[0])

@@ -10,7 +10,7 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import BadArgument, require_finite, require_flag, require_kind, require_whole
+from ..errors import BadArgument, require, require_finite, require_flag, require_kind, require_whole
 from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
@@ -223,8 +223,9 @@ class Body:
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument, of this argument, for no name."""
         names = sorted(set(self.mesh.GetBoundaries()))
-        if not isinstance(pattern, str):
-            raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
+        require(
+            isinstance(pattern, str), argument, pattern, f"must be a name or pattern of {', '.join(names)}"
+        )
         try:
             region = self.mesh.Boundaries(pattern)
         except RuntimeError as failure:
@@ -250,10 +251,12 @@ class Body:
         """The same body on another mesh, or with other arguments; BadArgument for another mesh where orders
         are those of single elements.
         """
-        if self.element_orders is not None and mesh is not self.mesh:
-            raise BadArgument(
-                "order", "one for each element", "belongs to one mesh: give one order for all elements"
-            )
+        require(
+            self.element_orders is None or mesh is self.mesh,
+            "order",
+            "one for each element",
+            "belongs to one mesh: give one order for all elements",
+        )
         return Body(**self._made_of | {"mesh": mesh} | changes)
 
     @property
@@ -290,13 +293,13 @@ class Body:
         """Orders of the elements, checked; those of the edges follow."""
         orders = np.asarray(orders)
         whole = orders.shape == (self.mesh.ne,) and orders.dtype.kind == "i" and orders.min() >= 1
-        if not whole or order_psi is not None or self.periodic or self.mesh.dim != 2:
-            raise BadArgument(
-                "order",
-                orders,
-                f"must be an integer of at least 1, or {self.mesh.ne} of them, one an element: orders of "
-                "single elements are for 2D bodies that are not periodic, and for all fields at once",
-            )
+        require(
+            whole and order_psi is None and not self.periodic and self.mesh.dim == 2,
+            "order",
+            orders,
+            f"must be an integer of at least 1, or {self.mesh.ne} of them, one an element: orders of "
+            "single elements are for 2D bodies that are not periodic, and for all fields at once",
+        )
         self._edge_orders = np.ones(self.mesh.nedge, int)
         for element, own in zip(self.mesh.Elements(), orders):
             numbers = [edge.nr for edge in element.edges]
@@ -363,8 +366,12 @@ def _in_space(name, value, turns, dim):
     if all(isinstance(part, (int, float)) and part == 0 for part in parts):
         return None
     count = 3 if dim == 3 else 1 if turns else 2
-    if len(parts) != count:
-        raise BadArgument(name, value, f"must have {count} component{'s' * (count > 1)} on a body in {dim}D")
+    require(
+        len(parts) == count,
+        name,
+        value,
+        f"must have {count} component{'s' * (count > 1)} on a body in {dim}D",
+    )
     return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
 
 
@@ -428,8 +435,12 @@ class Fields:
 
     def __call__(self, x1, x2):
         """The PointFields at points, arrays (n,) or numbers; BadArgument for a point outside of the body."""
-        if self.body.in_space:
-            raise BadArgument("body", self.body, "lies in space: take fields.u, fields.stress, ... there")
+        require(
+            not self.body.in_space,
+            "body",
+            self.body,
+            "lies in space: take fields.u, fields.stress, ... there",
+        )
         x1, x2, shape = at_points(x1, x2)
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
@@ -469,14 +480,14 @@ class Fields:
         """
         body, region = self.body, self.body.boundary(boundary)
         held = supports.held_on(body, boundary)
-        if not held:
-            raise BadArgument(
-                "boundary",
-                boundary,
-                "is supported in no field, so that no support exerts anything "
-                "there; supported are "
-                + (", ".join(f"{name} on {pattern}" for name, pattern in body.fixed.items()) or "none"),
-            )
+        require(
+            held,
+            "boundary",
+            boundary,
+            "is supported in no field, so that no support exerts anything "
+            "there; supported are "
+            + (", ".join(f"{name} on {pattern}" for name, pattern in body.fixed.items()) or "none"),
+        )
         axes, place, work = [ng.CF(tuple(map(float, axis))) for axis in np.eye(3)], self._place(), np.zeros(6)
         motions = [ng.CF((axis, 0 * axis)) for axis in axes]
         motions += [ng.CF((ng.Cross(axis, place), axis)) for axis in axes]

@@ -15,7 +15,7 @@ from scipy.special import roots_jacobi
 
 from ..corners.compliance import nearest_alone
 from ..corners.surface_law import on_surface
-from ..errors import BadArgument, require_kind
+from ..errors import require, require_kind
 from ..model import law as laws
 from ..model.quadrature import gauss_rule
 from . import contact_term, supports
@@ -111,13 +111,13 @@ class ContactNodes:
         if self.dim == 3:
             self._require_upwards()
         self._number_nodes()
-        if self.dim == 3 and not self.free["u3"].any():
-            raise BadArgument(
-                "contact",
-                body.contact,
-                f"is constrained in u3 by the supports on {body.fixed['u3']}: an obstacle cannot press what "
-                "cannot move",
-            )
+        require(
+            self.dim < 3 or self.free["u3"].any(),
+            "contact",
+            body.contact,
+            f"is constrained in u3 by the supports on {body.fixed.get('u3')}: an obstacle cannot press what "
+            "cannot move",
+        )
 
     def __reduce__(self):
         """A copy is made anew."""
@@ -125,21 +125,22 @@ class ContactNodes:
 
     def _require_upwards(self):
         facets = list(self.region.Elements())
-        if self.body.order != self.body.order_psi:
-            words = "must be the order of u on a body in space that is pressed"
-            raise BadArgument("order_psi", self.body.order_psi, words)
-        if self.body.order > 1 and any(facet.type == ng.ET.TRIG for facet in facets):
-            raise BadArgument(
-                "order",
-                self.body.order,
-                "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
-                "positive weights; take hexahedra, or prisms with quadrilaterals on top",
-            )
+        words = "must be the order of u on a body in space that is pressed"
+        require(self.body.order == self.body.order_psi, "order_psi", self.body.order_psi, words)
+        require(
+            self.body.order == 1 or all(facet.type != ng.ET.TRIG for facet in facets),
+            "order",
+            self.body.order,
+            "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
+            "positive weights; take hexahedra, or prisms with quadrilaterals on top",
+        )
         normals = at_rules(self.body.mesh, facets, [rule_at(TRIANGLE)] * len(facets))[2]
-        if not normals[:, 2].min() > 1 - 1e-9:
-            raise BadArgument(
-                "contact", self.body.contact, "must be horizontal and face upwards, its normal e3"
-            )
+        require(
+            normals[:, 2].min() > 1 - 1e-9,
+            "contact",
+            self.body.contact,
+            "must be horizontal and face upwards, its normal e3",
+        )
 
     def _number_nodes(self):
         """Nodes are one where the functions of the vertices have the same values."""
@@ -376,18 +377,17 @@ class ContactFacets(ContactNodes):
 
     def __init__(self, body, law, obstacle):
         laws.check(law)
-        if getattr(law, "friction", 0.0):
-            raise BadArgument(
-                "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
-            )
+        words = "belongs to FrictionFacets: these terms know no shear tractions"
+        friction = getattr(law, "friction", 0.0)
+        require(not friction, "friction", friction, words)
         super().__init__(body)
         self._made_of = body, law, obstacle
-        if body.element_orders is not None:
-            raise BadArgument(
-                "body",
-                body,
-                "must have one order for all elements: the contact rule is the same on every facet",
-            )
+        require(
+            body.element_orders is None,
+            "body",
+            body,
+            "must have one order for all elements: the contact rule is the same on every facet",
+        )
         self.law = law
         self.arms = body.solid.ell * law.arms(self.points, self.normals)
         self.g0 = initial_gaps(law, self, obstacle)
@@ -397,12 +397,12 @@ class ContactFacets(ContactNodes):
     def _take_nearest(self):
         """Where psi is held, leave the nearest corner alone; corners with one gap are twins."""
         fixed, size = ~self.free["psi"], self.body.solid.ell
-        if self.law.clamps_rotation and not fixed.all():
-            raise BadArgument(
-                "law",
-                self.law,
-                "prescribes psi on the surface: the body must fix psi on its contact boundary",
-            )
+        require(
+            fixed.all() or not self.law.clamps_rotation,
+            "law",
+            self.law,
+            "prescribes psi on the surface: the body must fix psi on its contact boundary",
+        )
         held = ng.GridFunction(self.body.space)
         supports.prescribe(self.body, held.components)
         turned = self.g0 - self.displacements(held.vec.FV().NumPy())
@@ -433,8 +433,7 @@ def initial_gaps(law, nodes, obstacle):
         gaps[:, ~nodes.free["u3"]] = np.inf
     else:
         gaps = laws.initial_gaps(law, points, nodes.normals, ell, obstacle)
-    if not np.isfinite(gaps).any():
-        raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
+    require(np.isfinite(gaps).any(), "obstacle", obstacle, "lies over no node of the contact boundary")
     return gaps
 
 

@@ -84,7 +84,7 @@ class FittedSolver(MeshFitter):
     def _state(self, mesh, part, load, iterations):
         """The MeshSolution of what was solved on a mesh."""
         more = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total, "iterations": iterations}
-        return of_block(self, part, load, mesh.zones, "fitted", **more)
+        return of_block(self, part, load, mesh.zones, **more)
 
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""

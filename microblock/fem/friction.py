@@ -64,9 +64,8 @@ class FrictionFacets:
         self.nodes = nodes = condensed(body, law.clamps_rotation, followed=True)
         self.law, normals = law, nodes.normals
         arms = body.solid.ell * law.arms(nodes.points, normals)
-        along = np.column_stack((normals[:, 1], -normals[:, 0]))
         # psi0 is 0: corners slip alike
-        rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(along, arms[0])]
+        rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(laws.tangents(normals), arms[0])]
         self.onto = sparse.vstack(rows, format="csr")
         self.heights = np.sum(arms[0] * normals, axis=1)
         self.gaps = nearest_alone(initial_gaps(law, nodes, obstacle), nodes.twins)
@@ -85,7 +84,7 @@ class FrictionFacets:
             None if level else normals,
         )
 
-    def solution(self, solver, moment, method):
+    def solution(self, solver, moment):
         nodes, shape = self.nodes, self.gaps.shape
         raised, psi = nodes.surface(np.concatenate((moment.normal, moment.tangential)), self.onto)
         closed = moment.closed.reshape(shape)
@@ -99,7 +98,6 @@ class FrictionFacets:
             moment.residual,
             moment.iterations,
             nodes.unknowns,
-            method,
             gaps=self.gaps,
             closed=closed | (nodes.twins & closed.any(axis=0)),
             moment=moment,
@@ -155,9 +153,9 @@ class FollowsFriction:
         require(body_of(self.obstacle) is None, "obstacle", self.obstacle, words)
         words = "is not for histories on a mesh, which stays as it is: refine it yourself"
         require(rtol is None, "rtol", rtol, words)
-        contact, method = self.frictional.contact(coupled), type(self.options).__name__.lower()
+        contact = self.frictional.contact(coupled)
         path = Follower(contact)
-        states = [State(self.frictional.solution(self, path.to(*map(float, pair)), method)) for pair in pairs]
+        states = [State(self.frictional.solution(self, path.to(*map(float, pair)))) for pair in pairs]
         ends = borders(states[-1].x)
         edges = np.column_stack((ends[:-1], ends[1:]))
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))

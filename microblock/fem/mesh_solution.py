@@ -25,7 +25,6 @@ class OnMesh(OfNodes):
     found : Fields, or None where they follow from the forces
     """
 
-    method: str = "condensed"
     found: Fields | None = None
     block: ContactNodes | None = None
 
@@ -255,10 +254,10 @@ def unfolded(zones):
     return {i: tuple(joined([*others[i], *own])) for i, own in zones.items()}
 
 
-def of_block(solver, part, load, zones, method, **more):
+def of_block(solver, part, load, zones, **more):
     """The MeshSolution of a Block, on the whole line, from that of its computed part and the zones there."""
     zones = unfolded(zones) if solver.symmetric else zones
-    how = {"solver": solver, "block": part.nodes, "load": load, "zones": zones, "method": method}
+    how = {"solver": solver, "block": part.nodes, "load": load, "zones": zones}
     found = replace(part, mirrored=solver.symmetric, **how, **more)
     surface = {"displacement": found._whole(part.displacement), "psi": found._whole(part.psi, -1)}
     return replace(found, closed=found._whole(part.carried > 0, corners=True), **surface)

@@ -14,6 +14,7 @@ from ..errors import (
     BadArgument,
     NotConverged,
     at_least,
+    require,
     require_finite,
     require_pair,
     require_positive,
@@ -50,8 +51,7 @@ def locking(solid, order, depth, half_width):
 def elements_at(mesh, region):
     """Numbers of the elements at the facets of a boundary."""
     beside = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
-    if not all(beside):
-        raise BadArgument("mesh", mesh, "has facets in its boundary that belong to no element")
+    require(all(beside), "mesh", mesh, "has facets in its boundary that belong to no element")
     return np.array([elements[0].nr for elements in beside])
 
 
@@ -72,14 +72,19 @@ def require_sound(mesh):
 
     Curved ones are looked at inside: in a corner on a smooth curve a quadrilateral is flat.
     """
-    if not isinstance(mesh, ng.Mesh) or mesh.dim not in (1, 2, 3):
-        raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one, two or three dimensions")
-    if mesh.ne == 0:
-        raise BadArgument("mesh", mesh, "must have elements")
-    if mesh.deformation is not None:
-        raise BadArgument(
-            "mesh", mesh, "must not be deformed (SetDeformation): finer ones would not be; move its points"
-        )
+    require(
+        isinstance(mesh, ng.Mesh) and mesh.dim in (1, 2, 3),
+        "mesh",
+        mesh,
+        "must be an ngsolve.Mesh of one, two or three dimensions",
+    )
+    require(mesh.ne > 0, "mesh", mesh, "must have elements")
+    require(
+        mesh.deformation is None,
+        "mesh",
+        mesh,
+        "must not be deformed (SetDeformation): finer ones would not be; move its points",
+    )
     curved, kinds = mesh.GetCurveOrder(), (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)
     if curved > 1:
         rules = {kind: ng.IntegrationRule(kind, 2 * curved + 4) for kind in kinds}
@@ -161,10 +166,12 @@ class Ground:
         require_positive(far=self.far)
         require_pair(reach=self.reach)
         left, right = self.reach
-        if not (-self.far < left < right < self.far and (left == 0 or not self.half)):
-            raise BadArgument(
-                "reach", self.reach, f"must be an interval within {self.far} of x1 = 0, from it on a half"
-            )
+        require(
+            -self.far < left < right < self.far and (left == 0 or not self.half),
+            "reach",
+            self.reach,
+            f"must be an interval within {self.far} of x1 = 0, from it on a half",
+        )
 
     @property
     def supports(self):
@@ -264,8 +271,9 @@ def uniform(ground, h, quads=True):
     """
     require_finite(h=h)
     reach = ground.reach[1]
-    if not 0 < h <= reach:
-        raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach}")
+    require(
+        0 < h <= reach, "h", h, f"must be positive and no longer than the region of equal squares, {reach}"
+    )
 
     def elements(length):
         count = reach / length * (1 + math.log1p(3 * (ground.far / reach - 1)) / 3)  # about

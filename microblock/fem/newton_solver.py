@@ -42,7 +42,7 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
         """The MeshSolution of a NodalState."""
         raised, psi = state.surface
         surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
-        how = {"method": "newton", "found": state.fields, "gaps": self.nodes.g0, "closed": state.closed}
+        how = {"found": state.fields, "gaps": self.nodes.g0, "closed": state.closed}
         return MeshSolution(self, state.load, state.approach, *surface, *counts, **how)
 
     def history(self, pairs, coupled, rtol):
@@ -64,4 +64,4 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
 
     def of(self, state):
         reached = state.forces, state.closed, state.surface, state.kkt, state.iterations
-        return self.solution(state.load, state.approach, *reached, method="newton", found=state.fields)
+        return self.solution(state.load, state.approach, *reached, found=state.fields)

@@ -92,7 +92,7 @@ class UniformSolver(GroundSolver):
     def _unfolded(self, load, found):
         self._require_within(np.abs(found.x[found.closed.any(axis=0)]).max(initial=0), load)
         zones = self.runs(found.x, found.closed, found.forces / found.nodes.weights)
-        return of_block(self, found, load, zones, "uniform")
+        return of_block(self, found, load, zones)
 
     def _require_within(self, outer, load):
         """NotConverged where the contact leaves the equal squares."""

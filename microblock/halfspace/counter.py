@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 
 from ..corners.convolution import Waves, embedded
 from ..corners.on_cells import NONE, wavenumbers
-from ..errors import BadArgument
+from ..errors import require
 from ..halfplane.kernels import normal_symbol, short_waves
 from .kernels import kernels
 
@@ -66,13 +66,13 @@ class Counter:
     def __init__(self, solid, ell, offsets, width, count, periodic):
         self.solid, self.ell, self.offsets, self.width = solid, ell, offsets, width
         apart = ell / 2 / width * np.abs(offsets).max()
-        if not periodic and apart > WIDEST / 2 * count:
-            raise BadArgument(
-                "ell",
-                ell,
-                f"is above {WIDEST:g} times the window of {count * width:g}, beside which corners press the "
-                "second body: give a wider one, Cells(window=(left, right))",
-            )
+        require(
+            periodic or apart <= WIDEST / 2 * count,
+            "ell",
+            ell,
+            f"is above {WIDEST:g} times the window of {count * width:g}, beside which corners press the "
+            "second body: give a wider one, Cells(window=(left, right))",
+        )
         self.beyond = 0 if periodic or not apart else int(np.ceil(apart)) + 2
         signs = np.unique(offsets).tolist()
         self.shares = {sign: _shares(sign * apart, count, self.beyond) for sign in signs}

@@ -11,17 +11,11 @@ forces is convex in P.
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
-from collections.abc import Callable
-from typing import TypeAlias
-
 import numpy as np
 
 from ..corners.cell_solver import EQUAL
-from ..errors import BOUNDED, BadArgument
+from ..errors import BOUNDED, BadArgument, require
 from ..model.quadrature import gauss_rule
-from ..model.types import AnyArray as Array
-
-Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at places: (corners, ...)
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
@@ -75,10 +69,12 @@ class Picture:
             for times in 2.0 ** np.arange(2, 1 if repeats else 7):
                 self.look(window.middle, times * window.side, COARSE)
             self.look_about(window)
-            if not len(self.samples):
-                raise BadArgument(
-                    "obstacle", obstacle, "must have a finite height within the window: no sample has one"
-                )
+            require(
+                len(self.samples),
+                "obstacle",
+                obstacle,
+                "must have a finite height within the window: no sample has one",
+            )
             self._bound(window.side)
         else:
             self._everywhere()

@@ -8,8 +8,6 @@
 This ends when no square is new and none shrinks much.
 """
 
-from typing import TypeAlias
-
 import numpy as np
 from scipy.ndimage import find_objects, map_coordinates, minimum_filter
 
@@ -17,10 +15,7 @@ from ..corners.cell_solver import EQUAL, spots
 from ..corners.on_cells import Grid
 from ..errors import NotConverged
 from ..model.progress import counted
-from ..model.types import AnyArray as Array
 from .squares import Squares, nodes, of_corners, of_nodes, on_rows
-
-Part: TypeAlias = tuple[Array, float]  # a rectangle (2, 2), and the least side of a square about it
 
 TRIES = 60  # windows
 FEW = 48  # cells along an axis of a window that is looked for

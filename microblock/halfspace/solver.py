@@ -17,7 +17,7 @@ from .. import cost
 from ..corners.cell_solver import CellSolution, CellSolver, spots
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.surface_law import closed_corners, on_surface
-from ..errors import NOT_YET, BadArgument, NotConverged, require
+from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
 from ..model.material import joint_modulus
@@ -95,17 +95,27 @@ class SurfaceSolver(CellSolver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        if is_classical(self.solid):
-            raise BadArgument(
-                "beta", self.solid.beta, "must hold the rotation of blocks: a second body alone may have 0"
-            )
+        require(
+            not is_classical(self.solid),
+            "beta",
+            self.solid.beta,
+            "must hold the rotation of blocks: a second body alone may have 0",
+        )
         self.surface_law = on_surface(self.law)
         self.offsets, self.tilt = self.surface_law.offsets, self.surface_law.tilt
-        if options.nodes is not None and options.nodes > 2 * self.most:
-            raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * self.most}")
+        require(
+            options.nodes is None or options.nodes <= 2 * self.most,
+            "nodes",
+            options.nodes,
+            f"counts along each axis: at most {2 * self.most}",
+        )
         own = getattr(self.obstacle, "period", None)
-        if own is not None and self.period is None:
-            raise BadArgument("period", None, f"must be a multiple of that of the obstacle, {own}")
+        require(
+            own is None or self.period is not None,
+            "period",
+            None,
+            f"must be a multiple of that of the obstacle, {own}",
+        )
         self.require_repeating(lambda x1, x2: heights(self.obstacle, x1, x2))
 
     def solve(self, load, approach, rtol, initial=None):
@@ -214,8 +224,7 @@ class SurfaceSolver(CellSolver):
 
     def completed(self, state, H, found):
         """Returns a state with pressures of least norm, closed corners and a second body."""
-        if not found.load > 0:
-            raise BadArgument("approach", found.approach, NOT_YET)
+        require(found.load > 0, "approach", found.approach, NOT_YET)
         forces = found.forces
         other = np.zeros(forces.shape[1:]) if H.counter is None else H.counter.above(forces)
         least = min(2 * found.kkt, self.loose / state.grid.count)  # beyond that touching is a matter of force

@@ -18,7 +18,7 @@ With ``phi = ell psi/2`` and ``m = 2 M/ell`` this is W_par = (ell^2/4) psi1/M1.
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import require
 from ..halfplane import kernels
 
 
@@ -43,10 +43,10 @@ def along(solid, k):
 def require_stable(solid):
     """Raises BadArgument for elliptic moduli, (13), that let the surface turn without a moment."""
     k = np.geomspace(1e-6, 1e6, 1201) / solid.ell
-    if not np.all(along(solid, k) > 0):
-        raise BadArgument(
-            "beta_prime",
-            solid.beta_prime,
-            f"makes a half-space unstable with alpha' = {solid.alpha_prime:g} and gamma' = "
-            f"{solid.curvature:g}: short waves of its surface turn by themselves",
-        )
+    require(
+        np.all(along(solid, k) > 0),
+        "beta_prime",
+        solid.beta_prime,
+        f"makes a half-space unstable with alpha' = {solid.alpha_prime:g} and gamma' = "
+        f"{solid.curvature:g}: short waves of its surface turn by themselves",
+    )
