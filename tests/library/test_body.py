@@ -346,3 +346,11 @@ def test_no_support_along_x1_leaves_the_translation_alone():
             body = Body(mesh, SMOOTH, 2, fixed=fixed, periodic=mesh.dim == 2)
             state = Contact(body, Plane(), Unilateral(), Newton()).solve(approach=0.01)
             assert state.pressure == pytest.approx((SMOOTH.lam + 2 * SMOOTH.mu) * 0.01, rel=1e-9)
+
+
+def test_squares_grow_on_from_those_of_the_reach():
+    """By 1.15 each; as their number is whole, the first is as long as those before to a step of growth."""
+    steps = np.diff(meshes.uniform_lines(1.0, 1.5, 0.05))
+    assert steps[:20] == pytest.approx(0.05) and steps.sum() == pytest.approx(1.5)
+    assert 1 / 1.15 < steps[20] / 0.05 < 1.15
+    assert steps[21:] / steps[20:-1] == pytest.approx(1.15)

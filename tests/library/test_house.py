@@ -37,6 +37,7 @@ INSIDE = {  # what tests may name of the library beside its public names, and wh
 PRIVATE = {  # modules of which tests take private names: there no public call reaches what is tested
     "microblock.corners.active_set": "pivoting alone, and a tableau that is spoilt",
     "microblock.halfspace.solver": "cells of a state that are made finer, and loads beyond them",
+    "microblock.halfplane.friction_solver": "errors of events of two levels alone",
     "microblock.fem.recovery": "pressure beyond the end of an obstacle alone",
 }
 
