@@ -214,16 +214,14 @@ class ZonePath(LoadPath):
 
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
-        middle, ways = (
-            brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR),
-            np.arange(-3, 4, 2),
-        )
+        middle = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
+        ways = np.arange(-3, 4, 2)
         for _ in range(5):
             step = min([NEAR * middle, (high.load - low.load) / 2, *(abs(middle - end) / 4 for end in ends)])
             values, places = np.transpose([value(each) for each in (middle + step * ways).tolist()])
             # the polynomial of the value through all and through three
             way, other = (np.polyfit(values[:count], ways[:count], count - 1)[-1] for count in (4, 3))
-            if abs(way) <= 4:
+            if abs(way) <= 1:
                 break
             margin = (high.load - low.load) / 100
             middle = float(np.clip(middle + step * way, low.load + margin, high.load - margin))
@@ -234,8 +232,10 @@ class ZonePath(LoadPath):
         (finer, x), (moved, _) = (measured(each) for each in (fine, replace(fine, zones=fine.further)))
         slope = (values[2] - values[1]) / 2
         error = step * (abs(way - other) + (abs(finer - values[1]) + abs(moved - finer)) / abs(slope))
-        load = np.clip(middle + step * (way - (finer - values[1]) / slope), low.load, high.load)
-        return float(load), float(error), float(np.interp(way, ways, places) + x - places[1])
+        root = middle + step * (way - (finer - values[1]) / slope)
+        load = np.clip(root, low.load, high.load)
+        error, place = error + abs(load - root), np.interp(way, ways, places) + x - places[1]
+        return float(load), float(error), float(place)
 
     def _continued(self, states, problem, load, order):
         """Returns the state at a load with the topology of others, whether or not it violates (26); raises
