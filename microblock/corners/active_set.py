@@ -193,7 +193,7 @@ def require_given(g0, load, approach=None):
     return g0
 
 
-def _state(problem, closed, load=None, approach=None):
+def _state(problem, closed, load, approach):
     """The state of the smallest residual by the proximal point method."""
     H, g0, D, count = problem.H, problem.g0, problem.D, 0
     best, forces = (np.inf,), np.zeros(len(g0))

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import label
@@ -39,7 +38,7 @@ class CellSolution(Solution):
     opposite : displacement of a second body, or None: in the plane under the corners, array (corners, n)
     """
 
-    solver: Any
+    solver: object
     grid: Grid
     load: float
     approach: float
@@ -51,7 +50,7 @@ class CellSolution(Solution):
     iterations: int
     error_estimate: float | None = None  # type: ignore[assignment]
     notes: tuple = ()
-    opposite: Any = None
+    opposite: object = None
 
     method = "cells"
 
@@ -98,25 +97,20 @@ class CellSolver(Solver):
 
     usual_rtol = 1e-2
 
-    def __init__(self, contact, options):
-        super().__init__(contact, options)
+    def set_up(self):
         self.period = self.body.period
         require(
-            self.period is None or options.window is None,
+            self.period is None or self.options.window is None,
             "window",
-            options.window,
+            self.options.window,
             "belongs to a surface without images; here it is the period",
         )
-
-    def window_of(self, load):
-        """The window of a load as a Grid."""
-        raise NotImplementedError
 
     def require_repeating(self, height):
         """Raises BadArgument unless the height of places and psi0 fit the period."""
         period, own, law = self.period, getattr(self.obstacle, "period", None), self.law
-        if own is not None and period is not None and abs(period / own - round(period / own)) > EQUAL:
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
+        fits = own is None or period is None or abs(period / own - round(period / own)) <= EQUAL
+        require(fits, "period", period, f"must be a multiple of that of the obstacle, {own}")
         along = (period or 0.0) * np.linspace(-0.5, 0.5, 257 if self.dimensions == 1 else 65)
         places = np.meshgrid(*[along] * self.dimensions, indexing="ij")
         psi0 = "psi0", getattr(law, "psi0", None), self.tilt

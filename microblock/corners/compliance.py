@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import require
-from ..model.law import initial_gaps
+from ..model.law import initial_gaps, levers
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,8 @@ class Compliance:
         """Changes of the gaps from (u.n, psi): sparse (corners n, 2 n)."""
         from scipy import sparse  # here: names of the half-plane load without it
 
-        levers, ones = law.levers(self.points[:, 0]), np.ones(len(self.weights))
-        arms = [(-ones, self.ell / 2 * levers[name]) for name in law.corners]
+        ones = np.ones(len(self.weights))
+        arms = [(-ones, self.ell / 2 * own) for own in levers(law, self.points[:, 0])]
         return sparse.bmat([[sparse.diags(own) for own in arm] for arm in arms]).tocsr()
 
 

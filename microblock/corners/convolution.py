@@ -1,12 +1,10 @@
 """Convolutions of real fields on equal cells with kernels that are known in Fourier space."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, rfft, rfftn
 
-from ..model.types import AnyArray as Array
 from ..threads import workers
 
 
@@ -17,9 +15,9 @@ class Waves:
     belong to u and p.
     """
 
-    length: tuple[int, ...]
-    spectrum: Sequence[Sequence[Array]]
-    even: tuple[int, int] = (1, 1)
+    length: tuple
+    spectrum: list
+    even: tuple = (1, 1)
 
     def __call__(self, values):
         shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.linalg.blas import dgemm
 
 from ..errors import NotConverged, require
+from ..model.law import tangents
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from ..threads import released
@@ -77,9 +78,8 @@ class FrictionalContact:
     def motions(self):
         """B: rows of corners, then of nodes; columns d and D."""
         n = self.nodes
-        n1, n2 = np.tile([[0.0], [1.0]], n) if self.normals is None else self.normals.T
-        across = np.tile(np.column_stack((n2, -n1)), (len(self.gaps) // n, 1))
-        return np.vstack((across, np.column_stack((n1, n2))))
+        normals = np.tile((0.0, 1.0), (n, 1)) if self.normals is None else self.normals
+        return np.vstack((*[tangents(normals)] * (len(self.gaps) // n), normals))
 
     @property
     def matrix(self):

@@ -3,7 +3,6 @@
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
@@ -36,7 +35,7 @@ class OfNodes(Solution):
     mirrored : whether they are the half x1 > 0 of a symmetric problem
     """
 
-    solver: Any
+    solver: object
     load: float
     approach: float
     forces: np.ndarray
@@ -207,19 +206,26 @@ class NodalSolver(Solver):
     def at(self, load, approach=None, initial=None):
         flexibility, gaps, share = self.system
         count = len(self.law.corners)
-        alike = isinstance(initial, NodalSolution) and len(initial.closed) == count
-        start = self._closed_near(initial).ravel() if alike else None
+        start = None
+        if isinstance(initial, NodalSolution) and len(initial.closed) == count:  # at the nearest nodes
+            x, start = self.compliance.points[:, 0], initial.closed
+            if len(x) != len(initial.x):
+                start = start[:, np.searchsorted(borders(initial.x)[1:-1], x)]
+            start = start.ravel()
         found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         forces, closed = found.forces.reshape(count, -1), self.together(found.closed)
         load = found.load if load is None else load  # as it was asked for: the sum of the forces is rounded
-        gaps, counts = gaps.reshape(count, -1), (found.kkt, found.iterations)
-        at = load, found.approach
-        return self.solution.of_forces(self, self.nodes, *at, forces, gaps, closed, *counts)
-
-    def _closed_near(self, other):
-        """Corners closed at the nearest node of another solution."""
-        x, between = self.compliance.points[:, 0], borders(other.x)[1:-1]
-        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(between, x)]
+        return self.solution.of_forces(
+            self,
+            self.nodes,
+            load,
+            found.approach,
+            forces,
+            gaps.reshape(count, -1),
+            closed,
+            found.kkt,
+            found.iterations,
+        )
 
     def path(self, last, rtol):
         return NodalPath(self.contact, last, None)
@@ -285,11 +291,10 @@ class NodalPath(LoadPath):
 
     @cached_property
     def warnings(self):
-        blurred = [event.load for event in self.events if event.load_error > 0.1 * event.load]
-        words = (
-            "up to load {:.2g} the contact has few nodes: events there may be missing; take smaller elements"
-        )
-        return (words.format(max(blurred)),) if blurred else ()
+        blurred = (event.load for event in self.events if event.load_error > 0.1 * event.load)
+        last = max(blurred, default=0.0)
+        words = f"up to load {last:.2g} the contact has few nodes: events there may be missing; "
+        return [words + "take smaller elements"] * bool(last)
 
 
 def _unseen(x, apart, contact):

@@ -111,7 +111,7 @@ class Flexibility:
         Of four corners, displacement, twist of the second body, and rotations under short waves.
     """
 
-    def __init__(self, offsets, tilt, clamped, width, rest, symbol, cells, counter=None):
+    def __init__(self, offsets, tilt, clamped, width, rest, symbol, cells, counter):
         self.offsets, self.tilt, self.clamped, self.counter = offsets, tilt, clamped, counter
         count, d, one, periodic = tilt.shape[-1], tilt.ndim - 1, len(offsets) == 1, rest is not None
         near = count if periodic else next_fast_len(count, real=True)

@@ -11,14 +11,12 @@ psi0 = -psi0_2.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ..errors import require
 from ..model.law import ACTS_IN, surface_tilt
 from ..model.obstacles import heights
-from ..model.types import AnyArray as Array
 from .on_cells import NONE, of_least_norm, twisted
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
@@ -38,15 +36,12 @@ class SurfaceLaw:
         Initial rotation about -e2, or those about x1 and x2 (radians).
     in_gaps : bool
         Whether psi0 acts in gaps, not in levers alone.
-    clamped : bool
-        Whether psi = 0 everywhere.
     """
 
-    names: tuple[str, ...]
-    offsets: Array
-    psi0: Any = None
+    names: tuple
+    offsets: np.ndarray
+    psi0: object = None
     in_gaps: bool = True
-    clamped: bool = False
 
     def tilt(self, x1, x2):
         """Returns t at (x1, x2), array (2, ...), or (0, ...); raises BadArgument if a function psi0 fails, or
@@ -81,7 +76,7 @@ def closed_corners(forces, closed):
 def on_surface(law):
     """Returns the SurfaceLaw of a law of the plane; raises BadArgument if psi0 is a function of x1."""
     if len(law.corners) == 1:
-        return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
+        return SurfaceLaw(("C",), np.zeros((1, 2)))
     require(
         not callable(law.psi0),
         "psi0",

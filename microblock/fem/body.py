@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import reduce
-from operator import mul
 from typing import NamedTuple
 
 import ngsolve as ng
@@ -182,7 +180,7 @@ class Body:
             self.scalar(self.order if name[0] == "u" else self.order_psi, dirichlet=self.fixed.get(name, ""))
             for name in self.names
         ]
-        self.space = reduce(mul, self.spaces)
+        self.space = ng.ProductSpace(*self.spaces)
         supports.require_periodic(self)
         if contact != "contact":
             self.boundary(contact, "contact")

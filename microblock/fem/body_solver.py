@@ -7,7 +7,7 @@ from ..halfplane.kernels import coalescence_exponent
 from ..model.deformable import body_of
 from ..model.progress import counting
 from .body import Body
-from .condensation import condensed, require_pressed
+from .condensation import require_pressed
 from .counter_body import CounterBody
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
@@ -22,8 +22,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     solution = MeshSolution
     counter_bodies = (Body,)
 
-    def __init__(self, contact, options):
-        super().__init__(contact, options)
+    def set_up(self):
         require_pressed(self.body)
         self.counter  # which checks the second body
 
@@ -61,10 +60,6 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     def crossing(self):
         """That of the surface of the solid."""
         return 2 * coalescence_exponent(self.solid)
-
-    @property
-    def nodes(self):
-        return condensed(self.body, self.law.clamps_rotation)
 
     @property
     def compliance(self):

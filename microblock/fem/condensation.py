@@ -147,14 +147,15 @@ class Flexibility3D:
 
     def on_face(self, there):
         """A function from gaps to forces of least norm that leave about these; on all corners."""
-        return self._precondition
 
-    def _precondition(self, gaps):
-        loads, factor = np.zeros(len(self._there)), self.nodes.factor
-        wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
-        held = factor @ (factor.T @ self._inverse.solve(wanted))
-        loads[self._there] = self._inverse.solve(held, trans="T")
-        return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
+        def precondition(gaps):
+            loads, factor = np.zeros(len(self._there)), self.nodes.factor
+            wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
+            held = factor @ (factor.T @ self._inverse.solve(wanted))
+            loads[self._there] = self._inverse.solve(held, trans="T")
+            return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
+
+        return precondition
 
 
 def of_factors(rows, entries):

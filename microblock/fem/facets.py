@@ -17,11 +17,12 @@ from ..corners.compliance import nearest_alone
 from ..corners.surface_law import on_surface
 from ..errors import require, require_kind
 from ..model import law as laws
+from ..model.fields import squares
 from ..model.quadrature import gauss_rule
 from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
-from .meshes import elements_at, squares
+from .meshes import elements_at
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
@@ -197,7 +198,7 @@ class ContactNodes:
 
     def _snapped(self, points):
         """Points with coordinates of vertices: no rounding decides whether a node lies below a punch."""
-        vertices = np.array([vertex.point for vertex in self.body.mesh.vertices])
+        vertices = self.body.mesh.ngmesh.Coordinates()
         size = np.ptp(vertices, axis=0).max()
         for known, own in zip(map(np.unique, vertices.T), points.T):
             near = known[np.searchsorted((known[1:] + known[:-1]) / 2, own)]

@@ -83,8 +83,15 @@ class FittedSolver(MeshFitter):
 
     def _state(self, mesh, part, load, iterations):
         """The MeshSolution of what was solved on a mesh."""
-        more = {"estimate": mesh.estimate, "error_estimate": mesh.estimate.total, "iterations": iterations}
-        return of_block(self, part, load, mesh.zones, **more)
+        return of_block(
+            self,
+            part,
+            load,
+            mesh.zones,
+            estimate=mesh.estimate,
+            error_estimate=mesh.estimate.total,
+            iterations=iterations,
+        )
 
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""

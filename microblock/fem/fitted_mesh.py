@@ -119,7 +119,7 @@ class FittedMesh:
         If no zones are left, or a mesh is not made or not solved on.
     """
 
-    def __init__(self, solver, load, zones, order, levels, even, coarse=None):
+    def __init__(self, solver, load, zones, order, levels, even, coarse):
         self.solver, self.load, self.coarse = solver, solver.share(load), coarse
         inside = [(0.0 if solver.symmetric else -solver.furthest, solver.furthest)]
         zones = {corner: common(own, inside) for corner, own in zones.items()}
@@ -145,9 +145,17 @@ class FittedMesh:
         flexibility, gaps, share = self.system
         found = active_set.solve(flexibility, gaps, c=share, start=self.closed.ravel(), **control)
         forces, gaps, closed = (own.reshape(self.closed.shape) for own in (found.forces, gaps, found.closed))
-        loads, counts = (found.load, found.approach), (found.kkt, found.iterations)
         return MeshSolution.of_forces(
-            self.solver, self.nodes, *loads, forces, gaps, closed, *counts, block=self.nodes
+            self.solver,
+            self.nodes,
+            found.load,
+            found.approach,
+            forces,
+            gaps,
+            closed,
+            found.kkt,
+            found.iterations,
+            block=self.nodes,
         )
 
     @cached_property

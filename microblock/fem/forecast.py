@@ -9,6 +9,7 @@ from ..errors import require
 from ..halfplane.forecast import likely_zones
 from ..model.solver import Solver
 from ..model.zones import zone_edges
+from .condensation import condensed
 from .fitted_mesh import LAYERS, along_surface
 
 
@@ -43,6 +44,11 @@ class OnGivenMesh(Solver):
     """
 
     verifies, refines, rate = True, False, "condensed"
+
+    @property
+    def nodes(self):
+        """The condensed body; a law that prescribes psi constrains it."""
+        return condensed(self.body, self.law.clamps_rotation)
 
     def require_given_mesh(self, rtol):
         """BadArgument for an rtol that no mesh is refined to."""

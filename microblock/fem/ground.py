@@ -52,8 +52,7 @@ class GroundSolver(Solver):
     verifies = True
     picture = None
 
-    def __init__(self, contact, options):
-        super().__init__(contact, options)
+    def set_up(self):
         if self.domain == math.inf:
             self.require_lowest()
 

@@ -3,8 +3,8 @@
 import ngsolve as ng
 import numpy as np
 
+from ..model.fields import halves
 from .facets import rule_at
-from .meshes import halves
 
 
 def below(fields, box, cut=4):

@@ -87,7 +87,7 @@ class Estimate(ErrorParts):
     discretisation: float | None
     edges: float
     truncation: float
-    obstacle: float = 0.0
+    obstacle: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -209,11 +209,19 @@ class MeshSolution(OnMesh, NodalSolution):
             advice = "ask for rtol="
             found = [*self._far_inside(), *found]
         found += [] if self.block is not None else self.beyond()
-        found += self.few_nodes(advice)
         if self.error_estimate is None:
+            found += self._few_nodes(advice)
             found += self.coarse(max((right - left for left, right in zones), default=0.0) / 2)
             found += self._missed if self.method == "condensed" else []
         return found
+
+    def _few_nodes(self, advice):
+        """Sentences where a zone has few nodes."""
+        zones = self.zones_by_name["contact"]
+        numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
+        few, where = min(numbers, default=0), "in contact" if len(numbers) < 2 else "in a zone of the contact"
+        words = f"only {few} nodes {where} and no error estimate: {advice}"
+        return [words] * bool(few <= 8)  # half a spacing is 1/16 of the zone then
 
     def _overlap(self):
         """Sentences where a penalty lets corners far into the obstacle."""
@@ -257,10 +265,14 @@ def unfolded(zones):
 def of_block(solver, part, load, zones, **more):
     """The MeshSolution of a Block, on the whole line, from that of its computed part and the zones there."""
     zones = unfolded(zones) if solver.symmetric else zones
-    how = {"solver": solver, "block": part.nodes, "load": load, "zones": zones}
-    found = replace(part, mirrored=solver.symmetric, **how, **more)
-    surface = {"displacement": found._whole(part.displacement), "psi": found._whole(part.psi, -1)}
-    return replace(found, closed=found._whole(part.carried > 0, corners=True), **surface)
+    more |= {"solver": solver, "block": part.nodes, "load": load, "zones": zones}
+    found = replace(part, mirrored=solver.symmetric, **more)
+    return replace(
+        found,
+        closed=found._whole(part.carried > 0, corners=True),
+        displacement=found._whole(part.displacement),
+        psi=found._whole(part.psi, -1),
+    )
 
 
 def difference(coarse, fine):

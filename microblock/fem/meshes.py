@@ -20,6 +20,7 @@ from ..errors import (
     require_positive,
     require_whole,
 )
+from ..model.fields import halves, squares
 from ..model.zones import joined
 
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
@@ -57,7 +58,7 @@ def elements_at(mesh, region):
 
 def thicknesses(mesh, region):
     """How far the elements at the facets of a boundary reach below them, array (facets,)."""
-    points, found = np.array([vertex.point for vertex in mesh.vertices]), []
+    points, found = mesh.ngmesh.Coordinates(), []
     for facet, number in zip(region.Elements(), elements_at(mesh, region)):
         element = mesh[ng.ElementId(ng.VOL, int(number))]
         own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
@@ -305,17 +306,6 @@ def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left"))
     return ng.Mesh(mesh)
 
 
-def squares(numbers):
-    """Corners of the squares of a grid of `numbers`, (rows, columns), one after the other: array (m, 4)."""
-    corners = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
-    return np.stack(corners, axis=-1).reshape(-1, 4)
-
-
-def halves(numbers):
-    """The same of the triangles that these squares are cut into: array (2 m, 3)."""
-    return squares(numbers)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-
-
 def _require_room(name, length, elements):
     """BadArgument where elements of this length, `elements(length)` on the surface and in all, need more
     memory than is there.
@@ -358,7 +348,7 @@ def falling_orders(mesh, ground, tips, top):
     """Orders of the elements, array (elements,): `top` near the surface, about half of it at the tips and far
     away.
     """
-    points = np.array([vertex.point for vertex in mesh.vertices])
+    points = mesh.ngmesh.Coordinates()
     corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
     centres = np.array([own.mean(axis=0) for own in corners])
     sizes = np.array([np.ptp(own, axis=0).max() for own in corners])

@@ -7,8 +7,6 @@ better than the gaps do.
 
 from collections import Counter
 from dataclasses import dataclass
-from functools import reduce
-from operator import mul
 
 import ngsolve as ng
 import numpy as np
@@ -105,7 +103,8 @@ class MonolithicNewton:
         body, facets = self.body, self.facets
         self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
         others = [facets.multipliers] * len(facets.g0) if self.method == "al" and not body.in_space else []
-        space = reduce(mul, (body.space, *others, ng.NumberSpace(body.mesh, definedon=facets.region)))
+        approaches = ng.NumberSpace(body.mesh, definedon=facets.region)
+        space = ng.ProductSpace(*body.spaces, *others, approaches)
         if body.in_space:
             self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:

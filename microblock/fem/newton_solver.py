@@ -20,8 +20,8 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
     no_rtol = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
     rate = "newton"
 
-    def __init__(self, contact, options):
-        super().__init__(contact, options)
+    def set_up(self):
+        super().set_up()
         check = require_pressed if self.body.in_space else pressed
         check(self.body)
 
@@ -41,9 +41,20 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
     def of(self, state):
         """The MeshSolution of a NodalState."""
         raised, psi = state.surface
-        surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
-        how = {"found": state.fields, "gaps": self.nodes.g0, "closed": state.closed}
-        return MeshSolution(self, state.load, state.approach, *surface, *counts, **how)
+        return MeshSolution(
+            self,
+            state.load,
+            state.approach,
+            state.forces,
+            -raised,
+            psi,
+            state.kkt,
+            state.iterations,
+            state.unknowns,
+            found=state.fields,
+            gaps=self.nodes.g0,
+            closed=state.closed,
+        )
 
     def history(self, pairs, coupled, rtol):
         kind = self.options.kind
@@ -63,5 +74,13 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     history = Solver.history
 
     def of(self, state):
-        reached = state.forces, state.closed, state.surface, state.kkt, state.iterations
-        return self.solution(state.load, state.approach, *reached, found=state.fields)
+        return self.solution(
+            state.load,
+            state.approach,
+            state.forces,
+            state.closed,
+            state.surface,
+            state.kkt,
+            state.iterations,
+            found=state.fields,
+        )

@@ -167,8 +167,7 @@ def refine_until(solver, load, approach, rtol):
         # an rtol far away asks for all elements alike, and not for the worst ones first
         solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
     besides = "".join(found.beyond()) or besides
-    at = {"load": load, "approach": approach}
-    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, **at) from failed
+    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, load=load, approach=approach) from failed
 
 
 def _hopeless(rtol, passed):

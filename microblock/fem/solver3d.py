@@ -9,7 +9,7 @@ from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, require
 from ..model.solver import SOLVED
 from ..model.state import in_space
-from .condensation import Flexibility3D, condensed
+from .condensation import Flexibility3D
 from .facets import initial_gaps
 from .forecast import OnGivenMesh
 from .state3d import SurfaceNodes
@@ -21,14 +21,8 @@ class Solver3D(OnGivenMesh):
     most_corners, in_space = None, "nodes"
     no_rtol = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
 
-    def __init__(self, contact, options):
-        super().__init__(contact, options)
+    def set_up(self):
         self.surface_law = on_surface(self.law)
-
-    @property
-    def nodes(self):
-        """The condensed body; a law that prescribes psi constrains psi1 and psi2."""
-        return condensed(self.body, self.surface_law.clamped)
 
     @cached_property
     def initial_gaps(self):
@@ -42,8 +36,9 @@ class Solver3D(OnGivenMesh):
         require(found.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
-        level = found.load, found.approach
-        return self.solution(*level, found.forces, closed, surface, found.kkt, found.iterations)
+        return self.solution(
+            found.load, found.approach, found.forces, closed, surface, found.kkt, found.iterations
+        )
 
     def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
@@ -51,8 +46,19 @@ class Solver3D(OnGivenMesh):
         """
         forces, (u, phi1, phi2) = self.surface_law.of_least_norm(forces, closed), surface
         psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
-        counts = residual, iterations, self.nodes.body.unknowns
-        found = SurfaceNodes(self, load, approach, forces, u, psi, *counts, closed=touching, **how)
+        found = SurfaceNodes(
+            self,
+            load,
+            approach,
+            forces,
+            u,
+            psi,
+            residual,
+            iterations,
+            self.nodes.body.unknowns,
+            closed=touching,
+            **how,
+        )
         held = ~self.nodes.free["u3"]
         inside = found.inside(self.nodes.points[held], np.vstack((found.displacement, found.psi))[:, held])
         words = f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}"
@@ -60,9 +66,16 @@ class Solver3D(OnGivenMesh):
         return found
 
     def state(self, solution):
-        nodes = solution.nodes
-        given = {"x1": nodes.points[:, 0], "x2": nodes.points[:, 1], "triangles": nodes.triangles}
-        return in_space(solution, nodes.points, nodes.weights, opposite=None, **given)
+        points, nodes = solution.nodes.points, solution.nodes
+        return in_space(
+            solution,
+            points,
+            nodes.weights,
+            x1=points[:, 0],
+            x2=points[:, 1],
+            triangles=nodes.triangles,
+            opposite=None,
+        )
 
     def directions(self, points):
         """(1, lever) of each corner at points, array (corners, 3, n)."""

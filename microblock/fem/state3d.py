@@ -24,7 +24,7 @@ class SurfaceNodes(OnMesh):
     def micromoment(self):
         """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
-        if self.solver.surface_law.clamped:  # not of planes of symmetry
+        if self.solver.law.clamps_rotation:  # not of planes of symmetry
             free, names = nodes.free_of(self.solver.body), ("psi1", "psi2")
             moments = [nodes.moments_of(name, self.fields.forces) * free[name] for name in names]
         return np.array(moments) / self.weights
@@ -75,8 +75,7 @@ class SurfaceNodes(OnMesh):
     def _beside(self):
         """How deep the obstacle reaches into the surface beside the contact boundary."""
         numbers = self.nodes.beyond
-        places = np.array([self.nodes.body.mesh.vertices[int(number)].point for number in numbers])
-        places = places.reshape(-1, 3)
+        places = self.nodes.body.mesh.ngmesh.Coordinates()[numbers]
         if not self.inside(places, np.zeros((3, len(numbers)))) > 0:
             return 0.0
         # an unknown of a vertex is the value there

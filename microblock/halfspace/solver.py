@@ -9,7 +9,6 @@
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain
-from typing import Any
 
 import numpy as np
 
@@ -50,7 +49,7 @@ class SurfaceCells(CellSolution):
         As of `microblock.State`.
     """
 
-    closed: Any = None
+    closed: object = None
     seen_width: float | None = None
 
     @property
@@ -70,7 +69,7 @@ class SurfaceCells(CellSolution):
 
     def between(self, values, places):
         """Returns micromoments on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
-        return self._known(values, places, vanishes=not self.solver.surface_law.clamped)
+        return self._known(values, places, vanishes=not self.solver.law.clamps_rotation)
 
     def counter_displacement(self, places):
         """Returns the displacement along x3 of a second body at places, array (k,)."""
@@ -93,8 +92,8 @@ class SurfaceSolver(CellSolver):
     followed = 128  # cells along an axis of a path
     besides = "fix Cells(nodes=...)"
 
-    def __init__(self, contact, options):
-        super().__init__(contact, options)
+    def set_up(self):
+        super().set_up()
         require(
             not is_classical(self.solid),
             "beta",
@@ -103,10 +102,11 @@ class SurfaceSolver(CellSolver):
         )
         self.surface_law = on_surface(self.law)
         self.offsets, self.tilt = self.surface_law.offsets, self.surface_law.tilt
+        nodes = self.options.nodes
         require(
-            options.nodes is None or options.nodes <= 2 * self.most,
+            nodes is None or nodes <= 2 * self.most,
             "nodes",
-            options.nodes,
+            nodes,
             f"counts along each axis: at most {2 * self.most}",
         )
         own = getattr(self.obstacle, "period", None)
@@ -207,7 +207,17 @@ class SurfaceSolver(CellSolver):
 
     def alone(self, grid, periodic):
         """Returns the Flexibility of one square."""
-        return flexibility(self.solid, self.surface_law, grid, periodic, self.second)
+        solid, second, clamped, width = self.solid, self.second, self.law.clamps_rotation, grid.width
+
+        def cells():
+            found = kernels(solid).cells(grid.count, width, clamped)
+            found[1:] *= width**2 if clamped else 1.0
+            return found
+
+        rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
+        counter = second and Counter(second, solid.ell, self.offsets, width, grid.count, periodic)
+        tilt = self.tilt(*grid.places)
+        return Flexibility(self.offsets, tilt, clamped, width, rest, waves, cells, counter)
 
     @cached_property
     def second(self):
@@ -216,7 +226,7 @@ class SurfaceSolver(CellSolver):
 
     @cached_property
     def response(self):
-        return Response(self.solid, self.surface_law.clamped, self.period)
+        return Response(self.solid, self.law.clamps_rotation, self.period)
 
     @cached_property
     def second_response(self):
@@ -249,20 +259,6 @@ class SurfaceSolver(CellSolver):
             return False
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
         return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
-
-
-def flexibility(solid, law, grid, periodic, second=None):
-    """Returns the Flexibility of the corners of a law on a Grid, with a second body."""
-    count, width = grid.count, grid.width
-
-    def cells():
-        found = kernels(solid).cells(count, width, law.clamped)
-        found[1:] *= width**2 if law.clamped else 1.0
-        return found
-
-    rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
-    counter = second and Counter(second, solid.ell, law.offsets, width, count, periodic)
-    return Flexibility(law.offsets, law.tilt(*grid.places), law.clamped, width, rest, waves, cells, counter)
 
 
 def _share_of_spots(state, least):

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from ..corners.on_cells import Flexibility, Grid
+from ..corners.on_cells import Flexibility
 from ..model.quadrature import lagrange
 
 NODES = 6  # along a side, for 4e-4 of what squares half a side apart displace by
@@ -20,7 +20,7 @@ NODES = 6  # along a side, for 4e-4 of what squares half a side apart displace b
 class Squares:
     """Squares of as many cells each, on a period or not. Arrays are (squares, n, n)."""
 
-    grids: tuple[Grid, ...]
+    grids: tuple
     period: float | None = None
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
 from ..threads import bounded
@@ -152,17 +152,20 @@ class LoadPath(PlainData):
         return line("Load path", f"up to load {number(self.last)}, events: {words}", warnings)
 
 
+Numbered: TypeAlias = dict[tuple[str, str, int], Event]  # by kind, zone and how many before
+
+
 class SeenTwice(LoadPath):
     """A load path whose events are those that two meshes see: `_seen`, [{(kind, zone, how many before):
     Event}] of the coarse one and of the fine one. `warnings` name events that one alone sees.
     """
 
-    _seen: list[dict[tuple[str, str, int], Event]]
+    _seen: list[Numbered]
 
     @staticmethod
-    def numbered(events: Sequence[Event]) -> dict[tuple[str, str, int], Event]:
+    def numbered(events: Sequence[Event]) -> Numbered:
         """Returns the events of a grid, ascending in load, by their keys."""
-        found: dict[tuple[str, str, int], Event] = {}
+        found: Numbered = {}
         for event in events:
             number = sum(key[:2] == (event.kind, event.zone) for key in found)
             found[event.kind, event.zone, number] = event

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_numbers
-from .types import Array
+from .types import Array, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,3 +63,16 @@ def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]
         raise BadArgument("x1, x2", (x1, x2), "must be numbers or arrays that broadcast") from failure
     flat = [require_numbers(**{name: part.ravel()}).copy() for name, part in zip(("x1", "x2"), both)]
     return flat[0], flat[1], both[0].shape
+
+
+def squares(numbers: Integers) -> Integers:
+    """Returns corners of the squares of a grid of `numbers`, (rows, columns), one after the other: array
+    (m, 4).
+    """
+    corners = numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]
+    return np.stack(corners, axis=-1).reshape(-1, 4)
+
+
+def halves(numbers: Integers) -> Integers:
+    """Returns the same of the triangles that these squares are cut into: array (2 m, 3)."""
+    return squares(numbers)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)

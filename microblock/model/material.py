@@ -18,7 +18,7 @@ from ..errors import (
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True)
 class Cosserat:
     """Linear isotropic Cosserat solid in plane strain.
 

@@ -19,7 +19,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import (
     LARGEST,
@@ -34,7 +34,7 @@ from ..errors import (
     require_whole,
     shortened,
 )
-from .types import Array, Interval, ObstacleLike
+from .types import AnyArray, Array, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
@@ -359,7 +359,7 @@ class SelfAffine(Checked):
             words = f"must be two whole numbers, 1 <= longest <= shortest <= {self.most}"
             raise BadArgument("waves", self.waves, words) from failure
 
-    def _of_waves(self, m: Array, falling: float) -> NDArray[np.complex128]:
+    def _of_waves(self, m: Array, falling: float) -> AnyArray:
         """Returns the amplitudes of wavenumbers m, array (k,), like m^-falling, with random phases."""
         phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
         shape = np.where(m >= self.waves[0], m**-falling, 0.0) * np.exp(1j * phases)
@@ -398,7 +398,7 @@ class Rough(SelfAffine):
     """
 
     @cached_property
-    def amplitudes(self) -> NDArray[np.complex128]:
+    def amplitudes(self) -> AnyArray:
         """Complex amplitudes of exp(2 pi i m x/period), from the longest to the shortest wave."""
         return self._of_waves(np.arange(self.waves[0], self.waves[1] + 1.0), self.hurst + 0.5)
 
@@ -440,7 +440,7 @@ def repeated(obstacle: object, period: float) -> Callable[..., Array]:
     return height
 
 
-def check(obstacle: ObstacleLike, in_space: bool = False) -> None:
+def check(obstacle: ObstacleLike, in_space: bool) -> None:
     """Raises BadArgument unless the obstacle has a height that takes arrays."""
     if in_space or returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, *np.zeros((1 + in_space, 2)))

@@ -11,7 +11,7 @@ from .types import MethodLike
 PATIENCE = 2.0  # seconds that an answer to rtol may take more than one that misses it
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Candidate:
     """A method in a `Plan`.
 
@@ -45,7 +45,7 @@ class Candidate:
         return f"{self.name:9s} {words}"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Plan:
     """The methods for an answer, in the order in which they are tried, and why others cannot answer.
 

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import require
 from . import law as laws
@@ -13,7 +13,7 @@ from .law import ACTS_IN, level_surface
 from .material import Cosserat, joint_modulus
 from .obstacles import heights, jumps_of, scales
 from .proxy import NOTHING, Proxy
-from .types import Array, CornerZones, Interval, LawLike, ObstacleLike
+from .types import Array, CornerZones, Integers, Interval, LawLike, ObstacleLike
 from .zones import joined
 
 GROWTH = 4.0  # of panels away from an edge
@@ -144,7 +144,7 @@ class Problem:
         """Returns the levers of (29) at x, array (corners, ...); 0 where psi is prescribed."""
         return laws.levers(self.law, x) * (not self.law.clamps_rotation)
 
-    def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
+    def lever(self, corner: Integers, x: Array) -> Array:
         """Returns levers of the corners numbered `corner` at x, arrays (n,)."""
         return np.choose(corner, self.levers(x))
 
@@ -152,7 +152,7 @@ class Problem:
         """Returns the initial gaps at x, array (corners, n)."""
         return laws.initial_gaps(self.law, *level_surface(x), self.solid.ell, self.obstacle)
 
-    def initial_gap(self, corner: NDArray[np.integer], x: Array) -> Array:
+    def initial_gap(self, corner: Integers, x: Array) -> Array:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,); inf beyond `ends_of`."""
         gaps = np.choose(corner, self.initial_gaps(x))
         for number in range(len(self.shifts)):

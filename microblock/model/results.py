@@ -150,9 +150,7 @@ def intervals(pairs: Iterable[Interval]) -> str:
     return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
 
 
-def saved(
-    drawing: Any, file: Target = None, ax: Axes | None = None, warnings: Iterable[str] = (), caption: str = ""
-) -> Figure:
+def saved(drawing: Any, file: Target, ax: Axes | None, warnings: Iterable[str], caption: str = "") -> Figure:
     """Returns a Figure, unless it is that of an axis with caption and warnings above it, written to a file if
     there is one; raises BadArgument where no file can be.
     """

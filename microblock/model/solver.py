@@ -13,7 +13,7 @@ from .deformable import body_of
 from .events import LoadPath
 from .law import require_shifts
 from .obstacles import check_lowest
-from .state import State
+from .state import Solution, State
 from .types import Array, ContactLike
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
@@ -21,7 +21,6 @@ SOLVED = 1e-6
 
 if TYPE_CHECKING:
     from .history import History
-    from .state import Solution
 
 
 class Solver:
@@ -70,6 +69,10 @@ class Solver:
             f"{most}, or one where psi is constrained; Condensed() and GivenCompliance() take any number"
         )
         require(most is None or count <= (1 if clamps else most), "law", self.law, words)
+        self.set_up()
+
+    def set_up(self) -> None:
+        """Checks and keeps what a method asks for besides."""
 
     def _require_counter_body(self) -> None:
         """Raises BadArgument for an obstacle whose body this method does not know, or of another period."""

@@ -228,16 +228,6 @@ class Solution:
             pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
         )
 
-    def few_nodes(self, advice: str) -> list[str]:
-        """Returns a sentence in a list where a zone has few nodes and no error is estimated."""
-        zones = self.zones_by_name["contact"]
-        numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
-        few = min(numbers, default=0)
-        if self.error_estimate is not None or few > 8:  # half a spacing is 1/16 of the zone then
-            return []
-        where = "in contact" if len(numbers) < 2 else "in a zone of the contact"
-        return [f"only {few} nodes {where} and no error estimate: {advice}"]
-
 
 class LineSolution(Solution):
     """Base of solutions along x1 with zones by the number of the corner."""
@@ -272,7 +262,7 @@ class LineSolution(Solution):
         return float(np.sum((self.pressures * depth) @ self.weights) / 2)
 
 
-@dataclass(frozen=True, eq=False, repr=False, init=False)
+@dataclass(frozen=True, eq=False)
 class State(PlainData):
     """A contact state, of whatever body, law and method.
 

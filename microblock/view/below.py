@@ -3,10 +3,9 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
-from numpy.lib.stride_tricks import sliding_window_view
 
 from ..errors import require_choice
-from ..model.fields import largest_shear
+from ..model.fields import halves, largest_shear
 from . import plots
 
 QUANTITIES = {
@@ -29,8 +28,11 @@ def draw_below(state, quantity, axis):
     left, right = contact[0][0], contact[-1][1]
     depth = right - left
     ends = left - depth / 2, right + depth / 2
-    x1, x2, triangles, *found = state.solution.fields_below((ends, depth))
-    triangulation, field = Triangulation(x1, x2, triangles), values(*found, quantity)
+    x1, x2, triangles, psi, stress = state.solution.fields_below((ends, depth))
+    (s11, s12), (s21, s22) = stress
+    known = {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}
+    known["shear"] = largest_shear(stress)
+    triangulation, field = Triangulation(x1, x2, triangles), known[quantity]
     deep = field[x2 <= -FIRST * depth]  # edges of the contact and corners of a body may have no bound
     low, high = np.quantile(deep, (2e-3, 1 - 2e-3))
     signed, size = quantity in ("psi", "skew"), max(abs(low), abs(high))
@@ -55,12 +57,4 @@ def half_plane_grid(box):
     down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
     x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
     # not Delaunay's, which rounding chooses: the corners of a rectangle lie on a circle
-    corners = sliding_window_view(np.arange(x1.size).reshape(x1.shape), (2, 2)).reshape(-1, 4)
-    return x1.ravel(), x2.ravel(), corners[:, [0, 1, 2, 1, 3, 2]].reshape(-1, 3)
-
-
-def values(psi, stress, quantity):
-    """The quantity from psi (n,) and stress (2, 2, n)."""
-    (s11, s12), (s21, s22) = stress
-    known = {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}
-    return largest_shear(stress) if quantity == "shear" else known[quantity]
+    return x1.ravel(), x2.ravel(), halves(np.arange(x1.size).reshape(x1.shape))

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from ..corners.surface_law import on_surface
 from ..errors import require
 from ..model import zones
-from ..model.law import level_surface
+from ..model.law import level_surface, tangents
 from ..model.obstacles import heights
 from ..model.state import Surface
 from . import plots
@@ -55,13 +55,13 @@ def blocks(surface, window):
     x = middle + ell * np.arange(-beside, beside + 1)
     x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
     rows = *surface.points.T, *surface.normals.T, surface.rotation, surface.displacement
-    along = np.column_stack([np.interp(x, surface.x, row) for row in rows])
-    middles, normals, rotation, depths = np.split(along, (2, 4, 5), axis=1)
+    fields = np.column_stack([np.interp(x, surface.x, row) for row in rows])
+    middles, normals, rotation, depths = np.split(fields, (2, 4, 5), axis=1)
     magnified = magnification(np.abs(rotation).max(), np.ptp(depths) / (0.24 * half))
-    tangents, turned = normals[:, ::-1] * (1, -1), magnified * rotation
+    along, turned = tangents(normals), magnified * rotation
     # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
-    side = ell * (tangents + turned * normals)
-    down = ell * (turned * tangents - normals) / np.hypot(1, turned)
+    side = ell * (along + turned * normals)
+    down = ell * (turned * along - normals) / np.hypot(1, turned)
     A, B = (middles - magnified * depths * normals + sign * side / 2 for sign in (-1, 1))
     inside = np.where(np.abs(surface.x - middle) <= half, surface.displacement, np.nan)
     over = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)

@@ -58,8 +58,15 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     controls = {"load": load, **numbers}
     for name, value in controls.items():
         low, high = (value - 0.05, value + 0.05) if name == "psi0" else (value / 20, 4 * value)
-        steps = {"min": low, "max": high, "step": (high - low) / 100, "readout_format": ".3g"}
-        controls[name] = widgets.FloatSlider(value, description=name, continuous_update=False, **steps)
+        controls[name] = widgets.FloatSlider(
+            value,
+            description=name,
+            continuous_update=False,
+            min=low,
+            max=high,
+            step=(high - low) / 100,
+            readout_format=".3g",
+        )
     controls["law"] = widgets.Dropdown(options=laws, value=problem.law, description="law")
     field = widgets.Dropdown(options=["none", *QUANTITIES], description="below")
     picture, below = (widgets.Image(format="png", layout={"max_width": "100%"}) for _ in range(2))

@@ -18,10 +18,12 @@ def draw(state, axis):
     if others:
         moment = np.hypot(*state.micromoment.T) / state.solid.ell
         _from_above(others[0], state, moment, r"$|M|/\ell$", cmap="cividis")
-        # not white at nodes: a mark has to be seen
-        look = _look(state, "0.85" if state.squares is None else "w")
-        bar = _from_above(others[1], state, state.closed, "closed corners", **look)
-        bar.set_ticks(range(len(state.pressures) + 1))
+        corners = len(state.pressures)
+        none = "0.85" if state.squares is None else "w"  # not white at nodes: a mark has to be seen
+        colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
+        norm = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
+        bar = _from_above(others[1], state, state.closed, "closed corners", cmap=colours, norm=norm)
+        bar.set_ticks(range(corners + 1))
     return figure
 
 
@@ -41,10 +43,3 @@ def _from_above(axis, state, values, label, **look):
     axis.set(aspect="equal", adjustable="datalim", box_aspect=1)  # a row of squares has room above it
     axis.locator_params(nbins=4)  # as many as are there when the layout is made
     return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
-
-
-def _look(state, none):
-    """Colours for numbers of closed corners."""
-    corners = len(state.pressures)
-    colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
-    return {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)}

@@ -20,7 +20,6 @@ from microblock.fem.condensation import condensed
 from microblock.fem.facets import ContactNodes
 from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import counter, kernels, symbol
-from microblock.halfspace.solver import flexibility
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given
@@ -312,10 +311,10 @@ def of_products():
     """The flexibility of cells on a field of forces, and its preconditioner."""
     found, solid, grid = {}, mb.Cosserat(**given.TWISTED), Grid(8, 0.11, (0.385, 0.385))
     for name, pair in {**given.LAWS, "varying": given.VARYING}.items():
-        law = on_surface(_made(pair))
-        own = FORCES[: len(law.offsets)]
+        solver = mb.Contact(mb.HalfSpace(solid), mb.Sphere(1.0), _made(pair), mb.Cells()).solver
+        own = FORCES[: len(solver.offsets)]
         for where, periodic in (("alone", False), ("on a period", True)):
-            H = flexibility(solid, law, grid, periodic)
+            H = solver.alone(grid, periodic)
             parts = {"gap": H @ own, "preconditioned": H.on_face(np.ones(own.shape, bool))(own)}
             beside = {} if len(own) > 1 else dict(enumerate(H.aside(own)[:, 3, 5], 1))
             values = {f"{part} {i}": one[3, 5] for part, each in parts.items() for i, one in enumerate(each)}
