@@ -234,7 +234,8 @@ class ZonePath(LoadPath):
         error = step * (abs(way - other) + (abs(finer - values[1]) + abs(moved - finer)) / abs(slope))
         root = middle + step * (way - (finer - values[1]) / slope)
         load = np.clip(root, low.load, high.load)
-        error, place = error + abs(load - root), np.interp(way, ways, places) + x - places[1]
+        error += abs(load - root) + 10 * SAME * load  # to which edges settle where they meet
+        place = np.interp(way, ways, places) + x - places[1]
         return float(load), float(error), float(place)
 
     def _continued(self, states, problem, load, order):
