@@ -201,9 +201,9 @@ class ZonePath(LoadPath):
             return measured(states[load])
 
         def about(load):
-            inside = [other for other in {load, *states} if low.load < other < high.load]
-            near = any(abs(load - other) < 30 * NEAR * load for other in inside if other != load)
-            if load in inside and load not in states and near:
+            between = [other for other in states if low.load < other < high.load]
+            new = low.load < load < high.load and load not in states
+            if new and any(abs(load - other) < 30 * NEAR * load for other in between):
                 return 0.0  # the polynomials do the rest
             try:
                 return (ends[load] if load in ends else value(load))[0]
