@@ -5,7 +5,7 @@ The method that the program takes is the fastest, or nearly so, of those that ca
 :Geometry:  200 seeded problems on half-planes, periods, blocks, meshes and half-spaces, as in `verification`
 :Equations: those of the paper, with a second body and with friction where a problem has them
 :Method:    each problem by the method that the program takes and by every other one that can answer
-:Reference: the second codes of `verification`, for the chosen method
+:Reference: the second codes of `verification`, for the chosen method; where they have no answer another method
 :Units:     processor seconds of one thread; bytes of the peak over what was there before; relative L2 errors
 
 `python -m cases.benchmarks.choice [--first K] [--count N]` adds rows to the record.
@@ -15,6 +15,7 @@ import argparse
 import time
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -30,7 +31,7 @@ from .verification import SEED, friction, judging, lines, obstacles, space_probl
 RECORD = Path(__file__).parent / "results" / "choice.csv"
 KINDS = {"line": 80, "samples": 20, "period": 20, "block": 20, "mesh": 20, "space": 20, "friction": 20}
 TOLERANCES = 1e-2, 1e-3, 1e-5
-LONGEST = 60  # seconds of a run
+LONGEST = 60  # seconds of a run, and of a judge
 LARGE = 3e8  # bytes above which memory is compared: libraries take tens of MB to begin
 ANSWERS = ["right", "warned", "wrong", "unjudged"]
 
@@ -63,7 +64,7 @@ def answered(kind, k):
     """A row for each method of a problem, the chosen one first."""
     if kind == "friction":
         case = friction.case(k)
-        return [{"words": case.text, "rtol": case.rtol, "method": "chosen", **measured(case)}]
+        return [{"words": case.text, "rtol": case.rtol, "method": "chosen", **measured(case)[0]}]
     words, problem, load, rtol, verify = drawn(kind, k)
     plan, start = None, time.process_time()
     with suppress(mb.MicroblockError):
@@ -75,13 +76,25 @@ def answered(kind, k):
             problem.with_(obstacle=simple, method=known.method).solve(load=load)
     if plan is not None and plan.candidates:
         rows[0] |= {"taken": plan.candidates[0].name} | expected(plan.candidates[0])
-    rows[0] |= measured(judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verify))
+    verified = partial(judging.within, LONGEST, verify)
+    row, state = measured(judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verified))
+    rows[0] |= row
+    # a method that takes much longer than the chosen one need not end
+    longest = LONGEST if state is None else 2 * row["seconds"] + 1
     for other in () if plan is None else (*plan.candidates, *plan.refused):
         alone = problem.with_(method=other.method)
-        row = {"words": words, "rtol": rtol, "method": other.name} | expected(other)
         case = judging.Case(words, rtol, lambda alone=alone: alone.solve(load=load, rtol=rtol), None)
-        rows.append(row | measured(case))
+        row, second = measured(case, longest)
+        rows.append({"words": words, "rtol": rtol, "method": other.name} | expected(other) | row)
+        if rows[0]["class"] == "unjudged" and rows[0]["taken"] != other.name and None not in (state, second):
+            verify = partial(beside, second)
+            rows[0] |= judging.verdict(judging.Case(words, rtol, None, verify), state)
     return rows
+
+
+def beside(true, state):
+    """A `Case.verify` by the State of another method."""
+    return lines.error(state, true), state.error_estimate, true.error_estimate
 
 
 def expected(candidate):
@@ -90,23 +103,25 @@ def expected(candidate):
     return dict(zip(names, candidate.cost or ()))
 
 
-def measured(case):
-    """What became of a case, its seconds and the peak of its memory."""
+def measured(case, longest=LONGEST):
+    """What became of a case, its seconds, up to the longest, and the peak of its memory; and its state, or
+    None.
+    """
     before = line_of("self/status", "VmRSS")
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins again
-    known = {}
+    known, states = {}, [None]
 
     def solve():
         try:
-            state = case.solve()
-            known["unknowns"] = getattr(state, "unknowns", None)  # a history has none
-            return state
+            states.append(case.solve())
+            known["unknowns"] = getattr(states[-1], "unknowns", None)  # a history has none
+            return states[-1]
         finally:
             known["memory"] = 2**20 * (line_of("self/status", "VmHWM") - before)
 
     verify = case.verify or (lambda state: (0.0, state.error_estimate, 0.0))
-    row = judging.outcome(judging.Case(case.text, case.rtol, solve, verify), LONGEST)
-    return row | known
+    row = judging.outcome(judging.Case(case.text, case.rtol, solve, verify), longest)
+    return row | known, states[-1]
 
 
 def alone(kind, k):

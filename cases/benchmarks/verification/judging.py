@@ -66,10 +66,15 @@ def outcome(case, seconds=60):
         name = "error" if isinstance(failure, MicroblockError) else "crash"
         return row | {"class": name, "message": f"{type(failure).__name__}: {failure}", "seconds": 0.0}
     row["seconds"] = time.process_time() - start
+    return row | verdict(case, state, 4 * seconds)
+
+
+def verdict(case, state, seconds=60):
+    """{class, ratio, error, estimate, bar, message} of the state, or states, of a case."""
     words = [str(word) for one in (state if isinstance(state, list) else [state]) for word in one.warnings]
-    row["message"] = "; ".join(words)
+    row = {"message": "; ".join(words)}
     try:
-        error, estimate, bar = within(4 * seconds, case.verify, state)
+        error, estimate, bar = within(seconds, case.verify, state)
     except Exception as failure:  # whatever it is, there is no verdict
         return row | {"class": "unjudged", "message": f"{type(failure).__name__}: {failure}"}
     except OutOfTime:

@@ -78,14 +78,14 @@ def main(words=None):
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("kinds", nargs="*", choices=[[], *KINDS], default=KINDS)
+    parser.add_argument("kinds", nargs="*", choices=[[], *KINDS], default=[])
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=4)
     parser.add_argument("--seconds", type=float, default=120, help="of the processor, for a call")
     given = parser.parse_args(words)
     rows = []
     for k in range(given.first, given.first + given.count):
-        for kind in given.kinds:
+        for kind in given.kinds or KINDS:
             text, problem, load = drawn(kind, k)
             for row in calls(problem, load, seconds=given.seconds):
                 rows.append({"problem": f"{kind} {k}", "text": text} | row)
