@@ -5,7 +5,7 @@ The method that the program takes is the fastest, or nearly so, of those that ca
 :Geometry:  200 seeded problems on half-planes, periods, blocks, meshes and half-spaces, as in `verification`
 :Equations: those of the paper, with a second body and with friction where a problem has them
 :Method:    each problem by the method that the program takes and by every other one that can answer
-:Reference: the second codes of `verification`, for the chosen method; where they have no answer another method
+:Reference: the second codes of `verification`, for the chosen method, or else another method
 :Units:     processor seconds of one thread; bytes of the peak over what was there before; relative L2 errors
 
 `python -m cases.benchmarks.choice [--first K] [--count N]` adds rows to the record.
