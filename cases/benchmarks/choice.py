@@ -79,8 +79,8 @@ def answered(kind, k):
     verified = partial(judging.within, LONGEST, verify)
     row, state = measured(judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verified))
     rows[0] |= row
-    # a method that takes much longer than the chosen one need not end
-    longest = LONGEST if state is None else 2 * row["seconds"] + 1
+    # a method that takes much longer than the chosen one need not end, but where it judges
+    longest = LONGEST if state is None or row["class"] == "unjudged" else 2 * row["seconds"] + 1
     for other in () if plan is None else (*plan.candidates, *plan.refused):
         alone = problem.with_(method=other.method)
         case = judging.Case(words, rtol, lambda alone=alone: alone.solve(load=load, rtol=rtol), None)

@@ -23,6 +23,7 @@ from .kernels import table
 PLAIN, ROOT, LOG = range(3)  # kinds of panels
 EXTRA = 12  # Gauss points beyond the degree, for targets not nearer than NEAR
 NEAR = 0.25  # of a panel, in its parameter
+HAIR = 1e-12  # of a panel, by which rounding may miss it
 INNERMOST = 0.2  # panel at an edge, over ell or the way to the next edge
 ORDERS = 8, 12, 14  # the last order judges
 CLUSTER = 2  # closed gaps at Gauss points to this power next to a jump of the slope, to tell log r from 1
@@ -169,8 +170,9 @@ class Reference:
         p, panels = np.zeros(len(x)), self.panels
         for number in np.flatnonzero(panels.corner == corner):
             along = (x - panels.e[number]) / panels.h[number]
-            here = (along > 0) & (along <= 1)
             root = panels.kind[number] == ROOT
+            # where two panels meet, rounding would leave a point to neither of them
+            here = (along > (0 if root else -HAIR)) & (along <= 1 + HAIR)
             v = np.sqrt(along[here]) if root else along[here]
             p[here] = panels.basis(number, v) @ self.f[number] / (v if root else 1.0)
         return p
