@@ -52,6 +52,9 @@ def test_panels_meet_closed_forms_of_classical_contact(obstacle, edge, form):
     x = edge * np.array([-0.99, -0.5, -1e-3, 0.2, 0.9999])
     # what is left of the coupling is of the order beta log(beta)
     assert state.pressure(0, x) == pytest.approx(form(x), abs=1e-6) and state.violation()[0] < 1e-7
+    ends = np.array((state.panels.e, state.panels.e + state.panels.h))
+    ends = ends[np.abs(ends) < 0.99 * edge]  # where panels meet; rounding leaves no point between them
+    assert np.all(state.pressure(0, np.nextafter(ends, [[-9.0], [0.0], [9.0]]).ravel()) > 0)
 
 
 def test_panels_tell_a_coarse_state_and_a_wrong_one():

@@ -1,9 +1,12 @@
 """The method that the program takes, and what it expects of it."""
 
+import weakref
+
 import numpy as np
 import pytest
 
 import microblock as mb
+from microblock import cost
 from microblock.fem import meshes
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -99,6 +102,16 @@ def test_what_would_take_too_much_memory_is_not_begun(memory):
     plan = mb.Contact(LINE, mb.Obstacle.from_samples(x, x**2 / 20), mb.Microblock()).plan(load=0.5)
     assert [candidate.name for candidate in plan.candidates] == ["cells"]
     assert "GB of memory would be needed" in plan.refused[0].refusal
+
+
+def test_memory_of_what_is_no_longer_needed_is_there(monkeypatch):
+    """A problem and its solver know one another, and go only when they are looked for."""
+    problem = mb.Contact(LINE, ROUND, mb.Microblock())
+    problem.solver.contact
+    known = weakref.ref(problem)
+    del problem
+    monkeypatch.setattr("microblock.cost.available", lambda: 0 if known() else 1e12)
+    assert not cost.too_much(1e9)
 
 
 def test_what_no_method_answers_is_said_by_the_usual_one():
