@@ -160,8 +160,9 @@ class FittedSolver(MeshFitter):
     def _refined(self, load, rtol, zones, even):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
         coarse, best, passes, why = None, math.inf, 0, ""
-        # so that truncation is a fifth of rtol; levels leave more at ends and peaks
-        self.far = FAR if self.left(0) > 0 else max(FAR, math.sqrt(10 / rtol))
+        # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
+        # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
+        self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
         for level in self.levels(rtol, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
