@@ -119,8 +119,9 @@ class FittedSolver(MeshFitter):
                 return self._refined(load, rtol, zones, even)
             except NotConverged as failure:
                 failures.append(failure)
-                if failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol:
-                    break  # no orders help
+                hopeless = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
+                if hopeless or failure.__cause__:  # no orders help, or a mesh was too large
+                    break
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
@@ -147,30 +148,35 @@ class FittedSolver(MeshFitter):
             raise self.unsettled(load, zones, 0)
         return found
 
-    def levels(self, rtol, even):
-        """Refinement levels from the one before the first that may reach rtol; or that of the fixed order."""
+    def levels(self, rtol, even, sooner=0):
+        """Refinement levels from the one before the first that may reach rtol, or some `sooner`; or that of
+        the fixed order.
+        """
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
         levels = levels[even:]  # order 4 locks as low orders do
         if order is not None:
             return ((order, max((depth for top, depth in levels if top <= order), default=levels[0][1])),)
         first = sum(top < math.ceil(-2 * math.log10(rtol) - 0.3) for top, _ in levels[1:])
-        return levels[min(first, len(levels) - 2) :]
+        return levels[max(min(first, len(levels) - 2) - sooner, 0) :]
 
-    def _refined(self, load, rtol, zones, even):
+    def _refined(self, load, rtol, zones, even, sooner=0):
         """As `_fitted`, from trial zones: levels until the estimate holds."""
-        coarse, best, passes, why = None, math.inf, 0, ""
+        coarse, best, passes, cause = None, math.inf, 0, None
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
         self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
-        for level in self.levels(rtol, even):
+        levels = self.levels(rtol, even, sooner)
+        for level in levels:
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
             except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
-                if best == math.inf:
+                if best < math.inf:
+                    cause = failure
+                    break
+                if len(self.levels(rtol, even, sooner + 1)) == len(levels):
                     raise
-                why = f" ({failure})"
-                break
+                return self._refined(load, rtol, zones, even, sooner + 1)
             passes += count
             if mesh is None and self._leaves(zones):
                 break
@@ -182,10 +188,10 @@ class FittedSolver(MeshFitter):
             if best <= rtol or self.options.order is not None:
                 return mesh, passes
             coarse, mesh = mesh.part, None  # which holds the level before
-        if best == math.inf or (self._leaves(zones) and not why):
+        if best == math.inf or (self._leaves(zones) and not cause):
             raise self.unsettled(load, zones, passes)
-        besides = "" if why else "fix the discretisation, Fitted(order=...)"
-        raise out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4)
+        why, besides = (f" ({cause})", "") if cause else ("", "fix the discretisation, Fitted(order=...)")
+        raise out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4) from cause
 
     def _leaves(self, zones):
         """Whether zones reach beyond the part of the surface on which they are looked for."""
