@@ -92,9 +92,9 @@ def of_nodes(count):
 
 def too_much(needed):
     """What is wrong with so many bytes, in words, or nothing."""
-    if needed <= max(0.8 * available(), LITTLE):
+    if needed <= max(available() / 20, LITTLE):
         return ""
-    gc.collect()  # problems and their solvers know one another: what they had is there until they are looked for
+    gc.collect()  # problems and their solvers know one another, and stay until they are looked for
     there = available()
     if needed <= 0.8 * there:
         return ""

@@ -2,6 +2,7 @@
 
 import math
 
+import ngsolve as ng
 import numpy as np
 
 from .. import cost
@@ -56,9 +57,14 @@ class OnGivenMesh(Solver):
 
     def predicted(self, load, approach, rtol):
         self.require_given_mesh(rtol)
-        unknowns = self.body.unknowns
+        body, order, law = self.body, self.body.order, self.law
         if rtol is None:
-            return cost.of(self.rate + " in space" * self.body.in_space, unknowns)
-        # recovery errs like the elements at the surface, and cuts those at kinks again and again
-        kinks = len(getattr(self.obstacle, "kinks", ()))
-        return cost.of("refined", max(unknowns, 200 / rtol + 600 * kinks))
+            return cost.of(self.rate + " in space" * body.in_space, body.unknowns)
+        # elements at slope discontinuities are cut again and again, and those at ends of each corner more
+        kinks, ends = (len(getattr(self.obstacle, name, ())) for name in ("kinks", "ends"))
+        sharp = (kinks + 3 * len(law.corners) * ends) * math.log10(rtol) ** 2
+        needed = body.unknowns + 70 * order * (5 * rtol ** (-1 / order) + sharp)
+        if law.clamps_rotation:  # which leaves a layer below all of the surface
+            length = ng.Integrate(1, body.mesh, definedon=body.boundary(body.contact))
+            needed += 80 * length / self.solid.layer_length
+        return cost.of("refined", needed)
