@@ -150,13 +150,15 @@ class TwoWedges:
         return 0.02 * np.abs(np.abs(x) - 1)
 
 
-def test_levels_out_of_reach_say_what_the_ones_before_reached(monkeypatch):
-    """And a block of a size is not sent to a half-plane."""
-    monkeypatch.setattr(fitted_mesh, "MOST_NODES", 1100)  # the levels need 1000 nodes and 1300
+@pytest.mark.parametrize("most", [1100, 900])  # the levels need 1000 nodes and 1300
+def test_levels_out_of_reach_say_what_the_ones_before_reached(most, monkeypatch):
+    """Also where not even the first of these fits; and a block of a size is not sent to a half-plane."""
+    monkeypatch.setattr(fitted_mesh, "MOST_NODES", most)
     problem = mb.Contact(mb.Block(SOLID, 4.0), TwoWedges(), mb.Unilateral())
     with pytest.raises(mb.NotConverged, match="larger rtol, or take a Body on a mesh") as caught:
         problem.solve(load=1.0, rtol=1e-4)
     assert 1e-4 < caught.value.rtol_reached < 1e-2
+    assert problem.solve(load=1.0, rtol=caught.value.rtol_reached).error_estimate
 
 
 def test_a_refusal_comes_without_the_tracebacks_of_what_was_tried():
