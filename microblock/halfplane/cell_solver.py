@@ -84,6 +84,17 @@ class LineCells(CellSolution, LineSolution):
         at = np.tile(x[:, None], len(jumps))
         return cells, sizes_at(self.problem, at, np.arange(len(jumps)), closed.T, jumps.T).T
 
+    @property
+    def in_doubt(self):
+        """Share in the L2 norm of pressures within a cell of a peak and of an edge: two grids may
+        agree there and be wrong together.
+        """
+        x, jumps = self.solver.kinks
+        numbers = np.rint(self.grid.steps(x)[0]).astype(int) + np.arange(-1, 2)[:, None]
+        own = self.pressures[:, np.clip(numbers, 0, self.grid.count - 1)]
+        edges = (jumps > 0) & np.any(own > 0, axis=1) & np.any(own == 0, axis=1)
+        return float(np.sqrt((own**2).sum(axis=1)[edges].sum() / (self.total**2).sum()))
+
     @cached_property
     def _logarithms(self):
         cells, sizes = self.kinks
@@ -281,7 +292,7 @@ class LineSolver(CellSolver):
         ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
         ratio = float(np.clip(ratio, 1.4, fastest))
         last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
-        return last / (ratio - 1) + 10 * state.residual
+        return last / (ratio - 1) + 10 * state.residual + state.in_doubt
 
     def hopeless(self, changes, before, goal, finer, least):
         """Whether grids so many times finer miss the goal. A grid that meets an edge by luck is up to four

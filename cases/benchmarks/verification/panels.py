@@ -336,7 +336,7 @@ def zones_of(state):
     zones = {corner: [tuple(pair) for pair in state.zones[name]] for corner, name in enumerate(names)}
     edges, hair = [e for pair in zones[0] for e in pair], 1e-3 * state.solid.ell
     for number, (a, b) in enumerate(zones.get(1, ())):
-        apart = [hair * (np.min(np.abs(np.subtract(edges, e))) < 1e-6 * hair) for e in (a, b)]
+        apart = [hair * (np.min(np.abs(np.subtract(edges, e)), initial=np.inf) < 1e-6 * hair) for e in (a, b)]
         zones[1][number] = a + apart[0], b - apart[1]
     return zones
 
