@@ -165,7 +165,7 @@ def refine_until(solver, load, approach, rtol):
             break
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
         # an rtol far away asks for all elements alike, and not for the worst ones first
-        solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 1000) / 2))
+        solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 10) / 2))
     besides = "".join(found.beyond()) or besides
     raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, load=load, approach=approach) from failed
 
