@@ -111,12 +111,12 @@ class FittedSolver(MeshFitter):
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and self.options.order is None:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
-                return self._refined(load, rtol, near.zones, self.options.even)
+                return self._refined(load, rtol, near.zones, self.options.even, rtol)
         zones, failures = self.inside(load, self.first_zones(load, rtol)), []
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
-                return self._refined(load, rtol, zones, even)
+                return self._refined(load, rtol, zones, even, rtol)
             except NotConverged as failure:
                 failures.append(failure)
                 hopeless = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
@@ -148,39 +148,36 @@ class FittedSolver(MeshFitter):
             raise self.unsettled(load, zones, 0)
         return found
 
-    def levels(self, rtol, even, sooner=0):
-        """Refinement levels from the one before the first that may reach rtol, or some `sooner`; or that of
-        the fixed order.
-        """
+    def levels(self, rtol, even):
+        """Refinement levels from the one before the first that may reach rtol; or that of the fixed order."""
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
         levels = levels[even:]  # order 4 locks as low orders do
         if order is not None:
             return ((order, max((depth for top, depth in levels if top <= order), default=levels[0][1])),)
-        first = sum(top < math.ceil(-2 * math.log10(rtol) - 0.3) for top, _ in levels[1:])
-        return levels[max(min(first, len(levels) - 2) - sooner, 0) :]
+        first = sum(top < -2 * math.log10(rtol) - 0.3 for top, _ in levels[1:])
+        return levels[min(first, len(levels) - 2) :]
 
-    def _refined(self, load, rtol, zones, even, sooner=0):
-        """As `_fitted`, from trial zones: levels until the estimate holds."""
+    def _refined(self, load, rtol, zones, even, aim):
+        """As `_fitted`, from trial zones: levels from those of an rtol `aim` on, until the estimate holds."""
         coarse, best, passes, cause = None, math.inf, 0, None
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
         self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
-        levels = self.levels(rtol, even, sooner)
-        for level in levels:
+        for level in self.levels(aim, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
             except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
                 if best < math.inf:
                     cause = failure
                     break
-                if len(self.levels(rtol, even, sooner + 1)) == len(levels):
+                if aim >= 0.01:  # from the first level on
                     raise
-                return self._refined(load, rtol, zones, even, sooner + 1)
+                return self._refined(load, rtol, zones, even, 10 * aim)
             passes += count
-            if mesh is None and self._leaves(zones):
-                break
             if mesh is None:
+                if self._leaves(zones):
+                    break
                 continue
             if coarse is not None and mesh.estimate.total <= best:
                 best = mesh.estimate.total

@@ -57,14 +57,14 @@ class OnGivenMesh(Solver):
 
     def predicted(self, load, approach, rtol):
         self.require_given_mesh(rtol)
-        body, order, law = self.body, self.body.order, self.law
+        body, order = self.body, self.body.order
         if rtol is None:
             return cost.of(self.rate + " in space" * body.in_space, body.unknowns)
         # elements at slope discontinuities are cut again and again, and those at ends of each corner more
         kinks, ends = (len(getattr(self.obstacle, name, ())) for name in ("kinks", "ends"))
-        sharp = (kinks + 3 * len(law.corners) * ends) * math.log10(rtol) ** 2
+        sharp = (kinks + 3 * len(self.law.corners) * ends) * math.log10(rtol) ** 2
         needed = body.unknowns + 70 * order * (5 * rtol ** (-1 / order) + sharp)
-        if law.clamps_rotation:  # which leaves a layer below all of the surface
+        if self.law.clamps_rotation:  # which leaves a layer below all of the surface
             length = ng.Integrate(1, body.mesh, definedon=body.boundary(body.contact))
             needed += 80 * length / self.solid.layer_length
         return cost.of("refined", needed)

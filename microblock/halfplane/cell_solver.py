@@ -76,23 +76,28 @@ class LineCells(CellSolution, LineSolution):
         """Slope discontinuities under pressed cells, in cells, array (k,), and K of ``p ~ K log(1/|x|)`` of
         each corner there, array (corners, k).
         """
-        x, jumps = self.solver.kinks
-        cells = self.grid.steps(x)[0]
-        numbers = np.clip(np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None], 0, self.grid.count - 1)
-        closed = np.all(self.pressures[:, numbers] > 0, axis=1)
+        (x, jumps), (cells, beside) = self.solver.kinks, self._beside
+        closed = np.all(beside > 0, axis=1)
         x, cells, jumps, closed = (each[..., closed.any(axis=0)] for each in (x, cells, jumps, closed))
         at = np.tile(x[:, None], len(jumps))
         return cells, sizes_at(self.problem, at, np.arange(len(jumps)), closed.T, jumps.T).T
 
+    @cached_property
+    def _beside(self):
+        """Slope discontinuities in cells, array (k,), and pressures of the cells there and to either side,
+        array (corners, 3, k).
+        """
+        cells = self.grid.steps(self.solver.kinks[0])[0]
+        numbers = np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None]
+        return cells, self.pressures[:, np.clip(numbers, 0, self.grid.count - 1)]
+
     @property
     def in_doubt(self):
-        """Share in the L2 norm of pressures within a cell of a peak and of an edge: two grids may
-        agree there and be wrong together.
+        """Share in the L2 norm of pressures within a cell of a peak and of an edge: two grids may agree there
+        and be wrong together.
         """
-        x, jumps = self.solver.kinks
-        numbers = np.rint(self.grid.steps(x)[0]).astype(int) + np.arange(-1, 2)[:, None]
-        own = self.pressures[:, np.clip(numbers, 0, self.grid.count - 1)]
-        edges = (jumps > 0) & np.any(own > 0, axis=1) & np.any(own == 0, axis=1)
+        own = self._beside[1]
+        edges = (self.solver.kinks[1] > 0) & np.any(own > 0, axis=1) & np.any(own == 0, axis=1)
         return float(np.sqrt((own**2).sum(axis=1)[edges].sum() / (self.total**2).sum()))
 
     @cached_property

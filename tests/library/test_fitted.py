@@ -149,7 +149,7 @@ def test_three_meshes_are_held_at_a_time(monkeypatch):
 def test_what_no_orders_reach_is_refused_by_the_first(monkeypatch):
     """The levels at a peak or an end leave 1e-5, whatever the orders: 1e-6 took three times as long."""
     tried, refined = [], FittedSolver._refined
-    monkeypatch.setattr(FittedSolver, "_refined", lambda *args: (tried.append(args[-1]), refined(*args))[1])
+    monkeypatch.setattr(FittedSolver, "_refined", lambda *args: (tried.append(args[-2]), refined(*args))[1])
     for obstacle in (Wedge(slope=0.05), mb.Punch(half_width=0.3)):
         problem = on_block(HARD, obstacle, LINE, 4.0)
         with pytest.raises(NotConverged) as caught:
