@@ -27,7 +27,7 @@ from .meshes import elements_at
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
-SOON = 100_000  # unknowns, with which no mesh is cut any more if rtol is out of reach: some ten seconds
+SOON = 40_000  # unknowns, with which no mesh is cut any more if rtol is out of reach: some seconds
 
 
 @dataclass(frozen=True)
@@ -160,24 +160,33 @@ def refine_until(solver, load, approach, rtol):
         if parts.total <= rtol:
             return replace(found, error_estimate=parts.total)
         passed.append((found.unknowns, parts.parts))
-        far = found.unknowns > SOON and _hopeless(rtol, passed[-2:])
+        far = found.unknowns > SOON and _hopeless(rtol, passed) and _hopeless(rtol, passed[-2:])
         if found.unknowns > MOST or far or _stalled(rtol, [own.max() for _, own in passed]):
             break
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
         # an rtol far away asks for all elements alike, and not for the worst ones first
         solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 10) / 2))
     besides = "".join(found.beyond()) or besides
-    raise out_of_reach(rtol, best, "", besides, passes, margin=1.4, load=load, approach=approach) from failed
+    raise out_of_reach(
+        rtol,
+        best,
+        "",
+        besides,
+        passes,
+        load=load,
+        approach=approach,
+        margin=0.7 if far else 1.4,  # a few more unknowns halve what is left
+    ) from failed
 
 
 def _hopeless(rtol, passed):
-    """Whether a part of the estimate misses rtol with MOST unknowns, at 1.5 times the order between two
-    passes, [(unknowns, parts of the estimate)].
+    """Whether a part of the estimate misses rtol with MOST unknowns, at twice the order from the first to the
+    last of passes, [(unknowns, parts of the estimate)].
     """
     (few, coarse), (more, fine) = passed[0], passed[-1]
     if more <= few:  # triangles of quadrilaterals may have as many, and a first pass has none before
         return False
-    ahead = 1.5 * math.log(MOST / more) / math.log(more / few)
+    ahead = 2 * math.log(MOST / more) / math.log(more / few)
     return np.any(fine * (fine / np.maximum(coarse, 1e-300)) ** ahead > rtol)
 
 

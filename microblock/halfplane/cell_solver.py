@@ -97,7 +97,7 @@ class LineCells(CellSolution, LineSolution):
         and be wrong together.
         """
         own = self._beside[1]
-        edges = (self.solver.kinks[1] > 0) & np.any(own > 0, axis=1) & np.any(own == 0, axis=1)
+        edges = (self.solver.kinks[1] > 0) & np.any(own == 0, axis=1)
         return float(np.sqrt((own**2).sum(axis=1)[edges].sum() / (self.total**2).sum()))
 
     @cached_property
