@@ -184,8 +184,8 @@ class CellSolver(Solver):
         why = "; ".join((f" on {words} cells", *reached.notes))
         # what errors that fall a little slower than so far are on the finest grid; large ones have no rule
         fall = np.clip(changes[-2] / changes[-1], 1, 2) if least < 0.1 else 1
-        more = (count / sizes[-1]) ** (0.75 * np.log2(fall))
-        raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach, margin=more)
+        margin = fall ** (0.75 * np.log2(count / sizes[-1]))
+        raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach, margin=margin)
 
     def enough(self, goal, state):
         """The error that suffices where a state misses its goal."""

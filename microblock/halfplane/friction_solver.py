@@ -25,7 +25,9 @@ from .shear_cells import frictional_contact, surface, with_counter
 
 # of the errors of two levels: 2 to 6 as seen where it is measured, and a small change may be luck
 RATIOS, UNKNOWN = (1.4, 2.5), 2.0
-SLOW, QUICK = 2.0, 10.0  # of the estimates: 3.3 to 8.8 as seen
+# of the estimates: a level divides them by SLOW or more, and so many that are left by QUICK or less: by 3.5,
+# 13 and 420 at most as seen
+SLOW, QUICK = 2.0, (np.inf, 5.0, 25.0, 1000.0)
 
 
 @dataclass(frozen=True)
@@ -171,9 +173,8 @@ class FrictionSolver:
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol, best = 5e-2 if rtol is None else rtol, np.inf
-        numbers = range(6)
         try:
-            for number, finer, coarser, changes in levels(self.level, numbers, _change):
+            for number, finer, coarser, changes in levels(self.level, range(6), _change):
                 kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
                 errors = _estimates(changes, finer)
                 best = min(best, max(errors))
@@ -184,8 +185,8 @@ class FrictionSolver:
                         for one, other, error in parts
                     ]
                     return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
-                left = numbers[-1] - number
-                if left and len(changes) > 1 and best > rtol * QUICK**left:
+                left = 5 - number
+                if len(changes) > 1 and best > rtol * QUICK[left]:
                     raise self._refused(rtol, best, finer, left)
         except NotConverged as failure:
             if not np.isfinite(best) or failure.rtol_reached:
