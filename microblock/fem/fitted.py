@@ -171,7 +171,7 @@ class FittedSolver(MeshFitter):
                 if best < math.inf:
                     cause = failure
                     break
-                if aim >= 0.01:  # from the first level on
+                if aim >= 0.01 or self.picture.simple:  # no level is smaller, or memory is short
                     raise
                 return self._refined(load, rtol, zones, even, 10 * aim)
             passes += count

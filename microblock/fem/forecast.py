@@ -62,9 +62,9 @@ class OnGivenMesh(Solver):
             return cost.of(self.rate + " in space" * body.in_space, body.unknowns)
         # elements at slope discontinuities are cut again and again, and those at ends of each corner more
         kinks, ends = (len(getattr(self.obstacle, name, ())) for name in ("kinks", "ends"))
-        sharp = (kinks + 3 * len(self.law.corners) * ends) * math.log10(rtol) ** 2
-        needed = body.unknowns + 70 * order * (5 * rtol ** (-1 / order) + sharp)
+        sharp = kinks + 3 * len(self.law.corners) * ends
+        needed = body.unknowns + 70 * order * (5 * rtol ** (-1 / order) + sharp * math.log10(rtol) ** 2)
         if self.law.clamps_rotation:  # which leaves a layer below all of the surface
-            length = ng.Integrate(1, body.mesh, definedon=body.boundary(body.contact))
-            needed += 80 * length / self.solid.layer_length
+            surface = body.boundary(body.contact)
+            needed += 80 * ng.Integrate(1, body.mesh, definedon=surface) / self.solid.layer_length
         return cost.of("refined", needed)

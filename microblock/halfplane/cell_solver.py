@@ -88,7 +88,7 @@ class LineCells(CellSolution, LineSolution):
         array (corners, 3, k).
         """
         cells = self.grid.steps(self.solver.kinks[0])[0]
-        numbers = np.rint(cells).astype(int) + np.array((-1, 0, 1))[:, None]
+        numbers = np.rint(cells).astype(int) + np.arange(-1, 2)[:, None]
         return cells, self.pressures[:, np.clip(numbers, 0, self.grid.count - 1)]
 
     @property
@@ -98,7 +98,7 @@ class LineCells(CellSolution, LineSolution):
         """
         own = self._beside[1]
         edges = (self.solver.kinks[1] > 0) & np.any(own == 0, axis=1)
-        return float(np.sqrt((own**2).sum(axis=1)[edges].sum() / (self.total**2).sum()))
+        return float(np.sqrt((own**2).sum(axis=1)[edges].sum()) / np.linalg.norm(self.total))
 
     @cached_property
     def _logarithms(self):
@@ -297,7 +297,7 @@ class LineSolver(CellSolver):
         ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
         ratio = float(np.clip(ratio, 1.4, fastest))
         last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
-        return last / (ratio - 1) + 10 * state.residual + state.in_doubt
+        return last / (ratio - 1) + 10 * state.residual + state.in_doubt / 2
 
     def hopeless(self, changes, before, goal, finer, least):
         """Whether grids so many times finer miss the goal. A grid that meets an edge by luck is up to four
