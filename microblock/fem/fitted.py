@@ -163,7 +163,7 @@ class FittedSolver(MeshFitter):
         coarse, best, passes, cause = None, math.inf, 0, None
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
-        self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
+        self.far = FAR if self.left(0) > 0 or rtol >= 1e-5 else 100 * FAR
         for level in self.levels(aim, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)

@@ -98,7 +98,7 @@ class LineCells(CellSolution, LineSolution):
         """
         own = self._beside[1]
         edges = (self.solver.kinks[1] > 0) & np.any(own == 0, axis=1)
-        return float(np.sqrt((own**2).sum(axis=1)[edges].sum()) / np.linalg.norm(self.total))
+        return float(np.sqrt((own**2).sum(axis=1)[edges].sum()) / (np.linalg.norm(self.total) or 1))
 
     @cached_property
     def _logarithms(self):
