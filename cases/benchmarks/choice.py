@@ -86,7 +86,11 @@ def answered(kind, k):
         case = judging.Case(words, rtol, lambda alone=alone: alone.solve(load=load, rtol=rtol), None)
         row, second = measured(case, longest)
         rows.append({"words": words, "rtol": rtol, "method": other.name} | expected(other) | row)
-        if rows[0]["class"] == "unjudged" and rows[0]["taken"] != other.name and None not in (state, second):
+        if (
+            rows[0]["class"] == "unjudged"
+            and rows[0].get("taken") != other.name
+            and None not in (state, second)
+        ):
             verify = partial(beside, second)
             rows[0] |= judging.verdict(judging.Case(words, rtol, None, verify), state)
     return rows

@@ -54,10 +54,14 @@ class FittedSolver(MeshFitter):
         if known is not None:
             self.obstacle = picture.seen(self.obstacle, known)
 
+    @property
+    def fixed(self):
+        """Whether the order is given."""
+        return self.options.order is not None
+
     def solve(self, load, approach, rtol, initial=None):
-        fixed = self.options.order is not None
         words = "chooses the order: not together with Fitted(order=...)"
-        require(not fixed or rtol is None, "rtol", rtol, words)
+        require(not self.fixed or rtol is None, "rtol", rtol, words)
         wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
         if not given:
             load = self.first_load(approach)
@@ -69,7 +73,7 @@ class FittedSolver(MeshFitter):
             state = solver._state(mesh, part, carried, iterations)
             # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
             # of a low order may go to and fro
-            if abs(carried - load) <= wanted / 100 * load or (fixed and number == 8):
+            if abs(carried - load) <= wanted / 100 * load or (self.fixed and number == 8):
                 return state
             load, initial = carried, state
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
@@ -109,7 +113,7 @@ class FittedSolver(MeshFitter):
         NotConverged with `rtol_reached`, the smallest estimate, if one is known.
         """
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
-        if alike and self.options.order is None:  # whose state is the same from wherever
+        if alike and not self.fixed:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
                 return self._refined(load, rtol, near.zones, self.options.even, rtol)
         zones, failures = self.inside(load, self.first_zones(load, rtol)), []
@@ -163,7 +167,7 @@ class FittedSolver(MeshFitter):
         coarse, best, passes, cause = None, math.inf, 0, None
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
-        self.far = FAR if self.left(0) > 0 or rtol >= 1e-5 else 100 * FAR
+        self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
         for level in self.levels(aim, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
@@ -171,9 +175,12 @@ class FittedSolver(MeshFitter):
                 if best < math.inf:
                     cause = failure
                     break
-                if aim >= 0.01 or self.picture.simple:  # no level is smaller, or memory is short
+                if (
+                    aim >= 0.01 or self.fixed or self.picture.simple
+                ):  # no level is smaller, or memory is short
                     raise
-                return self._refined(load, rtol, zones, even, 10 * aim)
+                # the last two levels are those of all smaller ones
+                return self._refined(load, rtol, zones, even, max(10 * aim, 1e-5))
             passes += count
             if mesh is None:
                 if self._leaves(zones):
@@ -182,7 +189,7 @@ class FittedSolver(MeshFitter):
             if coarse is not None and mesh.estimate.total <= best:
                 best = mesh.estimate.total
                 kept(self._state(mesh, mesh.part, load, passes), error=float(best))
-            if best <= rtol or self.options.order is not None:
+            if best <= rtol or self.fixed:
                 return mesh, passes
             coarse, mesh = mesh.part, None  # which holds the level before
         if best == math.inf or (self._leaves(zones) and not cause):
@@ -199,13 +206,13 @@ class FittedSolver(MeshFitter):
         amended until they hold, and their edges moved until that adds little to the estimate, or no longer
         halves what it adds; those of a fixed order to rounding.
         """
-        fixed, last = self.options.order is not None, math.inf
-        tolerance, located = (rtol, 0.0) if fixed else (CONDITIONS_SHARE * rtol, 5 * rtol)
+        last = math.inf
+        tolerance, located = (rtol, 0.0) if self.fixed else (CONDITIONS_SHARE * rtol, 5 * rtol)
         for passes in range(1, 7):
             counted()
             mesh = None  # before the next, which takes as much memory
             mesh = FittedMesh(self, load, zones, *level, coarse)
-            holds = fixed or (coarse is not None and mesh.estimate.total <= rtol)
+            holds = self.fixed or (coarse is not None and mesh.estimate.total <= rtol)
             other, edges = mesh.other_zones(tolerance, everywhere=holds), mesh.estimate.edges
             if other is not None:
                 zones, last = other, math.inf

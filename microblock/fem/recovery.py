@@ -141,7 +141,7 @@ def refine_until(solver, load, approach, rtol):
     ------
     NotConverged
         Beyond MOST unknowns or PASSES passes, beyond SOON if MOST would miss rtol, or if PASSES would;
-        `rtol_reached` is the smallest estimate.
+        `rtol_reached` is 1.4 times the smallest estimate, or what a few more unknowns leave.
     """
     best, found, besides, failed, passed = math.inf, None, "raise the order of the body", None, []
     for passes in range(1, PASSES + 1):
@@ -164,7 +164,7 @@ def refine_until(solver, load, approach, rtol):
         if found.unknowns > MOST or far or _stalled(rtol, [own.max() for _, own in passed]):
             break
         triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
-        # an rtol far away asks for all elements alike, and not for the worst ones first
+        # a tenth at a time: for much less all elements are cut alike, and not the worst ones first
         solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 10) / 2))
     besides = "".join(found.beyond()) or besides
     raise out_of_reach(

@@ -173,8 +173,9 @@ class FrictionSolver:
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol, best = 5e-2 if rtol is None else rtol, np.inf
+        numbers = range(6)
         try:
-            for number, finer, coarser, changes in levels(self.level, range(6), _change):
+            for number, finer, coarser, changes in levels(self.level, numbers, _change):
                 kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
                 errors = _estimates(changes, finer)
                 best = min(best, max(errors))
@@ -185,7 +186,7 @@ class FrictionSolver:
                         for one, other, error in parts
                     ]
                     return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
-                left = 5 - number
+                left = numbers[-1] - number
                 if len(changes) > 1 and best > rtol * QUICK[left]:
                     raise self._refused(rtol, best, finer, left)
         except NotConverged as failure:

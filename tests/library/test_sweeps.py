@@ -149,6 +149,8 @@ def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
         (tmp_path / "digits.py").write_text(f"DIGITS = {digits}\n")
         (tmp_path / "study.py").write_text(STUDY.replace("{FACTOR}", factor))
         environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}", "PYTHONHASHSEED": str(number)}
+        # Python takes a module of the same second and length for the same
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"
         more = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True}
         printed.append(subprocess.run([sys.executable, "study.py"], check=True, **more).stdout.split())
     assert printed == [["called", "9.0"], ["9.0"], ["called", "1.3"], ["called", "1.29"], ["1.29"]]
