@@ -57,7 +57,7 @@ RATES = {
     "newton": Rate(0.02, 4e-5, 1.07, 5e3, 1.05),
     "condensed in space": Rate(0.05, 4e-6, 1.4, 1e3, 1.33),
     "newton in space": Rate(0.05, 4e-5, 1.3, 2e3, 1.1),
-    "cells in space": Rate(0.1, 3e-6, 1.08, 360, 1),
+    "cells in space": Rate(0.1, 3e-6, 1.08, 270, 1),
 }
 
 

@@ -104,6 +104,18 @@ class Picture:
             low = low[np.abs(low - low[0]).max(axis=1) > SAME * self.radius]
         return np.array(found).reshape(-1, 2)
 
+    def spread(self, approach, window):
+        """Returns the number of separate valleys below an approach, and the length of what is below, or the
+        side of the window, over its width; inside the window if there is one.
+        """
+        found, low = self.separate(approach), self.low(approach)[:, :2]
+        if window:
+            found, low = (own[window.beyond(*own.T) <= 0] for own in (found, low))
+        if len(low) < 9:
+            return max(len(found), 1), 1.0
+        width, length = np.sort(np.ptp(low @ np.linalg.eigh(np.cov(low.T))[1], axis=0))
+        return max(len(found), 1), (window.side if window else length) / width
+
     def look(self, middle, side, count):
         """Adds samples of a square."""
         rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))

@@ -136,9 +136,16 @@ class SurfaceSolver(CellSolver):
         raise NotConverged(search.NO_WINDOW)
 
     def predicted(self, load, approach, rtol):
-        """Returns the Cost of cells whose edges leave rtol, on one square or on several together."""
-        count = self.options.nodes or 2.0 ** np.ceil(np.log2(2.5 / self.goal(rtol)))
-        return cost.of("cells in space", len(self.offsets) * count**2)
+        """Returns the Cost of cells whose edges leave rtol, as many under each valley that touches."""
+        fixed, nodes, most = self.given_window(), self.options.nodes, float(self.most**2)
+        picture = self._picture(load, approach, fixed)
+        valleys, ratio = picture.spread(picture.lowest[2] + (picture.bound - picture.lowest[2]) / 8, fixed)
+        several = self._is_sparse(picture) if fixed else valleys > 1
+        squares, finer = (valleys, 1.0) if several else (1, max(ratio / 1.75, 1.0))
+        needed = squares * 4.0 ** np.ceil(np.log2(2.5 / self.goal(rtol) * finer))
+        cells = squares * nodes**2 if nodes else min(needed, most)
+        found = cost.of("cells in space", len(self.offsets) * cells)
+        return found._replace(misses=bool(not nodes and needed > most))
 
     def window_of(self, load):
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""

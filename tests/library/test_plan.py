@@ -90,6 +90,26 @@ def test_unknowns_of_a_mesh_that_is_refined(obstacle, law, rtol):
     assert 1 / 3 < expected / problem.solve(load=0.5, rtol=rtol).unknowns < 3
 
 
+@pytest.mark.parametrize(
+    "height, window, count",
+    [
+        (lambda x, y: (x**2 + y**2) / 2, None, 1),
+        (lambda x, y: (x**2 + 30 * y**2) / 2, None, 4),  # four times as many cells across as along
+        (lambda x, y: np.minimum(x**2, (abs(x) - 3) ** 2) / 2 + y**2 / 2, None, 3),  # three summits
+        (lambda x, y: (x**2 + y**2) / 2, 2.0, 4),
+    ],
+)
+def test_unknowns_of_squares_in_space(height, window, count):
+    """Within twice where one square has 256 cells a side; a fifteenth of them was expected."""
+    cells = mb.Cells(window=(-window / 2, window / 2)) if window else mb.Cells()
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Obstacle(height), mb.Unilateral(), cells)
+    plan, state = problem.plan(load=0.5, rtol=1e-2), problem.solve(load=0.5, rtol=1e-2)
+    assert 1 / 2 < plan.candidates[0].cost.unknowns / state.unknowns < 2
+    assert state.unknowns >= count * 2**16
+    few = problem.plan(load=0.5, rtol=1e-5).candidates[0].cost
+    assert few.misses and few.unknowns <= 2**20
+
+
 def test_an_approach_is_planned_as_its_load():
     """Of a block an approach asks for the mesh of about its load."""
     problem = mb.Contact(mb.Block(SOLID, 4.0), ROUND, mb.Microblock())
