@@ -154,7 +154,7 @@ class CellSolver(Solver):
         def solved(count, before):
             grid, last = window.of(count), count == sizes[-1]
             # rounding may keep a coarse grid from what it would gain from, where ell is very small
-            coarse = self.loose / count, 100 * self.loose / count
+            coarse = self.coarse_residual(count), 100 * self.coarse_residual(count)
             for residual in (self.options.residual,) if last else coarse:
                 try:
                     return self.solved(grid, load, approach, residual, before or near)
@@ -186,6 +186,12 @@ class CellSolver(Solver):
         fall = np.clip(changes[-2] / changes[-1], 1, 2) if least < 0.1 else 1
         margin = fall ** (0.75 * np.log2(count / sizes[-1]))
         raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach, margin=margin)
+
+    def coarse_residual(self, count):
+        """The residual of so many cells along an axis of a grid that is not the last, or of a window that is
+        looked for: looser where that is asked for, up to a hundredth.
+        """
+        return max(self.loose / count, min(self.options.residual, 0.01))
 
     def enough(self, goal, state):
         """The error that suffices where a state misses its goal."""

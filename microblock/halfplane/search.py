@@ -107,7 +107,9 @@ def amended(state, violations, tolerance):
             near = [edge for edge in np.ravel(own) if abs(2 * edge - left - right) < 1.1 * (right - left)]
             zones[each.corner] = joined([*own, (min([left, *near]), max([right, *near]))])
         else:
-            zones[each.corner] = sorted(set(without(own, left, right)))
+            # tension at an edge of another corner goes on beyond it, where it is too narrow to be seen
+            beyond = (right - left) * np.isin((left, right), edges)
+            zones[each.corner] = sorted(set(without(own, left - beyond[0], right + beyond[1])))
     if wrong and not any(zones.values()):
         raise NotConverged(f"all zones are in tension at load {state.load:g}")
     return state.problem.computed({corner: tuple(own) for corner, own in zones.items()}) if wrong else None

@@ -64,7 +64,7 @@ class Picture:
         self.gaps, self.ell, self.needed, self.obstacle, self.repeats = gaps, ell, needed, obstacle, repeats
         self.samples, self.valleys, self._starts = np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 4))
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
-        self._draw = np.random.default_rng(0)
+        self._draw, self._widest = np.random.default_rng(0), 0.0
         if window is not None:
             for times in 2.0 ** np.arange(2, 1 if repeats else 7):
                 self.look(window.middle, times * window.side, COARSE)
@@ -192,6 +192,10 @@ class Picture:
                 break
 
     def _refuse(self, what):
+        least = FARTHEST / WIDEST * self.radius
+        words = f"must be at least {least:.2g} for a contact of radius {self.radius:.2g}"
+        # a flat obstacle has the widest disc of all that were looked at
+        require(what != RISES or self.ell > least or self.radius > self._widest / 8, "ell", self.ell, words)
         raise BadArgument("obstacle", self.obstacle, f"must {what}" + f"; {BOUNDED}" * (what != UNSEEN))
 
     def _beside_valleys(self):
@@ -210,7 +214,7 @@ class Picture:
 
     def _bound(self, widest):
         """Sets bound and radius by discs up to a width."""
-        lowest = self.lowest
+        self._widest, lowest = widest, self.lowest
         radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)
         (z, weights), turns = gauss_rule(8), 2 * np.pi * (np.arange(16) + 0.5) / 16
         r, shares = np.sqrt(1 - z**2), np.repeat(weights, len(turns)) / len(turns)

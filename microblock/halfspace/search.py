@@ -33,7 +33,7 @@ def window(solver, picture, load, approach, places):
         if found == solver.given_window():
             return found
         counted(squares=len(found.grids))
-        state, before = solver.solved(found, load, approach, solver.loose / FEW), found
+        state, before = solver.solved(found, load, approach, solver.coarse_residual(FEW)), found
         outside = touching(state, picture)[0]
         places = np.vstack((places, outside))
         parts, grows = [(box, reach) for box in _clusters(outside, 1.5 * reach)], False

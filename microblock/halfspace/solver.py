@@ -142,7 +142,9 @@ class SurfaceSolver(CellSolver):
         valleys, ratio = picture.spread(picture.lowest[2] + (picture.bound - picture.lowest[2]) / 8, fixed)
         several = self._is_sparse(picture) if fixed else valleys > 1
         squares, finer = (valleys, 1.0) if several else (1, max(ratio / 1.75, 1.0))
-        needed = squares * 4.0 ** np.ceil(np.log2(2.5 / self.goal(rtol) * finer))
+        # an estimate has three grids
+        count = max(2.0 ** np.ceil(np.log2(2.5 / self.goal(rtol) * finer)), 4 * self.coarsest)
+        needed = squares * count**2
         cells = squares * nodes**2 if nodes else min(needed, most)
         found = cost.of("cells in space", len(self.offsets) * cells)
         return found._replace(misses=bool(not nodes and needed > most))
