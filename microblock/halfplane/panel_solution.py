@@ -97,6 +97,10 @@ class OnPanels(LineSolution):
         return np.where(panels.root & ~np.isin(panels.e, infinite), values, 0.0)
 
     def pressure(self, corner, x):
+        return np.maximum(self.traction(corner, x), 0.0)
+
+    def traction(self, corner, x):
+        """Pressure or tension of a corner at x, array (n,)."""
         x = np.asarray(x, float)
         found, here = np.zeros_like(x), np.flatnonzero(contains(self.all_zones[corner], x))
         if len(here):
@@ -125,14 +129,23 @@ class OnPanels(LineSolution):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n), scaled to the load."""
+        """Pressure of each corner at `x`, array (corners, n): 0 where the error of an edge leaves tension."""
+        return self._carrying(np.maximum(self.tractions, 0.0))
+
+    @cached_property
+    def tractions(self):
+        """Pressure or tension of each corner at `x`, array (corners, n)."""
         panels, rows = self.whole
         panel, v, _, _ = panels.nodes
         own = [e in np.ravel(self.all_zones[corner]) for e, corner in zip(panels.e, panels.corner)]
         q = rows.ravel() - np.where(own, self._anchored, 0.0)[panel]
         found = np.zeros((len(self.problem.law.corners), len(self.x)))
         found[panels.corner[panel], self._numbers] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
-        return found * (self.load / (self.weights @ found.sum(axis=0)))
+        return self._carrying(found)
+
+    def _carrying(self, pressures):
+        """Pressures scaled to the load."""
+        return pressures * (self.load / (self.weights @ pressures.sum(axis=0)))
 
     def reaction(self, x):
         """M that holds psi = 0 at x, array (n,)."""
@@ -210,8 +223,9 @@ class PanelSolution(OnPanels):
 def difference(coarse, fine):
     """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
-    p, total = np.array([coarse.pressure(corner, x) for corner in fine.all_zones]), fine.pressures.sum(axis=0)
+    own, total = fine.tractions, fine.tractions.sum(axis=0)
+    p = np.array([coarse.traction(corner, x) for corner in fine.all_zones]) - own
     moment = ell / 2 * np.sum(fine.problem.levers(x) * p, axis=0)
     if fine.problem.law.clamps_rotation:
-        moment = coarse.reaction(x)
-    return distance(weights, p.sum(axis=0) - total, (moment - fine.micromoment) / ell, total)
+        moment = coarse.reaction(x) - fine.reaction(x)
+    return distance(weights, p.sum(axis=0), moment / ell, total)

@@ -33,7 +33,7 @@ def survey(state):
     """[Violation] of a state; raises BadArgument if the obstacle could touch beyond its picture."""
     problem, surface = state.problem, _Surface(state)
     # a violation that is computed stands for its mirror image, too
-    size = np.sqrt(state.weights @ state.pressures.sum(axis=0) ** 2 / (2 if problem.mirror else 1))
+    size = np.sqrt(state.weights @ state.tractions.sum(axis=0) ** 2 / (2 if problem.mirror else 1))
     found = [*_tensile(state, size), *_at_valleys(state, size)]
     for corner in problem.corners:
         found += _overlaps(state, corner, *_gaps(state, surface, corner), problem.E_star / size)
@@ -127,7 +127,7 @@ def _tensile(state, size):
         for left, right in state.zones[corner]:
             left = max(left, 0.0) if half_line(state.problem) else left
             inside = (left <= state.x) & (state.x <= right)
-            x, p, weights = state.x[inside], state.pressures[corner, inside], state.weights[inside]
+            x, p, weights = state.x[inside], state.tractions[corner, inside], state.weights[inside]
             edges = borders(x, left, right)
             for first, last in runs(p < 0):
                 part = slice(first, last + 1)

@@ -360,7 +360,7 @@ def _margin(state, corner, touches, span):
     start, end = zones[number - 1 : number + 1]
     if number % 2 != touches:
         raise NotConverged(f"zones leave x = {(left + right) / 2:g} at load {state.load:g}")
-    values = state.gap if touches else state.pressure
+    values = state.gap if touches else state.traction
     width = half = right - left
     while half > FINE * width:
         inset = FINE * (right - left)

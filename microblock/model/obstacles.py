@@ -29,6 +29,7 @@ from ..errors import (
     checked,
     require,
     require_finite,
+    require_floats,
     require_numbers,
     require_positive,
     require_whole,
@@ -441,9 +442,14 @@ def repeated(obstacle: object, period: float) -> Callable[..., Array]:
 
 
 def check(obstacle: ObstacleLike, in_space: bool) -> None:
-    """Raises BadArgument unless the obstacle has a height that takes arrays."""
+    """Raises BadArgument unless an obstacle has a height that takes arrays, and kinks that are numbers."""
     if in_space or returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, *np.zeros((1 + in_space, 2)))
+    for name in ("kinks", "jumps", "ends"):
+        given = getattr(obstacle, name, ())
+        words = "must be a tuple of numbers; leave it out where there are none"
+        own = require_floats(words, **{name: given})
+        require(own.ndim == 1 and not np.isnan(own).any(), name, given, words)
 
 
 def scales(ell: float) -> Array:

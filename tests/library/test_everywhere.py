@@ -11,6 +11,7 @@ from scipy.special import beta
 from threadpoolctl import threadpool_limits
 
 import microblock as mb
+from cases.benchmarks.verification import SEED
 from cases.benchmarks.verification.obstacles import drawn
 from microblock.halfplane import search
 from microblock.halfplane.kernels import short_waves
@@ -59,6 +60,17 @@ def missed(state, cells):
 
 
 # --- states
+
+
+@pytest.mark.parametrize("number", [51, 126, 195, 216])
+def test_no_pressure_is_negative_where_an_edge_errs(number):
+    """Of an rtol of 1e-2 tension of 0.1 to 5 times the mean pressure was left at the node beside an edge."""
+    _, problem, load, *_ = drawn(SEED, number, mb)
+    state = problem.with_(method=mb.Panels()).solve(load=load, rtol=1e-2)
+    assert min(own.min() for own in state.pressures.values()) == 0
+    assert state.weights @ state.pressure == pytest.approx(load, rel=1e-12)
+    places = np.linspace(*np.array(state.zones["contact"])[[0, -1], [0, 1]], 2001)
+    assert state.pressure_at(places).min() >= 0
 
 
 @pytest.mark.parametrize("curvature", [0.1, 0.5, 1.0])

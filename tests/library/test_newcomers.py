@@ -166,3 +166,11 @@ def test_a_refusal_comes_without_the_tracebacks_of_what_was_tried():
         mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), mb.Microblock()).solve(load=1.0, rtol=1e-14)
     failure = caught.value
     assert failure.rtol_reached and failure.__cause__ is None and failure.__suppress_context__
+
+
+@pytest.mark.parametrize("name, value", [("kinks", None), ("ends", None), ("kinks", 3), ("kinks", ("a",))])
+def test_what_an_obstacle_of_ones_own_has_besides_a_height_is_numbers(name, value):
+    """A raw TypeError came back."""
+    own = type("Own", (), {"height": lambda self, x: x**2, name: value})()
+    with pytest.raises(mb.BadArgument, match=f"{name} = .*: must be a tuple of numbers; leave it out"):
+        mb.Contact(mb.HalfPlane(SOLID), own, mb.Microblock())
