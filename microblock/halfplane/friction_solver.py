@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import cost
+from ..corners.cell_solver import EQUAL
 from ..corners.follower import AT_LIMIT, Follower, Moment
 from ..corners.friction_events import events
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
@@ -18,7 +19,7 @@ from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import levels
 from ..model.state import ErrorParts, State
-from ..model.zones import common, contains, distance_to_ends
+from ..model.zones import common, contains, distance_to_ends, runs
 from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_counter
@@ -27,7 +28,12 @@ from .shear_cells import frictional_contact, surface, with_counter
 RATIOS, UNKNOWN = (1.4, 2.5), 2.0
 # of the estimates: the fourth level divides them by SLOW or more (by 2.3 to 70 in 15 histories; the next ones
 # may gain nothing), and so many that are left by QUICK or less: by 3.5, 13 and 420 at most as seen
+SPOT = 4  # cells of a contact, with fewer of which levels may agree and be wrong together
 SLOW, QUICK = 2.0, (np.inf, 5.0, 25.0, 1000.0)
+
+
+class Beyond(NotConverged):
+    """The contact reaches the end of the cells."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +131,33 @@ class FrictionCells(OfMoment):
         return float(np.sqrt(half**2 @ (self.norm[at] + self.norm[at + 1]) / (self.norm @ p**2)))
 
     @cached_property
+    def hidden(self):
+        """Places where a corner that is open would overlap a valley of the obstacle, which cells are too wide
+        to see.
+        """
+        found = []
+        for corner, shift in enumerate(self.problem.shifts):
+            x = np.array(self.problem.picture.minima) + shift
+            x = x[
+                (x > self.edges[0, 0])
+                & (x < self.edges[-1, 1])
+                & ~contains(self.edges[self.closed[corner]], x)
+            ]
+            found += x[self.gap(corner, x) < -EQUAL * np.ptp(self.moment.raised)].tolist()
+        return found
+
+    @cached_property
+    def spots(self):
+        """Contacts of fewer than SPOT cells: (first, last) of their cells."""
+        return [(i, j) for i, j in runs(self.closed.any(axis=0)) if j - i < SPOT - 1]
+
+    @property
+    def lost_in_spots(self):
+        """Relative L2 norm of the pressure of `spots`."""
+        squares = self.norm * self.pressures.sum(axis=0) ** 2
+        return float(np.sqrt(sum(squares[i : j + 1].sum() for i, j in self.spots) / squares.sum()))
+
+    @cached_property
     def norm(self):
         """Weights of errors, array (n,); at an edge of the obstacle times the distance."""
         ends = getattr(self.problem.obstacle, "ends", ())
@@ -159,19 +192,30 @@ class Level:
 
 @dataclass(frozen=True)
 class FrictionSolver:
-    """Histories of one Contact through pairs of loads, array (n, 2); `solver` is that without history."""
+    """Histories of one Contact through pairs of loads, array (n, 2); `solver` is that without history. Cells
+    lie where the contact under so many `times` the largest load may be.
+    """
 
     solver: Any
     pairs: np.ndarray
     coupled: bool
+    times: float = 1.0
 
     @cached_property
     def problem(self):
         plain = self.solver.problem
-        return replace(plain, picture=picture.picture(plain, float(self.pairs[:, 0].max())))
+        return replace(plain, picture=picture.picture(plain, self.times * float(self.pairs[:, 0].max())))
 
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
+        try:
+            return self._history(rtol)
+        except Beyond:  # a hill that is much narrower than others is pressed deeper
+            if self.times > 16:
+                raise
+            return replace(self, times=4 * self.times).history(rtol)
+
+    def _history(self, rtol):
         rtol, best = 5e-2 if rtol is None else rtol, np.inf
         numbers = range(6)
         try:
@@ -187,7 +231,8 @@ class FrictionSolver:
                     ]
                     return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
                 left = numbers[-1] - number
-                if len(changes) > 1 and best > rtol * QUICK[left]:
+                # large errors have no rule
+                if len(changes) > 1 and 0.1 > best > rtol * QUICK[left]:
                     raise self._refused(rtol, best, finer, left)
         except NotConverged as failure:
             if not np.isfinite(best) or failure.rtol_reached:
@@ -239,6 +284,8 @@ class FrictionSolver:
         changes = events(path.changes, own.friction, edges, self.pairs)
         steep = [float(edge) for one in solutions for edge in one.edges[one.jumping, 1]]
         steep += [float(event.x) for event in changes if event.kind == "born"]
+        for one in solutions:
+            steep += [*one.hidden, *(float(one.edges[i, 0]) for i, _ in one.spots)]
         known = () if before is None else before.steep
         steep += [place for place in known if all(abs(place - new) > before.band for new in steep)]
         return Level(edges, solutions, changes, band, steep)
@@ -261,11 +308,11 @@ class FrictionSolver:
         )
 
     def _require_inside(self, edges, closed):
-        """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
+        """Beyond where a corner touches at the end of the cells and the obstacle goes on."""
         ends = np.ravel(list(self.problem.ends.values()))
         for place in np.intersect1d(edges[closed.any(axis=0)], self.problem.stretches):
             if not np.isclose(place, ends, rtol=1e-9, atol=0.0).any():
-                raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
+                raise Beyond(f"the contact reaches x = {place:g}, beyond which no contact was expected")
 
 
 def _features(before, smallest):
@@ -289,12 +336,12 @@ def _change(coarser, finer):
 
 def _estimates(changes, level):
     """Errors of the solutions of a Level, list of float: the rest of a geometric series of changes, and what
-    jumps lose.
+    jumps and contacts of few cells lose; inf where a contact is not seen.
     """
     if not changes:
         return [np.inf]
     ratios = np.clip(changes[-2] / changes[-1], *RATIOS) if len(changes) > 1 else UNKNOWN
-    lost = [one.lost_in_jumps for one in level.solutions]
+    lost = [np.inf if one.hidden else one.lost_in_jumps + one.lost_in_spots for one in level.solutions]
     return (changes[-1] / (ratios - 1) + lost).tolist()
 
 

@@ -1,29 +1,40 @@
 """What is out of reach: every problem is asked for ever smaller rtol, and for what each refusal advises.
 
 python -m cases.benchmarks.verification.reach [KIND ...] [--first K] [--count N] prints a line for each call
-and a summary. Problem k of a kind is that of the same number in `lines`, `obstacles` or `space_problems`.
+and a summary. Problem k of a kind is that of the same number in `lines`, `obstacles`, `space_problems` or
+`friction`, of whose states the one with the largest error counts.
 """
 
 import argparse
 import json
 import time
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
 import microblock as mb
 
-from . import SEED, lines, obstacles, space_problems
+from . import SEED, friction, lines, obstacles, space_problems
 from .judging import OutOfTime, within
 
-KINDS = *lines.METHODS, "obstacles", "space"
+KINDS = *lines.METHODS, "obstacles", "space", "friction"
 RTOLS = 1e-2, 1e-3, 1e-4, 1e-6, 1e-9
 
 
 def drawn(kind, k):
-    """(words, Contact, load) of a problem."""
+    """(words, Contact, load) of a problem, or what solves as one."""
     if kind == "space":
         scene = space_problems.scene(k)
         return f"{scene.kind} {scene.law} {scene.note}", *space_problems.problem(mb, scene)
+    if kind == "friction":
+        given = friction.draw(k)
+
+        def solve(load, rtol):
+            states = friction.history(mb, replace(given, rtol=rtol))
+            return max(states, key=lambda state: state.error_estimate)
+
+        return f"{given.kind} {given.law} {len(given.pairs)} pairs", SimpleNamespace(solve=solve), None
     return (obstacles.drawn(SEED, k, mb) if kind == "obstacles" else lines.drawn(kind, k))[:3]
 
 
