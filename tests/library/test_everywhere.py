@@ -73,7 +73,7 @@ def test_no_pressure_is_negative_where_an_edge_errs(number):
     assert state.pressure_at(places).min() >= 0
 
 
-@pytest.mark.parametrize("curvature", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("curvature", [0.1, 0.5])
 def test_a_corner_opens_across_the_end_that_the_other_one_has(curvature):
     """Of a rounded punch under blocks of its half-width. The part beyond the end is narrow, and the zone that
     was cut at the end closed again: refused at any rtol, where fitted meshes have the same zones to 1e-5.

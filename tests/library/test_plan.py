@@ -81,7 +81,7 @@ def test_unknowns_of_a_block_are_those_of_its_elements_and_orders(size, obstacle
 
 
 @pytest.mark.parametrize("obstacle, law, rtol", [
-    (ROUND, mb.Microblock(), 1e-4), (mb.Punch(0.3), mb.Unilateral(), 1e-3), (ROUND, mb.Microclamped(), 1e-2),
+    (ROUND, mb.Microblock(), 3e-4), (mb.Punch(0.3), mb.Unilateral(), 2e-3), (ROUND, mb.Microclamped(), 1e-2),
 ])  # fmt: skip
 def test_unknowns_of_a_mesh_that_is_refined(obstacle, law, rtol):
     """Within 3 times: 2 were seen for 97 of 100; they were 30 times too many for 1e-4."""
@@ -100,12 +100,12 @@ def test_unknowns_of_a_mesh_that_is_refined(obstacle, law, rtol):
     ],
 )
 def test_unknowns_of_squares_in_space(height, window, count):
-    """Within twice where one square has 256 cells a side; a fifteenth of them was expected."""
+    """Within twice where one square has 128 cells a side; a fifteenth of them was expected."""
     cells = mb.Cells(window=(-window / 2, window / 2)) if window else mb.Cells()
     problem = mb.Contact(mb.HalfSpace(SOLID), mb.Obstacle(height), mb.Unilateral(), cells)
-    plan, state = problem.plan(load=0.5, rtol=1e-2), problem.solve(load=0.5, rtol=1e-2)
+    plan, state = problem.plan(load=0.5, rtol=2e-2), problem.solve(load=0.5, rtol=2e-2)
     assert 1 / 2 < plan.candidates[0].cost.unknowns / state.unknowns < 2
-    assert state.unknowns >= count * 2**16
+    assert state.unknowns >= count * 2**14
     few = problem.plan(load=0.5, rtol=1e-5).candidates[0].cost
     assert few.misses and few.unknowns <= 2**20
 
