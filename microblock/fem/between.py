@@ -16,6 +16,7 @@ from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
 from ..model.zones import borders, joined, runs
 
+PLACES = 20_000  # of a surface at least, at which a body is looked at
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
 
@@ -160,7 +161,8 @@ def of_body(state):
 def _low(facets, state):
     """Intervals of x1 of the corners in which their gaps are low."""
     law, obstacle, found = state.law, state.solver.obstacle, []
-    x = np.unique([np.linspace(left, right, 40) for left, right in zip(facets.left, facets.right)])
+    count = max(40, PLACES // len(facets.left))
+    x = np.unique([np.linspace(left, right, count) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
         low = facets.initial_gaps(law, obstacle, x)[corner] < LOW * max(state.approach, 0.0)
         places = np.concatenate((x[:1], x, x[-1:])) - state.problem.shifts[corner]

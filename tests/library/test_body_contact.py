@@ -529,3 +529,19 @@ def test_reactions_of_a_contact_are_without_those_of_its_neighbours(order, metho
     body = mb.Body(mesh, solid, order=order, fixed=held)
     M = mb.Contact(body, mb.Cylinder(1.0), CLAMPED, method).solve(load=0.3).micromoment
     assert M[[0, -1]] == pytest.approx(M[[1, -2]], rel=0.1)
+
+
+def test_a_hill_narrower_than_a_tenth_of_an_element_is_not_missed():
+    """It carries a third of the load, as panels say to 1e-3. Elements with 40 places each saw nothing of it
+    at an estimate of .006; 0.02 is the depth of the body.
+    """
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+    mesh = meshes.uniform(meshes.Ground(far=12.0, reach=(-7.0, 4.0), half=False), 0.4)
+    bodies = mb.HalfPlane(solid), mb.Body(mesh, solid, 3, fixed="bottom")
+
+    def hills(x):
+        return np.minimum((x + 3) ** 2 / 20, (x - 3.0123) ** 2 / 2e-4)
+
+    plain, state = (mb.Contact(body, hills, mb.Unilateral()).solve(load=1.0, rtol=5e-2) for body in bodies)
+    shares = [float(one.weights[one.x > 0] @ one.pressure[one.x > 0]) for one in (plain, state)]
+    assert shares[0] > 0.3 and shares[1] == pytest.approx(shares[0], abs=0.02)
