@@ -94,7 +94,8 @@ def too_much(needed):
     """What is wrong with so many bytes, in words, or nothing."""
     if needed <= max(available() / 20, LITTLE):
         return ""
-    gc.collect()  # problems and their solvers know one another, and stay until they are looked for
+    if needed <= MOST_MEMORY:
+        gc.collect()  # problems and their solvers know one another, and stay until they are looked for
     there = available()
     if needed <= 0.8 * there:
         return ""
