@@ -161,7 +161,7 @@ def of_body(state):
 def _low(facets, state):
     """Intervals of x1 of the corners in which their gaps are low."""
     law, obstacle, found = state.law, state.solver.obstacle, []
-    count = max(40, PLACES // len(facets.left))
+    count = max(40, PLACES // max(len(facets.left), 1))
     x = np.unique([np.linspace(left, right, count) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
         low = facets.initial_gaps(law, obstacle, x)[corner] < LOW * max(state.approach, 0.0)

@@ -175,9 +175,8 @@ class FittedSolver(MeshFitter):
                 if best < math.inf:
                     cause = failure
                     break
-                if (
-                    aim >= 0.01 or self.fixed or self.picture.simple
-                ):  # no level is smaller, or memory is short
+                # no level is smaller, or memory is short
+                if aim >= 0.01 or self.fixed or self.picture.simple:
                     raise
                 # the last two levels are those of all smaller ones
                 return self._refined(load, rtol, zones, even, max(10 * aim, 1e-5))

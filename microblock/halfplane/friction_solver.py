@@ -28,8 +28,8 @@ from .shear_cells import frictional_contact, surface, with_counter
 RATIOS, UNKNOWN = (1.4, 2.5), 2.0
 # of the estimates: the fourth level divides them by SLOW or more (by 2.3 to 70 in 15 histories; the next ones
 # may gain nothing), and so many that are left by QUICK or less: by 3.5, 13 and 420 at most as seen
-SPOT = 4  # cells of a contact, with fewer of which levels may agree and be wrong together
 SLOW, QUICK = 2.0, (np.inf, 5.0, 25.0, 1000.0)
+SPOT = 4  # cells of a contact, with fewer of which levels may agree and be wrong together
 
 
 class Beyond(NotConverged):
@@ -137,12 +137,8 @@ class FrictionCells(OfMoment):
         """
         found = []
         for corner, shift in enumerate(self.problem.shifts):
-            x = np.array(self.problem.picture.minima) + shift
-            x = x[
-                (x > self.edges[0, 0])
-                & (x < self.edges[-1, 1])
-                & ~contains(self.edges[self.closed[corner]], x)
-            ]
+            x = self.problem.picture.minima + shift
+            x = x[contains(self.edges, x) & ~contains(self.edges[self.closed[corner]], x)]
             found += x[self.gap(corner, x) < -EQUAL * np.ptp(self.moment.raised)].tolist()
         return found
 

@@ -227,5 +227,5 @@ def difference(coarse, fine):
     p = np.array([coarse.traction(corner, x) for corner in fine.all_zones]) - own
     moment = ell / 2 * np.sum(fine.problem.levers(x) * p, axis=0)
     if fine.problem.law.clamps_rotation:
-        moment = coarse.reaction(x) - fine.reaction(x)
+        moment = coarse.reaction(x) - fine.micromoment
     return distance(weights, p.sum(axis=0), moment / ell, total)
