@@ -12,7 +12,7 @@ from ..errors import BadArgument, require, require_finite, require_flag, require
 from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
-from ..model.material import Cosserat
+from ..model.material import Cosserat, Elastic
 from ..model.methods import Condensed, Newton
 from ..model.results import line
 from ..threads import bounded
@@ -77,6 +77,8 @@ class Loads:
             turns = name in ("couple", "micromoment")
             load = _in_space(name, value, turns, body.mesh.dim)
             if load is not None:
+                words = "turns nothing: the body has no psi, as its solid is classical"
+                require(body.rotates or not turns, name, value, words)
                 form += ng.InnerProduct(ng.CF(load), varied[turns]) * measure
         return form.Assemble().vec.FV().NumPy().copy()
 
@@ -96,7 +98,8 @@ class Body:
     order : int or array (elements,) of int
         Polynomial order of u; one for each element is that of all fields, on edges the larger one.
     order_psi : int, optional
-        That of psi; without it that of u.
+        That of psi; without it that of u. A classical solid, `Elastic`, has no psi, and 0 takes it from a
+        `Cosserat` with beta = 0: it is 0 everywhere, no unknown, and what `fixed` says of it is passed over.
     fixed : str or mapping
         Boundaries (NGSolve's patterns) on which all fields are 0, or {field: boundaries}. Fields are u1, u2
         and psi, in three dimensions u1, u2, u3, psi1, psi2 and psi3.
@@ -152,7 +155,7 @@ class Body:
     ):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
-        if mesh.dim == 3 and solid.beta > 0:  # else psi has nothing to do with u
+        if mesh.dim == 3 and not solid.is_classical:  # else psi has nothing to do with u
             require_stable(solid)
         require_kind(str, "the name of a boundary", contact=contact)
         require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
@@ -161,17 +164,22 @@ class Body:
         self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
         self.order = order if self.element_orders is None else int(self.element_orders.max())
         self.order_psi = self.order if order_psi is None else order_psi
-        require_whole(1, order=self.order, order_psi=self.order_psi)
-        self.names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
+        require_whole(1, order=self.order)
+        require_whole(0 if solid.is_classical else 1, order_psi=self.order_psi)
+        self.rotates = self.order_psi > 0 and not isinstance(solid, Elastic)
+        self.order_psi *= self.rotates
+        self.all_names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
+        self.names = tuple(name for name in self.all_names if self.rotates or name[0] == "u")
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
-        self.fixed = supports.patterns(self, fixed)
+        known = supports.patterns(self, fixed)
+        self.fixed = {name: pattern for name, pattern in known.items() if name in self.names}
         self._made_of = {
             "mesh": mesh,
             "solid": solid,
             "order": order,
             "order_psi": order_psi,
-            "fixed": self.fixed,
+            "fixed": known,
             "prescribed": self.prescribed,
             "periodic": periodic,
             "contact": contact,
@@ -208,7 +216,7 @@ class Body:
     def __repr__(self):
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
-        order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
+        order += f", psi {self.order_psi}" if self.rotates and self.order_psi != self.order else ""
         return line(
             "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {self.unknowns} unknowns"
         )
@@ -292,7 +300,7 @@ class Body:
         orders = np.asarray(orders)
         whole = orders.shape == (self.mesh.ne,) and orders.dtype.kind == "i" and orders.min() >= 1
         require(
-            whole and order_psi is None and not self.periodic and self.mesh.dim == 2,
+            whole and not order_psi and not self.periodic and self.mesh.dim == 2,
             "order",
             orders,
             f"must be an integer of at least 1, or {self.mesh.ne} of them, one an element: orders of "
@@ -414,6 +422,7 @@ class Fields:
     def __init__(self, body, components, forces, mirrored=False):
         self.body, self.components = body, tuple(components)[: len(body.names)]
         self.forces, self.mirrored = forces, mirrored
+        self.psi = ng.CF(0)  # without it
         for name, component in zip(body.names, self.components):
             setattr(self, name, component)
         if body.in_space:
@@ -443,7 +452,7 @@ class Fields:
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
             points = self.body.mesh(sign * x1, x2)
-            values = ng.CF((*self, self.stress, self.couple_stress))(points).T
+            values = ng.CF((self.u1, self.u2, self.psi, self.stress, self.couple_stress))(points).T
         except Exception as failure:  # NGSolve's own; it does not say which point
             raise BadArgument("x1, x2", (x1, x2), f"must lie in the body ({failure})") from failure
         odd = np.array([1, 0, 1, 0, 1, 1, 0, 0, 1], bool)[:, None]

@@ -23,6 +23,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     counter_bodies = (Body,)
 
     def set_up(self):
+        super().set_up()
         require_pressed(self.body)
         self.counter  # which checks the second body
 

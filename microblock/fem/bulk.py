@@ -50,7 +50,7 @@ class Bulk:
 
     @property
     def _held(self):
-        words = "are rigid motions fixed, and psi where beta = 0?"
+        words = "are rigid motions fixed, and psi where beta is 0 or nearly so?"
         space = " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
         return words + space * (self._form.space.mesh.dim == 3)
 

@@ -16,6 +16,8 @@ from scipy.sparse.linalg import splu
 from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import require, require_kind
+from ..model.law import level_surface
+from ..model.types import LawLike
 from ..threads import bounded, released
 from . import supports
 from .body import Body, Fields
@@ -183,6 +185,18 @@ def condensed(body, clamped=False, followed=False):
     """The Condensed of a body, made once; if `clamped`, psi is fixed on the contact."""
     made_of = clamped_on_contact(body) if clamped else body
     return made_of.once(("condensed", followed), lambda: Condensed(made_of, followed))
+
+
+def without_idle_rotation(body: Body, law: LawLike) -> Body:
+    """The body without psi, made once, where neither the law nor the solid couples it to u and nothing
+    prescribes it; else the body itself.
+    """
+    along = np.array([vertex.point[0] for vertex in body.mesh.vertices])
+    prescribed = any(name.startswith("psi") for name in body.prescribed)
+    turned = prescribed or len(law.corners) > 1 or law.arms(*level_surface(along)).any()
+    if turned or not (body.rotates and body.solid.is_classical):
+        return body
+    return body.once("without rotation", lambda: body.on(body.mesh, order_psi=0))
 
 
 def clamped_on_contact(body):

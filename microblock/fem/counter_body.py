@@ -6,8 +6,9 @@ import ngsolve as ng
 import numpy as np
 
 from ..errors import require
+from ..model.law import Unilateral
 from ..model.quadrature import gauss_rule
-from .condensation import condensed
+from .condensation import condensed, without_idle_rotation
 from .facets import rule_at
 
 
@@ -31,7 +32,7 @@ class CounterBody:
 
     def __init__(self, obstacle, body, shifts):
         self.obstacle, self.body, self.shifts = obstacle, body, shifts
-        self.nodes = condensed(obstacle.body)
+        self.nodes = condensed(without_idle_rotation(obstacle.body, Unilateral()))
         words = (
             "its body must be above its contact boundary, which is straight and level: heights are those of "
             "the shape"

@@ -127,7 +127,7 @@ class ContactNodes:
     def _require_upwards(self):
         facets = list(self.region.Elements())
         words = "must be the order of u on a body in space that is pressed"
-        require(self.body.order == self.body.order_psi, "order_psi", self.body.order_psi, words)
+        require(self.body.order_psi in (0, self.body.order), "order_psi", self.body.order_psi, words)
         require(
             self.body.order == 1 or all(facet.type != ng.ET.TRIG for facet in facets),
             "order",
@@ -146,7 +146,7 @@ class ContactNodes:
     def _number_nodes(self):
         """Nodes are one where the functions of the vertices have the same values."""
         body, elements = self.body, list(self.region.Elements())
-        self.orders = [min(body.order, body.order_psi)] * len(elements)
+        self.orders = [min(body.order, body.order_psi or body.order)] * len(elements)
         if body.element_orders is not None:
             self.orders = [len(body.spaces[0].GetDofNrs(facet)) - 1 for facet in elements]
         numbers, members = {}, []
@@ -177,7 +177,8 @@ class ContactNodes:
         self.points, self.weights, normals = points[order], weights[order], normals[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         traces = {"u": self._trace(body.spaces[0]), "p": self._trace(body.spaces[-1])}
-        self.traces, shape = {}, (len(self.points), body.space.ndof)
+        shape = len(self.points), body.space.ndof
+        self.traces = {name: csr_matrix(shape) for name in body.all_names}
         for name in body.names:
             own, first = traces[name[0]], body.unknowns_of(name).start
             self.traces[name] = csr_matrix((own.data, own.indices + first, own.indptr), shape=shape)
@@ -230,7 +231,7 @@ class ContactNodes:
     def free_of(self, body):
         """{field: whether a body on this mesh does not hold it at a node, boolean array (n,)}."""
         free = np.array(body.space.FreeDofs())
-        return {name: abs(self.traces[name]) @ free > 0 for name in body.names}
+        return {name: abs(self.traces[name]) @ free > 0 for name in body.all_names}
 
     @cached_property
     def free(self):

@@ -11,7 +11,7 @@ from ..model.zones import common, contains, joined, runs, without, zone_edges
 from ..threads import released
 from . import between
 from .body import Body
-from .condensation import Condensed
+from .condensation import Condensed, without_idle_rotation
 from .ground import FAR, WITHIN, GroundSolver
 from .mesh_solution import Estimate, MeshSolution, difference, unfolded
 from .meshes import GRADING, RATIO, SLIVER, Ground, falling_orders, graded
@@ -74,7 +74,7 @@ class MeshFitter(GroundSolver):
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
         orders = falling_orders(mesh, ground, tips, order) if levels and not even else order
-        return Body(mesh, self.solid, orders, fixed=supports)
+        return without_idle_rotation(Body(mesh, self.solid, orders, fixed=supports), self.law)
 
     def _sizes(self, ground, longest):
         """((x, length), ...) where the obstacle asks for shorter elements."""

@@ -10,7 +10,7 @@ from ..errors import require
 from ..halfplane.forecast import likely_zones
 from ..model.solver import Solver
 from ..model.zones import zone_edges
-from .condensation import condensed
+from .condensation import condensed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
 
 
@@ -48,6 +48,10 @@ class OnGivenMesh(Solver):
     """
 
     verifies, refines, rate = True, False, "condensed"
+
+    def set_up(self):
+        super().set_up()
+        self.body = without_idle_rotation(self.body, self.law)
 
     @property
     def nodes(self):

@@ -127,7 +127,7 @@ class MeshSolution(OnMesh, NodalSolution):
     def micromoment(self):
         """M of (29), or the reaction where psi is held."""
         nodes = self.nodes
-        moments = self._moments / nodes.weights
+        moments = self._moments / nodes.weights * nodes.body.rotates
         if self._psi_held:
             reaction = nodes.moments_of("psi", self.fields.forces) / nodes.weights
             for own, node, end in self._shared_ends:

@@ -8,7 +8,6 @@ from ngsolve.krylovspace import CGSolver
 
 from .. import cost
 from ..errors import NotConverged
-from .body import FIELDS3D
 from .condensation import LINKED, of_factors
 
 
@@ -66,10 +65,12 @@ class ConjugateGradients:
 
     def __init__(self, body, space):
         rows, linked = body.unknowns, LINKED * body.order
-        needed = 3 * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
+        count = len(body.names)
+        self._touching = [i for i, name in enumerate(body.names) if name in ("u3", "psi1", "psi2")] + [count]
+        needed = 3 * cost.ENTRY * rows * linked + count * of_factors(rows / count, linked / count)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.space, self.stiffness, self._factors = space, body.bulk(space).mat, {}
-        self._factorise(self.stiffness, space.FreeDofs(), range(len(FIELDS3D)))
+        self._factorise(self.stiffness, space.FreeDofs(), range(count))
 
     def _factorise(self, matrix, free, fields):
         """Take Cholesky factors of the blocks of fields, by their numbers."""
@@ -81,7 +82,7 @@ class ConjugateGradients:
 
     def add(self, tangent, free):
         self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
-        self._factorise(self._matrix, free, (2, 3, 4, 6))  # u3, psi1, psi2 and the approach
+        self._factorise(self._matrix, free, self._touching)  # with the approach
 
     def solve(self, residual):
         """The solution but for a ten-thousandth of the residual, a vector."""

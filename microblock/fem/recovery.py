@@ -65,14 +65,16 @@ def estimate(state):
 
 
 def _averaged(body, fields):
-    """Averaged gradients of u1, u2, psi: three pairs of functions."""
-    displacements, rotation = (
-        ng.GridFunction(ng.H1(body.mesh, order=order, dim=dim))  # twice as fast as a VectorH1 for each
-        for order, dim in ((body.order, 4), (body.order_psi, 2))
-    )
-    displacements.Set(ng.CF((ng.grad(fields.u1), ng.grad(fields.u2))))
-    rotation.Set(ng.grad(fields.psi))
-    return [(displacements[0], displacements[1]), (displacements[2], displacements[3]), rotation]
+    """Averaged gradients of u1, u2 and, where there is one, psi: pairs of functions."""
+    averaged = []
+    for alike, order in (((fields.u1, fields.u2), body.order), ((fields.psi,), body.order_psi))[
+        : 1 + body.rotates
+    ]:
+        # twice as fast as a VectorH1 for each
+        slopes = ng.GridFunction(ng.H1(body.mesh, order=order, dim=2 * len(alike)))
+        slopes.Set(ng.CF(tuple(map(ng.grad, alike))))
+        averaged += [(slopes[2 * i], slopes[2 * i + 1]) for i in range(len(alike))]
+    return averaged
 
 
 def _energy_of_difference(body, fields, averaged):

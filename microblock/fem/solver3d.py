@@ -22,6 +22,7 @@ class Solver3D(OnGivenMesh):
     no_rtol = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
 
     def set_up(self):
+        super().set_up()
         self.surface_law = on_surface(self.law)
 
     @cached_property

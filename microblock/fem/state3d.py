@@ -24,10 +24,10 @@ class SurfaceNodes(OnMesh):
     def micromoment(self):
         """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes, moments = self.nodes, np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
-        if self.solver.law.clamps_rotation:  # not of planes of symmetry
+        if self.solver.law.clamps_rotation and nodes.body.rotates:  # not of planes of symmetry
             free, names = nodes.free_of(self.solver.body), ("psi1", "psi2")
             moments = [nodes.moments_of(name, self.fields.forces) * free[name] for name in names]
-        return np.array(moments) / self.weights
+        return np.array(moments) / self.weights * nodes.body.rotates
 
     @property
     def loads(self):
@@ -79,8 +79,11 @@ class SurfaceNodes(OnMesh):
         if not self.inside(places, np.zeros((3, len(numbers)))) > 0:
             return 0.0
         # an unknown of a vertex is the value there
-        own = [getattr(self.fields, name).vec.FV().NumPy()[numbers] for name in ("u3", "psi1", "psi2")]
-        return self.inside(places, np.array((-own[0], *own[1:])))
+        fields = zip(self.nodes.body.names, self.fields)
+        moved = {name: field.vec.FV().NumPy()[numbers] for name, field in fields}
+        still = np.zeros(len(numbers))
+        moved = -moved["u3"], moved.get("psi1", still), moved.get("psi2", still)
+        return self.inside(places, np.array(moved))
 
     def inside(self, places, moved):
         """How deep the obstacle reaches into the surface at places, (k, 3), with displacement, psi1 and psi2

@@ -9,15 +9,16 @@ from ..errors import require
 
 
 def patterns(body, fixed):
-    """{field: pattern of all boundaries where a body holds it}."""
+    """{field: pattern of all boundaries where a body holds it}, also of a psi that it does not have."""
     known = isinstance(fixed, (str, Mapping)) or (isinstance(fixed, tuple) and not fixed)
     require(known, "fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
-    given = dict.fromkeys(body.names, fixed) if isinstance(fixed, str) else dict(fixed)
+    given = dict.fromkeys(body.all_names, fixed) if isinstance(fixed, str) else dict(fixed)
     found = {name: [pattern] for name, pattern in given.items()}
     for name, values in body.prescribed.items():
         found.setdefault(name, []).extend(values)
     for name, named in found.items():
-        require(name in body.names, "field", name, f"fields are {', '.join(body.names)}")
+        names = body.names if name in body.prescribed else body.all_names
+        require(name in names, "field", name, f"fields are {', '.join(names)}")
         for pattern in named:
             body.boundary(pattern, "prescribed" if pattern in body.prescribed.get(name, ()) else "fixed")
     return {name: "|".join(named) for name, named in found.items()}

@@ -155,6 +155,11 @@ class Cosserat:
         return self.E / (1 - self.nu**2)
 
     @property
+    def is_classical(self) -> bool:
+        """Whether displacements and microrotation do not act on each other, but for rounding."""
+        return self.beta <= UNCOUPLED
+
+    @property
     def layer_length(self) -> float:
         """Decay length of the boundary layer, ell sqrt(gamma'/(2 beta)) (length); inf for beta = 0."""
         return self.ell * math.sqrt(self.curvature / (2 * self.beta)) if self.beta else math.inf
@@ -162,7 +167,8 @@ class Cosserat:
 
 class Elastic(Cosserat):
     """The classical elastic solid in plane strain, under `Unilateral`: a `Cosserat` solid whose coupling is
-    rounding beside its moduli, so that its ell does not matter.
+    rounding beside its moduli, so that its ell does not matter. On a mesh it has no microrotation: none to
+    support, and none to solve for; psi and micromoment of its states are 0.
 
     Parameters
     ----------

@@ -289,6 +289,7 @@ class State(PlainData):
         Micromoment (29) (stress x length), or the reaction to a prescribed psi; with friction also that of q.
     psi, rotation : arrays (n,)
         Microrotation, and rotation of the blocks (radians): psi0 + psi, or psi where psi0 acts in the levers.
+        On a mesh psi is 0 where neither the law nor the solid (`Elastic`, or beta = 0) couples it to u.
     displacement : array (n,)
         -u.n (length; of a half-plane up to a constant).
     pressures : dict of arrays (n,)
