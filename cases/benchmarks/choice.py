@@ -157,13 +157,12 @@ def agreement(runs):
 def told(runs):
     """A line on the choice and the predictions."""
     shares = [np.mean(profile(runs) <= bar) for bar in (1.5, 3)]
-    seconds, memory = agreement(runs)
-    within = [np.mean(np.abs(np.log(ratio)) <= np.log(bar)) for ratio, bar in ((seconds, 3), (memory, 1.5))]
-    return (
-        f"chosen within 1.5 and 3 times the least time: {shares[0]:.0%} and {shares[1]:.0%}; predicted "
-        f"within 3 times: {within[0]:.0%} of {len(seconds)}; memory within 1.5: {within[1]:.0%} "
-        f"of {len(memory)}"
-    )
+    words = f"chosen within 1.5 and 3 times the least time: {shares[0]:.0%} and {shares[1]:.0%}"
+    for name, ratios, bar in zip(("predicted", "memory"), agreement(runs), (3, 1.5)):
+        if len(ratios):  # few problems need much memory
+            within = np.mean(np.abs(np.log(ratios)) <= np.log(bar))
+            words += f"; {name} within {bar} times: {within:.0%} of {len(ratios)}"
+    return words
 
 
 def figure(runs=None):

@@ -9,9 +9,9 @@ time.
 :Reference: a closed form, a second code, or another method, as each map says
 :Units:     each run has `limit` seconds of wall time
 
-"delivered": the true error is below the promise, or nothing was promised and the error is recorded; "other
-method": the same, by a method that the result names; "typed error": an error that says what to try; "missed":
-an answer beyond its promise; "not finite", "time limit", "untyped error", "crash": defects.
+"delivered": the true error is below the promise, or nothing was promised and the error is recorded; "typed
+error": an error that says what to try; "missed": an answer beyond its promise; "not finite", "time limit",
+"untyped error", "crash": defects.
 """
 
 from pathlib import Path
@@ -88,7 +88,7 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
 
 def fails(frame):
     """Whether runs gave no answer, exceeded their promise or, where none is made, are off by TOO_FAR."""
-    return ~frame.kind.isin(KINDS[:2]) | (frame.promise.isna() & (frame.error > TOO_FAR))
+    return (frame.kind != KINDS[0]) | (frame.promise.isna() & (frame.error > TOO_FAR))
 
 
 def part(frame, name, condition):
@@ -102,7 +102,7 @@ def table(frame):
     rows = []
     for question, (name, condition, where, advice) in QUESTIONS.items():
         own = part(frame, name, condition)
-        own = own.assign(outcome=own.kind.where(~own.kind.isin(KINDS[:2]), f"error above {TOO_FAR:.0%}"))
+        own = own.assign(outcome=own.kind.where(own.kind != KINDS[0], f"error above {TOO_FAR:.0%}"))
         shares = own[fails(own)].outcome.value_counts() / max(len(own), 1)
         failed = ", ".join(f"{share:.0%} {outcome}" for outcome, share in shares.items())
         rows.append((question, len(own), failed or ("none" if len(own) else "not run"), where, advice))

@@ -141,7 +141,7 @@ def states(problem, method, degree, size, start, seed):
     length = (np.abs(gaps) + abs(state.approach) + np.abs(H) @ np.abs(forces))[forces > 0].max()
     wrong = np.abs(forces * now).sum() / length, -now.min() / length, -forces.min(), abs(forces.sum() - 1)
     # 1e-10 is what `active_set` promises
-    return Outcome(max(wrong), 1e-10, fallback="load path" if state.followed else None)
+    return Outcome(max(wrong), 1e-10)
 
 
 # ---- finite elements

@@ -17,16 +17,7 @@ from microblock import MicroblockError
 from microblock.data.sweeps import processes
 
 # what became of a run, from best to worst; the last five must not happen
-KINDS = (
-    "delivered",
-    "other method",
-    "typed error",
-    "missed",
-    "not finite",
-    "time limit",
-    "untyped error",
-    "crash",
-)
+KINDS = ("delivered", "typed error", "missed", "not finite", "time limit", "untyped error", "crash")
 NEAR = 0.2  # share of the runs that lie near a degeneracy
 BRINK = 0.04  # of an axis counts as near its degenerate end
 
@@ -84,7 +75,6 @@ class Outcome:
     """What a run answered: its true error, the error that was promised, and what it said of itself.
 
     promise : None where nothing was promised
-    fallback : what was done instead of what was asked, where the result reports that
     judge : what the error was measured against; its own error is part of the promise
     oscillation, tension : further measures of a pressure
     """
@@ -92,7 +82,6 @@ class Outcome:
     error: float
     promise: float | None = None
     estimate: float | None = None
-    fallback: str | None = None
     judge: str | None = None
     oscillation: float | None = None
     tension: float | None = None
@@ -105,7 +94,7 @@ class Outcome:
             return "not finite"
         if self.promise is not None and self.error > self.promise:
             return "missed"
-        return "other method" if self.fallback else "delivered"
+        return "delivered"
 
 
 def attempt(run, setting):
