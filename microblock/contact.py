@@ -35,6 +35,7 @@ from .model.plan import Candidate, Plan, first_answer, planned
 from .model.problem import require_even, require_jumps
 from .model.progress import counted, counting, kept
 from .model.results import line
+from .model.scales import on_own_scale
 from .model.state import State
 from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
@@ -83,6 +84,7 @@ class Contact:
     def __post_init__(self) -> None:
         require_body(self.body)
         require_same_kind(self.body, self.obstacle)
+        self._take(on_own_scale(self.body, self.obstacle))
         in_space = over_surface(self.body)
         obstacles.check(self.obstacle, in_space)
         laws.check(self.law, in_space)
@@ -98,10 +100,22 @@ class Contact:
         words = f"must be {allowed} on a {type(self.body).__name__}"
         known = self.method is None or isinstance(self.method, tuple(self.body.methods))
         require(known, "method", self.method, words)
-        if not in_space:
+        if not in_space and solid.has_length:  # else once the load gives one
             require_even(law, self.obstacle, solid.ell)
             require_jumps(self.obstacle, solid.ell)
         self.solver  # which checks what it is given
+
+    def _take(self, parts: tuple[BodyLike, ObstacleLike]) -> None:
+        for name, part in zip(("body", "obstacle"), parts):
+            object.__setattr__(self, name, part)
+
+    def _on_scale(self, load: float | None, approach: float | None = None) -> Contact:
+        """Returns the problem whose classical solids have the length of the contact under this load or at
+        this approach.
+        """
+        body, obstacle = on_own_scale(self.body, self.obstacle, load, approach)
+        same = body is self.body and obstacle is self.obstacle
+        return self if same else replace(self, body=body, obstacle=obstacle)
 
     @cached_property
     def solver(self) -> Solver:
@@ -145,7 +159,8 @@ class Contact:
         >>> [each.name for each in plan.candidates], plan.reason
         (['panels', 'cells'], 'the least seconds')
         """
-        return planned(self._solvers, *self._checked(load, approach, rtol))
+        load, approach, rtol = self._checked(load, approach, rtol)
+        return planned(self._on_scale(load, approach)._solvers, load, approach, rtol)
 
     def _goal(self, rtol: float | None) -> float | None:
         """Returns rtol, or the usual one of the body where several methods can answer."""
@@ -222,8 +237,9 @@ class Contact:
         True
         """
         load, approach, rtol = self._checked(load, approach, rtol, initial)
+        problem = self._on_scale(load, approach)
         start = getattr(initial, "solution", initial)
-        goal = self._goal(rtol)
+        goal = problem._goal(rtol)
 
         def answer(candidate: Candidate) -> State:
             solver, cost = candidate.solver, candidate.cost
@@ -238,7 +254,7 @@ class Contact:
             solver.require_solved(state, load, approach)
             return state
 
-        return first_answer(self._ordered(load, approach, rtol), answer)
+        return first_answer(problem._ordered(load, approach, rtol), answer)
 
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None
@@ -318,8 +334,9 @@ class Contact:
         last, _, rtol = self._checked(load, None, rtol)
         with counting("load path", progress):
             # events ask for more than states to a loose rtol
-            solver = self._ordered(last, None, None)[0].solver
-            path = solver.path(last, self._goal(rtol))
+            problem = self._on_scale(last)
+            solver = problem._ordered(last, None, None)[0].solver
+            path = solver.path(last, problem._goal(rtol))
         path.progress = progress
         if progress:  # the events are what lasts
             path.events
@@ -379,7 +396,8 @@ class Contact:
         require_flag(coupled=coupled)
         rtol = require_tolerance(rtol)
         loads = pairs_of(pairs, friction)
-        followers = [solver for solver in self._solvers if solver.follows(loads)] or [self.solver]
+        problem = self._on_scale(float(loads[:, 0].max()))
+        followers = [solver for solver in problem._solvers if solver.follows(loads)] or [problem.solver]
         with counting("history", progress):
             return first_answer(
                 map(Candidate, followers),

@@ -18,7 +18,7 @@ from ..model.results import line
 from ..threads import bounded
 from . import contact_term, supports
 from .bulk import Bulk
-from .meshes import require_sound
+from .meshes import extent, require_sound
 
 FIELDS3D = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PLACES = {name: number for number, name in enumerate(FIELDS3D)} | {"psi": 5}  # among u and psi as vectors
@@ -160,6 +160,8 @@ class Body:
         require_kind(str, "the name of a boundary", contact=contact)
         require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
         require_flag(periodic=periodic)
+        if not solid.has_length:
+            solid = solid.with_length(extent(mesh))
         self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
         self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
         self.order = order if self.element_orders is None else int(self.element_orders.max())

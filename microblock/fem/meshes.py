@@ -68,6 +68,11 @@ def thicknesses(mesh, region):
     return np.array(found)
 
 
+def extent(mesh: ng.Mesh) -> float:
+    """Returns the largest distance of two vertices along an axis (length)."""
+    return float(max(np.ptp(along) for along in np.array([vertex.point for vertex in mesh.vertices]).T))
+
+
 def require_sound(mesh):
     """BadArgument unless the elements of a mesh have an area (a volume) and one orientation.
 

@@ -15,6 +15,7 @@ from ..errors import (
     require_positive,
 )
 
+NO_LENGTH = 1.0  # ell of a classical solid that no contact has given one
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
 
 
@@ -130,6 +131,11 @@ class Cosserat:
         return f"Cosserat({words})"
 
     @property
+    def has_length(self) -> bool:
+        """Whether ell is a length of the problem: of the material, or of a contact that has given it one."""
+        return True
+
+    @property
     def mu(self) -> float:
         """Shear modulus (stress)."""
         return self.E / (2 * (1 + self.nu))
@@ -167,8 +173,11 @@ class Cosserat:
 
 class Elastic(Cosserat):
     """The classical elastic solid in plane strain, under `Unilateral`: a `Cosserat` solid whose coupling is
-    rounding beside its moduli, so that its ell does not matter. On a mesh it has no microrotation: none to
-    support, and none to solve for; psi and micromoment of its states are 0.
+    rounding beside its moduli. On a mesh it has no microrotation: none to support, and none to solve for; psi
+    and micromoment of its states are 0.
+
+    It has no length: as ell a problem gives it the length of its contact (`microblock.model.scales`), and two
+    that differ by ell alone are equal.
 
     Parameters
     ----------
@@ -188,8 +197,22 @@ class Elastic(Cosserat):
     1.0
     """
 
-    def __init__(self, E: float, nu: float) -> None:
-        super().__init__(E, nu, ell=1.0, beta=UNCOUPLED)
+    def __init__(self, E: float, nu: float, *, ell: float = NO_LENGTH) -> None:
+        super().__init__(E, nu, ell=ell, beta=UNCOUPLED)
+
+    @property
+    def has_length(self) -> bool:
+        return self.ell != NO_LENGTH
+
+    def with_length(self, length: float) -> Elastic:
+        """Returns the solid as a contact of this length (length) takes it."""
+        return Elastic(self.E, self.nu, ell=length)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Elastic) and (self.E, self.nu) == (other.E, other.nu)
+
+    def __hash__(self) -> int:
+        return hash((Elastic, self.E, self.nu))
 
     def __repr__(self) -> str:
         return f"Elastic(E={self.E}, nu={self.nu})"

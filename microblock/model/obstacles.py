@@ -413,9 +413,7 @@ def heights(obstacle: Any, *x: Array) -> Array:
     """Returns the heights of an obstacle at x, array (n,), or over a surface at (x1, x2) (lengths); raises
     BadArgument if it does not return a number, or inf, for each place.
     """
-    above = returned(obstacle, *x)
-    words = "its height(x) must return one number (or inf) for each x of an array"
-    require(above.shape == np.shape(x[0]), "obstacle", obstacle, words)
+    above = _returned_for_each(obstacle, *x)
     wrong = np.isnan(above) | (above == -np.inf)
     if np.any(wrong):
         raise BadArgument(
@@ -425,6 +423,14 @@ def heights(obstacle: Any, *x: Array) -> Array:
             "or inf where there is no obstacle",
         )
     return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
+
+
+def _returned_for_each(obstacle: Any, *x: Array) -> Array:
+    """Returns what an obstacle returns; raises BadArgument unless it is a number for each place."""
+    above = returned(obstacle, *x)
+    words = "its height(x) must return one number (or inf) for each x of an array"
+    require(above.shape == np.shape(x[0]), "obstacle", obstacle, words)
+    return above
 
 
 def jumps_of(obstacle: Any) -> Iterable[tuple[float, float]]:
@@ -458,16 +464,30 @@ def scales(ell: float) -> Array:
     return np.concatenate((-right[::-1], [0.0], right))
 
 
-def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
-    """Raises BadArgument unless an obstacle is lowest on the scales of ell."""
-    above = heights(obstacle, scales(ell))
-    for side, values in ((-1, above[::-1]), (1, above)):
-        rises = np.any(values[-8:] >= values[-9:-1])
+def named_places(obstacle: ObstacleLike) -> Array:
+    """Returns the finite slope discontinuities and ends that an obstacle names, array (k,)."""
+    places = [*getattr(obstacle, "kinks", ()), *(getattr(obstacle, "ends", ()) or ())]
+    return np.array([place for place in places if np.isfinite(place)], float)
+
+
+def quiet_heights(obstacle: ObstacleLike, *x: Array) -> Array:
+    """Returns heights at places that are looked at for their scale alone: inf where there is no number."""
+    above = _returned_for_each(obstacle, *x)
+    return np.where(np.abs(above) <= LARGEST, above, np.where(above < 0, -np.inf, np.inf))
+
+
+def check_lowest(obstacle: ObstacleLike) -> None:
+    """Raises BadArgument unless an obstacle has a lowest place, on all scales of double precision."""
+    away = np.logspace(-45, 45, 361)
+    sides = quiet_heights(obstacle, -away), quiet_heights(obstacle, away)
+    lowest = min(side.min() for side in sides)
+    for way, above in zip((-1, 1), sides):
+        rises = np.any(above[-8:] >= above[-9:-1]) and above[-1] > -np.inf
         words = (
-            f"must be lowest within {scales(1.0)[-1]:g} ell of x1 = 0, but its height(x) falls towards "
-            f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place"
+            "must have a lowest place, but its height(x) falls towards "
+            f"x = {way * np.inf:g} as far as numbers go: give it one"
         )
-        require(rises or values[-1] > above.min(), "obstacle", obstacle, words)
+        require(rises or above[-1] > lowest, "obstacle", obstacle, words)
 
 
 def returned(obstacle: Any, *x: Array) -> Array:

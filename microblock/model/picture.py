@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ..errors import BOUNDED, require
-from .obstacles import Obstacle, heights, jumps_of
+from .obstacles import Obstacle, heights, jumps_of, named_places
 from .proxy import NOTHING, Proxy, proxy
+from .scales import lowest_part
 from .types import Array, Flags, Function, Interval, ObstacleLike
 from .zones import contains, runs
 
@@ -88,11 +89,11 @@ def picture(problem: Problem, load: float) -> Picture:
     """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
     BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
-    obstacle, ell = problem.obstacle, problem.solid.ell
-    known = getattr(obstacle, "formulas", False)
-    farthest = 1e5 * ell
+    obstacle = problem.obstacle
+    per_decade = 24 if getattr(obstacle, "formulas", False) else 400
+    nearest, farthest, centres = _range_of_places(problem, load)
     while True:
-        x, h = _everywhere(obstacle, ell, 24 if known else 400, farthest)
+        x, h = _everywhere(obstacle, nearest, per_decade, farthest, centres)
         lowest = float(x[np.argmin(h)])
         half, rise = classical(problem, load, lowest)
         # as wide as the lowest part up to the rise, which may be a flat bottom
@@ -187,12 +188,29 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     return float(np.interp(rise, rises[bracket], half[bracket])), rise
 
 
-def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
-    """Returns places on all scales, denser around the least heights, and the heights."""
-    nearest = 1e-3 * ell
+def _range_of_places(problem: Problem, load: float) -> tuple[float, float, tuple[float, ...]]:
+    """Returns the distances at which places begin and end at first, and the centres about which they lie:
+    x1 = 0, and the lowest place where that is far from it (lengths).
+    """
+    nearest = 1e-3 * problem.ell
+    farthest = 1e5 * problem.ell
+    ends = lowest_part(problem.obstacle, 2 * load / (np.pi * problem.E_star))
+    if ends is None:
+        return nearest, farthest, (0.0,)
+    half = (ends[1] - ends[0]) / 2
+    middle = (ends[0] + ends[1]) / 2
+    nearest *= 10.0 ** min(0, np.floor(np.log10(half / problem.ell)))  # the same places, and nearer ones
+    far = abs(middle) > 100 * half
+    return nearest, max(farthest, 8 * abs(middle)), (0.0, middle) if far else (0.0,)
+
+
+def _everywhere(
+    obstacle: ObstacleLike, nearest: float, per_decade: int, farthest: float, centres: Iterable[float]
+) -> tuple[Array, Array]:
+    """Returns places on all scales about centres, denser around the least heights, and the heights."""
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
-    own = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
-    x = np.unique((*-scales, 0.0, *scales, *filter(np.isfinite, own)))
+    around = [centre + way * scales for centre in centres for way in (-1, 1)]
+    x = np.unique(np.concatenate((*around, tuple(centres), named_places(obstacle))))
     h = heights(obstacle, x)
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
     lower = lower[np.argsort(h[lower])[:300]]

@@ -12,7 +12,7 @@ from ..errors import BadArgument, NotConverged, require
 from .deformable import body_of
 from .events import LoadPath
 from .law import require_shifts
-from .obstacles import check_lowest
+from .obstacles import check_lowest, heights, scales
 from .state import Solution, State
 from .types import Array, ContactLike
 
@@ -98,8 +98,10 @@ class Solver:
         return bool(self.law.even and getattr(self.obstacle, "even", False))
 
     def require_lowest(self) -> None:
-        """Raises BadArgument for an obstacle that falls without bounds."""
-        check_lowest(self.obstacle, self.solid.ell)
+        """Raises BadArgument for an obstacle that falls without bounds, or is no number somewhere."""
+        check_lowest(self.obstacle)
+        if self.solid.has_length:
+            heights(self.obstacle, scales(self.solid.ell))
 
     def solve(
         self, load: float | None, approach: float | None, rtol: float | None, initial: Solution | None = None

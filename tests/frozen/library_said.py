@@ -369,7 +369,7 @@ def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float
 def parts():
     """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
     for name, shape in SHAPES.items():
-        x, heights = picture._everywhere(shape, 0.1, 24, 1e4)
+        x, heights = picture._everywhere(shape, 1e-4, 24, 1e4, (0.0,))
         yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
     for name, function in PROXIES.items():
         own = proxy(function, np.linspace(-1, 2, 13), 1e-9)

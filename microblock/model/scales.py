@@ -1,0 +1,161 @@
+"""The length of a contact, from its obstacle and its load alone: what a classical solid has in place of ell.
+
+A classical contact is as wide as its obstacle rises by what load and modulus give: in the plane by
+``2 P/(pi E*)``, in space by ``P/(2 E* a)`` over a disc of the radius a. Places are looked at on all scales of
+that rise, so that no length decides which the user has not given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .bodies import over_surface
+from .deformable import Deformable, second_solid
+from .material import Elastic, joint_modulus
+from .obstacles import named_places, quiet_heights
+from .types import Array, BodyLike, Flags, Interval, ObstacleLike
+
+PER_DECADE = 8  # places: a parabola's lowest one is seen to a seventh of its distance, and then followed
+
+
+def all_scales(unit: float) -> Array:
+    """Returns positive lengths from 1e-10 to 1e40 units, ascending."""
+    return unit * np.logspace(-10, 40, 50 * PER_DECADE + 1)
+
+
+def on_own_scale(
+    body: BodyLike, obstacle: ObstacleLike, load: float | None = None, approach: float | None = None
+) -> tuple[BodyLike, ObstacleLike]:
+    """Returns (body, obstacle) whose classical solids have the length of their contact under a load, or at an
+    approach, as ell: a period, or the half-width or radius of a classical contact. They stay as they are
+    where there is no such length; a mesh has given its own.
+    """
+    classical = [solid for solid in (body.solid, second_solid(obstacle)) if isinstance(solid, Elastic)]
+    if not classical:
+        return body, obstacle
+    length = _contact_length(body, obstacle, load, approach)
+    if length is None:
+        return body, obstacle
+    scaled = _with_length(body, length)
+    if isinstance(obstacle, Deformable):
+        obstacle = replace(obstacle, body=_with_length(obstacle.body, length))
+    return scaled, obstacle
+
+
+def _with_length(body: Any, length: float) -> Any:
+    """Returns a body without a mesh whose classical solid has this ell."""
+    if not isinstance(body.solid, Elastic) or getattr(body, "mesh", None) is not None:
+        return body
+    return body.of(body.solid.with_length(length)) if hasattr(body, "of") else body
+
+
+def _contact_length(
+    body: BodyLike, obstacle: ObstacleLike, load: float | None, approach: float | None
+) -> float | None:
+    period = getattr(body, "period", None)
+    if period is not None:
+        return float(period)
+    modulus = joint_modulus(body.solid, second_solid(obstacle))
+    if over_surface(body):
+        square = None if load is None else load / (2 * modulus)
+        return radius(obstacle, square, approach)
+    return half_width(obstacle, approach if load is None else 2 * load / (np.pi * modulus))
+
+
+def half_width(obstacle: ObstacleLike, rise: float | None) -> float | None:
+    """Returns half of the width of a contact under which an obstacle rises by `rise` (lengths), or None."""
+    contact = None if rise is None else lowest_part(obstacle, rise)
+    return None if contact is None else (contact[1] - contact[0]) / 2
+
+
+def lowest_part(obstacle: ObstacleLike, rise: float) -> Interval | None:
+    """Returns the ends (left, right) between which an obstacle is less than `rise` above its lowest place,
+    about that place (lengths); None where it has no such ends, or is no wider than rounding.
+    """
+    if not rise > 0:
+        return None
+    scales = all_scales(rise)
+    x = np.unique(np.concatenate((-scales, [0.0], scales, named_places(obstacle))))
+    x, above = _followed_down(obstacle, x)
+    lowest = int(np.argmin(above))
+    high = ~(above <= above[lowest] + rise)
+    before = np.flatnonzero(high[:lowest])
+    behind = np.flatnonzero(high[lowest:])
+    if not len(before) or not len(behind):
+        return None
+
+    def is_low(places: Array) -> Flags:
+        return quiet_heights(obstacle, places) <= above[lowest] + rise
+
+    last = before[-1]
+    first = lowest + behind[0]
+    left = _edge(is_low, x[last + 1], x[last])
+    right = _edge(is_low, x[first - 1], x[first])
+    return (left, right) if right > left else None
+
+
+def _followed_down(obstacle: ObstacleLike, x: Array) -> tuple[Array, Array]:
+    """Returns places, ascending, with more of them about the lowest one, and the heights there."""
+    above = quiet_heights(obstacle, x)
+    for _ in range(14):  # each 4 times nearer
+        lowest = int(np.argmin(above))
+        around = x[max(lowest - 1, 0) : lowest + 2]
+        between = np.linspace(around[0], around[-1], 9)
+        x, order = np.unique(np.concatenate((x, between)), return_index=True)
+        above = np.concatenate((above, quiet_heights(obstacle, between)))[order]
+    return x, above
+
+
+def _edge(is_low: Callable[[Array], Flags], inside: float, outside: float) -> float:
+    """Returns where the places that are low end, between one that is and one that is not."""
+    for _ in range(17):  # each 8 times nearer, to rounding
+        places = np.linspace(inside, outside, 9)
+        number = int(np.argmin(is_low(places)[1:])) + 1
+        inside, outside = places[number - 1], places[number]
+    return float(inside)
+
+
+def radius(obstacle: ObstacleLike, square: float | None, approach: float | None) -> float | None:
+    """Returns the radius at which the mean height of a circle about the lowest place rises by `square` over
+    the radius, of a load (length^2), or to the approach (length); None where it does not.
+    """
+    turns = 2 * np.pi * np.arange(16) / 16
+    ways = np.array((np.cos(turns), np.sin(turns)))
+    lowest_seen = float(quiet_heights(obstacle, np.zeros(1), np.zeros(1))[0])
+    unit = np.sqrt(square) if square is not None else (approach or 0.0) - lowest_seen
+    if not 0 < unit < np.inf:
+        return None
+    scales = all_scales(unit)
+    middle = _lowest_over_surface(obstacle, scales, ways)
+
+    def missing(radii: Array) -> Array:
+        """Returns what the mean height lacks, array (n,) (lengths)."""
+        circles = middle[:, None, None] + ways[:, None, :] * radii[:, None]
+        rises = quiet_heights(obstacle, *circles).mean(axis=1) - quiet_heights(obstacle, *middle[:, None])
+        return (unit if square is None else square / radii) - rises
+
+    def is_low(radii: Array) -> Flags:
+        return missing(radii) > 0
+
+    high = np.flatnonzero(~is_low(scales))
+    if not len(high) or high[0] == 0:
+        return None
+    return _edge(is_low, scales[high[0] - 1], scales[high[0]])
+
+
+def _lowest_over_surface(obstacle: ObstacleLike, scales: Array, ways: Array) -> Array:
+    """Returns the lowest place that is seen about (0, 0) on all scales, and then nearer to it, array (2,)."""
+    places = np.concatenate((np.zeros((2, 1)), (ways[:, :, None] * scales).reshape(2, -1)), axis=1)
+    middle = places[:, np.argmin(quiet_heights(obstacle, *places))]
+    step = np.hypot(*middle) / 2
+    around = np.reshape(np.meshgrid(*[np.linspace(-1, 1, 9)] * 2), (2, -1))
+    around = np.column_stack((np.zeros(2), around))  # first, so that a level face keeps its place
+    for _ in range(40):
+        near = middle[:, None] + step * around
+        middle = near[:, np.argmin(quiet_heights(obstacle, *near))]
+        step /= 2
+    return middle
