@@ -1,0 +1,813 @@
+"""Problems that people state in public, as they state them: their bodies, shapes, units and samples.
+
+Each row has its source, the problem as a user sets it up, a figure, its right value and a tolerance with its
+reason. Right values are closed forms that are computed here, figures that the source gives, or solvers of
+some lines that share nothing with the library.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import ngsolve as ng
+import numpy as np
+import pytest
+from netgen.geom2d import SplineGeometry
+from scipy.special import ellipe, ellipk
+
+import microblock as mb
+from microblock.fem import meshes3d
+from microblock.fem.body import Loads
+from tests import closed_forms
+
+UNILATERAL = mb.Unilateral()
+
+
+@dataclass(frozen=True)
+class Row:
+    """A figure of a problem, relative to its right value, or to `scale` where that is 0.
+
+    What takes time is a function: each worker of the tests reads this table.
+    """
+
+    source: str
+    problem: Callable[[], Any]
+    figure: Callable[[Any], float]
+    right: float | Callable[[], float]
+    tolerance: float
+    reason: str
+    scale: float | None = None
+
+    def __str__(self) -> str:
+        return f"{self.problem.__name__}: {self.figure.__name__}"
+
+
+def plane_strain(E: float, nu: float) -> float:
+    """Returns the modulus E* of a half-plane or half-space under a rigid obstacle."""
+    return E / (1 - nu**2)
+
+
+# --- figures
+
+
+def half_width(state: mb.State) -> float:
+    return state.half_width
+
+
+def radius(state: mb.State) -> float:
+    """Radius of the circle with the area of the contact."""
+    return math.sqrt(state.contact_area / math.pi)
+
+
+def in_the_middle(state: mb.State) -> float:
+    return float(state.pressure_at(0.0))
+
+
+def largest(state: mb.State) -> float:
+    return state.pressure.max()
+
+
+def load(state: mb.State) -> float:
+    return state.load
+
+
+def approach(state: mb.State) -> float:
+    return state.approach
+
+
+# --- rollers in the plane
+
+NAFEMS = "A. Konter, Advanced finite element contact benchmarks, NAFEMS 2006, problem 1"
+BISON = "BISON, contact verification: cylinder on a rigid plane"
+MEDUSA = "Medusa wiki, Hertzian contact"
+
+
+def roller(metre: float, pascal: float) -> mb.State:
+    """A steel roller of 50 mm on aluminium under 35 kN/mm, in any units."""
+    aluminium = mb.Elastic(E=70e9 * pascal, nu=0.3)
+    steel = mb.Elastic(E=210e9 * pascal, nu=0.3)
+    shape = mb.Deformable(mb.HalfPlane(steel), mb.Cylinder(R=0.05 * metre))
+    return mb.Contact(mb.HalfPlane(aluminium), shape, UNILATERAL).solve(load=35e6 * pascal * metre)
+
+
+@cache
+def roller_in_mm() -> mb.State:
+    return roller(metre=1e3, pascal=1e-6)
+
+
+@cache
+def roller_in_metres() -> mb.State:
+    return roller(metre=1.0, pascal=1.0)
+
+
+@cache
+def roller_in_nanometres() -> mb.State:
+    return roller(metre=1e9, pascal=1e-9)
+
+
+@cache
+def cylinder_on_a_plane() -> mb.State:
+    """Its cylinder is the body: Hertz' contact does not see which of the two is rigid."""
+    return mb.Contact(mb.HalfPlane(mb.Elastic(1e6, 0.3)), mb.Cylinder(R=3.0), UNILATERAL).solve(load=1.2e4)
+
+
+P_LINE, E_LINE, NU_LINE = 543.0, 72.1e9, 0.33  # N/m, Pa
+E_STAR_LINE = plane_strain(E_LINE, NU_LINE) / 2  # of two equal bodies
+A_LINE = math.sqrt(4 * P_LINE / (math.pi * E_STAR_LINE))  # R = 1 m
+P0_LINE = 2 * P_LINE / (math.pi * A_LINE)
+
+
+@cache
+def two_cylinders() -> mb.State:
+    body = mb.HalfPlane(mb.Elastic(E_LINE, NU_LINE))
+    return mb.Contact(body, mb.Deformable(body, mb.Cylinder(R=1.0)), UNILATERAL).solve(load=P_LINE)
+
+
+def mcewen(x: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Returns s11, s22 and s12 below Hertz' line contact (Johnson, Contact Mechanics, 4.3)."""
+    difference = A_LINE**2 - x**2 + depth**2
+    root = np.sqrt(difference**2 + 4 * x**2 * depth**2)
+    m = np.sqrt((root + difference) / 2)
+    n = np.sign(x) * np.sqrt((root - difference) / 2)
+    ratio = (depth**2 + n**2) / (m**2 + n**2)
+    s11 = m * (1 + ratio) - 2 * depth
+    s22 = m * (1 - ratio)
+    s12 = n * (m**2 - depth**2) / (m**2 + n**2)
+    # Johnson counts z downwards, so that his shear stress has the other sign
+    return P0_LINE / A_LINE * np.stack([-s11, -s22, s12])
+
+
+def error_below(state: mb.State) -> float:
+    x, depth = (grid.ravel() * A_LINE for grid in np.meshgrid([-1.3, 0.2, 0.7], [0.05, 0.4, 1.0, 3.0]))
+    stress = state.fields(x, -depth).stress
+    found = np.stack([stress[0, 0], stress[1, 1], stress[0, 1]])
+    return float(abs(found - mcewen(x, depth)).max())
+
+
+ESTIMATE = "the best of about a second has an error of some 3e-4 in L2, of which edges and means have less"
+DIGITS = "the source gives so many digits"
+
+ROLLERS = [
+    Row(NAFEMS, roller_in_mm, half_width, 6.21, 1e-3, DIGITS),
+    Row(NAFEMS, roller_in_mm, in_the_middle, 3585.37, 1e-4, ESTIMATE),
+    Row(NAFEMS, roller_in_metres, half_width, 6.21e-3, 1e-3, DIGITS),
+    Row(NAFEMS, roller_in_metres, in_the_middle, 3585.37e6, 1e-4, ESTIMATE),
+    Row(NAFEMS, roller_in_nanometres, half_width, 6.21e6, 1e-3, DIGITS),
+    Row(NAFEMS, roller_in_nanometres, in_the_middle, 3.58537, 1e-4, ESTIMATE),
+    Row(BISON, cylinder_on_a_plane, half_width, 0.204, 2e-3, DIGITS),
+    Row(BISON, cylinder_on_a_plane, in_the_middle, 37405, 1e-4, ESTIMATE),
+    Row(MEDUSA, two_cylinders, half_width, A_LINE, 2e-4, ESTIMATE),
+    Row(MEDUSA, two_cylinders, in_the_middle, P0_LINE, 2e-4, ESTIMATE),
+    Row(MEDUSA, two_cylinders, error_below, 0.0, 1e-3, "three times the estimate, at any point", P0_LINE),
+]
+
+
+# --- punches, wedges and other profiles in the plane, of steel in metres
+
+JOHNSON = "K. L. Johnson, Contact Mechanics, 2.8 and 5.2"
+MUSKHELISHVILI = "N. I. Muskhelishvili, Some basic problems, 115"
+CIAVARELLA = "M. Ciavarella, D. A. Hills, G. Monno, IMechE C 212 (1998): flat punch with rounded edges"
+STEEL = mb.Elastic(E=210e9, nu=0.3)
+E_STEEL = plane_strain(210e9, 0.3)
+FLAT, ROUND = 5e-3, 0.1  # half of the flat, and radius beside it
+
+
+def middles(end: float, count: int) -> np.ndarray:
+    """Returns the middles of equal steps from 0 to end."""
+    return (np.arange(count) + 0.5) * end / count
+
+
+@dataclass(frozen=True)
+class Profile:
+    """An even profile by its slope and its curvature at x > 0."""
+
+    slope: Callable[[np.ndarray], np.ndarray]
+    curvature: Callable[[np.ndarray], np.ndarray]
+
+    def load(self, a: float) -> float:
+        """Returns the load of the half-width a: E* times the integral of x h'/sqrt(a^2 - x^2) over x > 0."""
+        x = a * np.sin(middles(math.pi / 2, 20000))
+        return E_STEEL * math.pi / 2 * float(np.mean(x * self.slope(x)))
+
+    def pressure(self, a: float, x: float) -> float:
+        """Returns the pressure at x as a sum of flat punches of growing half-width s = x cosh(t): each adds
+        dP/(pi sqrt(s^2 - x^2)) = dP/ds dt/pi.
+        """
+        end = math.acosh(a / x)
+        sine = np.sin(middles(math.pi / 2, 4000))
+        place = x * np.cosh(middles(end, 400))[:, None] * sine
+        growth = (
+            E_STEEL
+            * math.pi
+            / 2
+            * np.mean(sine * self.slope(place) + place * sine * self.curvature(place), 1)
+        )
+        return float(growth.mean()) * end / math.pi
+
+
+ROUNDED = Profile(lambda x: np.maximum(x - FLAT, 0) / ROUND, lambda x: (x > FLAT) / ROUND)
+QUARTIC = Profile(lambda x: 4e3 * x**3, lambda x: 12e3 * x**2)
+
+
+def on_steel(shape: Any, load: float) -> mb.State:
+    return mb.Contact(mb.HalfPlane(STEEL), shape, UNILATERAL).solve(load=load)
+
+
+@cache
+def tilted_punch() -> mb.State:
+    return on_steel(mb.Punch(half_width=0.01, tilt=1e-4), 1e5)
+
+
+@cache
+def tilted_punch_that_touches_all_over() -> mb.State:
+    return on_steel(mb.Punch(half_width=0.01, tilt=1e-4), 1e6)
+
+
+@cache
+def rounded_punch() -> mb.State:
+    return on_steel(lambda x: np.maximum(abs(x) - FLAT, 0) ** 2 / (2 * ROUND), ROUNDED.load(6e-3))
+
+
+@cache
+def wedge() -> mb.State:
+    return on_steel(mb.Wedge(0.01), 1e6)
+
+
+@cache
+def quartic() -> mb.State:
+    return on_steel(lambda x: 1e3 * x**4, QUARTIC.load(3e-3))
+
+
+def right_edge(state: mb.State) -> float:
+    return state.zones["contact"][0][1]
+
+
+def at(x: float) -> Callable[[mb.State], float]:
+    def pressure(state: mb.State) -> float:
+        return float(state.pressure_at(x))
+
+    return pressure
+
+
+def tilted(x: float, load: float) -> float:
+    return float(closed_forms.tilted_punch(np.array([x]), load, 0.01, 1e-4, E_STEEL)[0][0])
+
+
+PROFILES = [
+    Row(MUSKHELISHVILI, tilted_punch, right_edge, -0.01 + 4e5 / (math.pi * E_STEEL * 1e-4), 1e-4, ESTIMATE),
+    Row(MUSKHELISHVILI, tilted_punch, at(-8e-3), tilted(-8e-3, 1e5), 5e-4, ESTIMATE),
+    Row(MUSKHELISHVILI, tilted_punch_that_touches_all_over, at(5e-3), tilted(5e-3, 1e6), 5e-4, ESTIMATE),
+    Row(CIAVARELLA, rounded_punch, half_width, 6e-3, 2e-4, ESTIMATE),
+    Row(CIAVARELLA, rounded_punch, at(4e-3), lambda: ROUNDED.pressure(6e-3, 4e-3), 1e-3, ESTIMATE),
+    Row(CIAVARELLA, rounded_punch, at(5.5e-3), lambda: ROUNDED.pressure(6e-3, 5.5e-3), 1e-3, ESTIMATE),
+    Row(JOHNSON, wedge, half_width, 1e6 / (E_STEEL * 0.01), 2e-4, ESTIMATE),
+    Row(JOHNSON, quartic, half_width, 3e-3, 2e-4, ESTIMATE),
+    Row(JOHNSON, quartic, at(2e-3), lambda: QUARTIC.pressure(3e-3, 2e-3), 1e-3, ESTIMATE),
+]
+
+
+# --- Westergaard's wave, to full contact and beyond
+
+WESTERGAARD = "ContactMechanics, reference solutions: Westergaard"
+WAVELENGTH, AMPLITUDE = 1e-3, 1e-6  # metres
+CLOSURE = math.pi * E_STEEL * AMPLITUDE / WAVELENGTH
+
+
+def wave(share: float) -> Callable[[], mb.State]:
+    """A wave under a share of the mean pressure that closes all."""
+
+    @cache
+    def wave() -> mb.State:
+        shape = mb.Wave(amplitude=AMPLITUDE, wavelength=WAVELENGTH)
+        problem = mb.Contact(mb.HalfPlane(STEEL, period=WAVELENGTH), shape, UNILATERAL)
+        return problem.solve(load=share * CLOSURE * WAVELENGTH)
+
+    return wave
+
+
+WAVES = [
+    row
+    for share in (0.3, 0.9, 1.5)
+    for wavy, state in [(closed_forms.Wavy(CLOSURE, WAVELENGTH, share * CLOSURE), wave(share))]
+    for row in (
+        Row(
+            WESTERGAARD, state, half_width, wavy.half_width, 1e-2, "an edge is within a cell, 1/256 of a wave"
+        ),
+        Row(WESTERGAARD, state, in_the_middle, wavy.pressure(0.0), 1e-4, "averages over cells"),
+        Row(WESTERGAARD, state, approach, AMPLITUDE * wavy.approach_over_amplitude, 1e-4, "as the load"),
+    )
+]
+
+
+# --- fretting: a cylindrical pad, first the normal load, then a shear force that goes to and fro
+
+FRETTING = (
+    "R. D. Mindlin, J. Appl. Mech. 16 (1949), under pads of tests of fretting fatigue: mm, MPa, aluminium"
+)
+PAD = {"E": 72.1e3, "nu": 0.33}
+P_PAD, Q_PAD, FRICTION = 543 / 4, 155 / 4, 0.85
+E_STAR_PAD = plane_strain(**PAD) / 2
+A_PAD = math.sqrt(4 * P_PAD * 10 / (math.pi * E_STAR_PAD))
+P0_PAD = 2 * P_PAD / (math.pi * A_PAD)
+
+
+@cache
+def fretting_loop() -> mb.History:
+    body = mb.HalfPlane(mb.Elastic(**PAD))
+    pad = mb.Deformable(body, mb.Cylinder(R=10.0))
+    problem = mb.Contact(body, pad, mb.Unilateral(friction=FRICTION))
+    return problem.history([(P_PAD, 0), (P_PAD, Q_PAD), (P_PAD, 0), (P_PAD, -Q_PAD)])
+
+
+def stick(step: int) -> Callable[[mb.History], float]:
+    def half_of_stick(history: mb.History) -> float:
+        left, right = history.states[step].zones["stick"][0]
+        return (right - left) / 2
+
+    return half_of_stick
+
+
+def shear_in_the_middle(step: int) -> Callable[[mb.History], float]:
+    def shear(history: mb.History) -> float:
+        state = history.states[step]
+        return float(np.interp(0.0, state.x, state.shear_traction))
+
+    return shear
+
+
+TURN = Q_PAD / (FRICTION * P_PAD)  # of the force that slides
+STICK_AT_THE_TURN = A_PAD * math.sqrt(1 - TURN)
+STICK_ON_THE_WAY = A_PAD * math.sqrt(1 - TURN / 2)
+SHEAR_AT_THE_TURN = FRICTION * P0_PAD * (1 - STICK_AT_THE_TURN / A_PAD)
+SHEAR_ON_THE_WAY = FRICTION * P0_PAD * (2 * STICK_ON_THE_WAY - STICK_AT_THE_TURN - A_PAD) / A_PAD
+NODE = "between the nodes beside the middle"
+
+LOOPS = [
+    Row(FRETTING, fretting_loop, stick(1), STICK_AT_THE_TURN, 1e-4, ESTIMATE),
+    Row(FRETTING, fretting_loop, stick(2), STICK_ON_THE_WAY, 1e-4, ESTIMATE),
+    Row(FRETTING, fretting_loop, stick(3), STICK_AT_THE_TURN, 1e-4, ESTIMATE),
+    Row(FRETTING, fretting_loop, shear_in_the_middle(1), SHEAR_AT_THE_TURN, 2e-3, NODE),
+    Row(FRETTING, fretting_loop, shear_in_the_middle(2), SHEAR_ON_THE_WAY, 2e-3, NODE),
+    Row(FRETTING, fretting_loop, shear_in_the_middle(3), -SHEAR_AT_THE_TURN, 2e-3, NODE),
+]
+
+
+# --- layers on meshes: a receding contact, and a layer on rollers under a cylinder, both with E* = 1
+
+KEER = "L. M. Keer, J. Dundurs, K. C. Tsai, J. Appl. Mech. 39 (1972): a layer pressed on a half-space"
+ROLLER_LAYER = "K. L. Johnson, Contact Mechanics, 5.8: a cylinder on a layer without friction at its base"
+CLASSICAL = mb.Elastic(E=0.91, nu=0.3)
+PATCH = 0.02  # half of the width on which the layer is held, its thickness is 1
+NEAR, FAR = 0.02, 8.0  # size of elements where edges are, and half-width of the meshes
+
+
+def rectangle(bottom: float, top: float, edges: list[tuple[str, list[tuple[float, str, float]]]]) -> ng.Mesh:
+    """Returns a mesh of -FAR < x < FAR. Each of the two edges, "low" and "high", is (end, name, size) of its
+    pieces from left to right.
+    """
+    geometry = SplineGeometry()
+    corner = {(x, y): geometry.AppendPoint(x, y) for x in (-FAR, FAR) for y in (bottom, top)}
+    for side, pieces in edges:
+        y = bottom if side == "low" else top
+        left = corner[-FAR, y]
+        for end, name, size in pieces:
+            right = corner[end, y] if end == FAR else geometry.AppendPoint(end, y)
+            domains = {"leftdomain": 1, "rightdomain": 0}
+            if side == "high":
+                domains = {"leftdomain": 0, "rightdomain": 1}
+            geometry.Append(["line", left, right], bc=name, maxh=size, **domains)
+            left = right
+    geometry.Append(["line", corner[FAR, bottom], corner[FAR, top]], bc="right", leftdomain=1, rightdomain=0)
+    geometry.Append(["line", corner[-FAR, bottom], corner[-FAR, top]], bc="left", leftdomain=0, rightdomain=1)
+    return ng.Mesh(geometry.GenerateMesh(maxh=1.5, grading=0.3))
+
+
+def contact_side(start: float, end: float) -> list[tuple[float, str, float]]:
+    """Pieces of a contact boundary whose edges are between start and end on both sides."""
+    return [
+        (-end, "contact", 0.5),
+        (-start, "contact", NEAR),
+        (start, "contact", 0.1),
+        (end, "contact", NEAR),
+        (FAR, "contact", 0.5),
+    ]
+
+
+@cache
+def receding_layer() -> mb.State:
+    base = rectangle(-FAR, 0.0, [("low", [(FAR, "bottom", 2.0)]), ("high", contact_side(1.2, 1.5))])
+    loaded = [(-PATCH, "free", 0.5), (PATCH, "patch", PATCH / 3), (FAR, "free", 0.5)]
+    layer = rectangle(0.0, 1.0, [("low", contact_side(1.2, 1.5)), ("high", loaded)])
+    pressed = mb.Deformable(mb.Body(layer, CLASSICAL, order=2, fixed="patch"), mb.Plane())
+    return mb.Contact(mb.Body(base, CLASSICAL, order=2, fixed="bottom"), pressed, UNILATERAL).solve(load=0.01)
+
+
+def on_rollers(**tolerance: float) -> mb.State:
+    layer = rectangle(-1.0, 0.0, [("low", [(FAR, "bottom", 0.5)]), ("high", contact_side(0.7, 0.9))])
+    body = mb.Body(layer, CLASSICAL, order=2, fixed={"u2": "bottom", "u1": "left"})
+    return mb.Contact(body, mb.Cylinder(R=10.0), UNILATERAL).solve(load=ROLLER_LOAD, **tolerance)
+
+
+@cache
+def layer_on_rollers() -> mb.State:
+    return on_rollers()
+
+
+@cache
+def layer_on_rollers_to_an_accuracy() -> mb.State:
+    return on_rollers(rtol=0.01)
+
+
+class Layer:
+    """An elastic layer of thickness 1 and E* = 1 by Fourier series of a long period: compliances of normal
+    loads without shear, from the closed forms of a layer that is squeezed, and bent.
+    """
+
+    period, count = 24.0, 4096
+
+    def __init__(self) -> None:
+        self.step = self.period / self.count
+        self.x = (np.arange(self.count) - self.count / 2) * self.step
+        self.near = np.flatnonzero(abs(self.x) < 2)
+        wave = abs(2 * np.pi * np.fft.fftfreq(self.count, self.step))
+        wave[0] = 1.0
+        self.wave = wave
+
+    def squeezed(self, thickness: float) -> np.ndarray:
+        """Displacement of a surface under equal pressures of 1 on both, over each wave."""
+        eta = np.minimum(self.wave * thickness / 2, 300.0)
+        return 2 / self.wave * np.sinh(eta) ** 2 / (np.sinh(eta) * np.cosh(eta) + eta)
+
+    def bent(self, thickness: float) -> np.ndarray:
+        """Displacement under pressures of 1 and -1."""
+        eta = np.minimum(self.wave * thickness / 2, 300.0)
+        return 2 / self.wave * np.cosh(eta) ** 2 / (np.sinh(eta) * np.cosh(eta) - eta)
+
+    def response(self, compliance: np.ndarray) -> np.ndarray:
+        """Displacements at `near` under pressures there, a matrix."""
+        column = np.fft.ifft(np.r_[0.0, compliance[1:]]).real
+        return column[(self.near[:, None] - self.near) % self.count]
+
+    def contact(self, matrix: np.ndarray, gap: np.ndarray, load: float) -> float:
+        """Returns the half-width of the contact by an active set."""
+        touching = np.full(len(gap), True)
+        for _ in range(100):
+            inner = np.flatnonzero(touching)
+            ones = np.ones((len(inner), 1))
+            system = np.block([[matrix[np.ix_(inner, inner)], ones], [ones.T, 0.0]])
+            solution = np.linalg.solve(system, np.r_[-gap[inner], load / self.step])
+            pressure = np.zeros(len(gap))
+            pressure[inner] = solution[:-1]
+            open_gap = matrix @ pressure + gap + solution[-1]
+            after = np.where(touching, pressure > 0, open_gap < 0)
+            if (after == touching).all():
+                return after.sum() * self.step / 2
+            touching = after
+        raise AssertionError("the active set still changes")
+
+    def receding(self) -> float:
+        """Half-width on a half-plane of E* = 1 under the pressure of a flat punch on top.
+
+        A series has no mean curvature. That of a layer with free ends is the mean of its bending moments over
+        E* thickness^3/12 = 1/12: 6/period times the second moment of the loads.
+        """
+        inside = PATCH**2 - self.x**2
+        punch = np.where(inside > 0, 1 / np.sqrt(np.where(inside > 0, inside, 1)), 0)
+        punch /= punch.sum() * self.step
+        squeezed, bent = self.squeezed(1.0), self.bent(1.0)
+        across = np.r_[0.0, (squeezed - bent)[1:] / 2]
+        near_square = self.x[self.near] ** 2
+        lift = 3 / self.period * near_square
+        gap = np.fft.ifft(across * np.fft.fft(punch)).real[self.near] - lift * PATCH**2 / 2
+        matrix = self.response((squeezed + bent) / 2 + 2 / self.wave)
+        return self.contact(matrix + np.outer(lift, near_square) * self.step, gap, 1.0)
+
+    def on_rollers(self, load: float) -> float:
+        """Half-width under a cylinder of R = 10: half of a layer of twice the thickness."""
+        return self.contact(self.response(self.squeezed(2.0)), self.x[self.near] ** 2 / 20, load)
+
+
+ROLLER_LOAD = 0.045
+NODES = f"an edge is between two nodes, of the distance {NEAR}/2, and Fourier's within 24/4096"
+
+LAYERS = [
+    Row(KEER, receding_layer, half_width, lambda: Layer().receding(), 0.01, NODES),
+    Row(ROLLER_LAYER, layer_on_rollers, half_width, lambda: Layer().on_rollers(ROLLER_LOAD), 0.01, NODES),
+    Row(
+        ROLLER_LAYER,
+        layer_on_rollers_to_an_accuracy,
+        half_width,
+        lambda: Layer().on_rollers(ROLLER_LOAD),
+        0.01,
+        "the rtol, and Fourier's 24/4096",
+    ),
+]
+
+
+# --- patch tests: blocks on rollers under a plate, and Cosserat solids without contact
+
+BATHE = "N. El-Abbasi, K. J. Bathe, Comput. Struct. 79 (2001), as Code_Aster's SSNP121: a patch of 2 m"
+ASTER_CUBES = "Code_Aster SSNV167: two cubes of 2 mm that are pressed together by 0.2 mm, nu = 0"
+KATTIS = "E. Providas, M. A. Kattis, Comput. Struct. 80 (2002), as FEniCS demos of Cosserat solids, test 3"
+MOOSE = "MOOSE, cosserat_glide (S. Forest, Mechanics of Cosserat media, A)"
+ROUNDING = "linear fields are exact on any mesh"
+
+
+def square(maxh: float) -> ng.Mesh:
+    geometry = SplineGeometry()
+    geometry.AddRectangle((-1, -2), (1, 0), bcs=("bottom", "right", "contact", "left"))
+    return ng.Mesh(geometry.GenerateMesh(maxh=maxh))
+
+
+@cache
+def patch_on_rollers() -> mb.State:
+    body = mb.Body(square(0.7), mb.Elastic(E=2e6, nu=0.0), order=2, fixed={"u2": "bottom", "u1": "left"})
+    return mb.Contact(body, mb.Plane(), UNILATERAL).solve(approach=0.1)
+
+
+@cache
+def cube_on_rollers() -> mb.State:
+    """A cube of the two, up to the plane between them."""
+    x = np.linspace(0.0, 2.0, 3)
+    mesh = meshes3d.block(x, x, -x[::-1], reach=2.0)
+    supports = {"u3": "bottom", "u1": "left", "u2": "front"}
+    body = mb.Body(mesh, mb.Elastic(E=200e3, nu=0.0), order=1, fixed=supports)
+    return mb.Contact(body, lambda x1, x2: 0 * x1, UNILATERAL).solve(approach=0.1)
+
+
+@cache
+def cosserat_patch() -> Any:
+    """Linear displacements, and a body force and couple that a linear microrotation needs."""
+    x, y = ng.x, ng.y
+    solid = mb.Cosserat(E=2500, nu=0.25, ell=0.1, mu_c=500, curvature=4)
+    values = {"u1": 1e-3 * (x + y / 2), "u2": 1e-3 * (x + y), "psi": 1e-3 * (0.25 + x - y)}
+    geometry = SplineGeometry()
+    geometry.AddRectangle((0, 0), (0.24, 0.12), bc="side")
+    mesh = ng.Mesh(geometry.GenerateMesh(maxh=0.05))
+    body = mb.Body(mesh, solid, order=2, prescribed={name: {"side": value} for name, value in values.items()})
+    return body.solve(Loads(force=(1, 1), couple=2 * (x - y)))
+
+
+def patch_error(fields: Any) -> float:
+    exact = ng.CF((4, 1.5 + ng.x - ng.y, 1.5 - ng.x + ng.y, 4, 0.04, -0.04))
+    off = ng.CF((fields.stress, fields.couple_stress)) - exact
+    return math.sqrt(ng.Integrate(ng.InnerProduct(off, off), fields.body.mesh) / (0.24 * 0.12))
+
+
+@cache
+def glide() -> Any:
+    """mu = 2, mu_c = 3, couples 1.2 psi': psi is given on top, the displacement follows."""
+    solid = mb.Cosserat(E=4.0, nu=0.0, ell=1.0, mu_c=3.0, curvature=0.6)
+    geometry = SplineGeometry()
+    geometry.AddRectangle((0, 0), (0.3, 1), bcs=("bottom", "side", "top", "side"))
+    mesh = ng.Mesh(geometry.GenerateMesh(maxh=0.25))
+    # nothing depends on x, and supports carry the shear tractions that sides have: u2 is 0
+    held = {"u1": {"bottom": 0.0}, "u2": {".*": 0.0}, "psi": {"bottom": 0.0, "top": math.sinh(2.0)}}
+    return mb.Body(mesh, solid, order=6, prescribed=held).solve(Loads())
+
+
+def sliding_on_top(fields: Any) -> float:
+    return fields.u1(fields.body.mesh(0.15, 1.0))
+
+
+PATCHES = [
+    Row(BATHE, patch_on_rollers, largest, 1e5, 1e-9, ROUNDING),
+    Row(BATHE, patch_on_rollers, load, 2e5, 1e-9, ROUNDING),
+    Row(ASTER_CUBES, cube_on_rollers, load, 40e3, 1e-9, ROUNDING),
+    Row(ASTER_CUBES, cube_on_rollers, largest, 10e3, 1e-9, ROUNDING),
+    Row(KATTIS, cosserat_patch, patch_error, 0.0, 1e-10, ROUNDING, 4.0),
+    Row(MOOSE, glide, sliding_on_top, -1.65731741465, 1e-7, "order 6 on elements of 1/4"),
+]
+
+
+# --- spheres, cones and other shapes in space, in the units of their sources
+
+COMET = "comet-fenics, Hertzian contact with a rigid indenter: E = 10, R = 0.5, depth 0.02"
+ASTER_SPHERES = "Code_Aster SSNV104: two spheres of 50 mm that approach by 4 mm"
+TUTORS = "tutorsglobe.com, a sphere of 8 mm on a plane: the analytic radius is 1.010 mm"
+SNEDDON = "I. N. Sneddon, Int. J. Eng. Sci. 3 (1965)"
+BRUKER = (
+    "Bruker, PeakForce QNM, Sneddon model: here fused silica under a cone like a Berkovich tip, nm and GPa"
+)
+GEL = "textureAnalyzerGels, force_Hertz_AFM_indentation: a gel under a tip of 8 nm, metres"
+ROUND_PUNCH = "M. Ciavarella, Int. J. Mech. Sci. 41 (1999): circular punch with rounded edges"
+BEARING = "K. L. Johnson, Contact Mechanics, 4.2: a raceway whose radii are 10 and 50 mm"
+
+
+def space(E: float, nu: float) -> mb.HalfSpace:
+    return mb.HalfSpace(mb.Elastic(E, nu))
+
+
+@cache
+def indented_cube() -> mb.State:
+    return mb.Contact(space(10.0, 0.3), mb.Sphere(R=0.5), UNILATERAL).solve(approach=0.02)
+
+
+@cache
+def pin_on_a_cube() -> mb.State:
+    """A quarter of a cube of forty contact radii, on a mesh."""
+    x = meshes3d.graded(reach=0.13, step=0.05, far=4.0, growth=2.2)
+    mesh = meshes3d.block(x, x, -x[::-1], reach=0.13)
+    body = mb.Body(mesh, mb.Elastic(10.0, 0.3), fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+    return mb.Contact(body, mb.Sphere(R=0.5), UNILATERAL).solve(approach=0.02)
+
+
+@cache
+def two_spheres() -> mb.State:
+    """Their relative curvature is that of a sphere of 25 mm."""
+    body = space(20000.0, 0.3)
+    return mb.Contact(body, mb.Deformable(body, mb.Sphere(R=25.0)), UNILATERAL).solve(approach=4.0)
+
+
+@cache
+def ball() -> mb.State:
+    return mb.Contact(space(1000.0, 0.3), mb.Sphere(R=8.0), UNILATERAL).solve(load=60 * math.pi)
+
+
+@cache
+def berkovich() -> mb.State:
+    cone = mb.Cone(slope=1 / math.tan(HALF_ANGLE))
+    return mb.Contact(space(70.0, 0.17), cone, UNILATERAL).solve(approach=100.0)
+
+
+@cache
+def gel() -> mb.State:
+    def tip(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+        return (x1**2 + x2**2) / (2 * 8e-9)
+
+    return mb.Contact(space(1e8, 0.49), tip, UNILATERAL).solve(approach=2e-9)
+
+
+@cache
+def quartic_in_space() -> mb.State:
+    return mb.Contact(space(0.91, 0.3), lambda x1, x2: (x1**2 + x2**2) ** 2, UNILATERAL).solve(
+        load=QUARTIC_LOAD
+    )
+
+
+@cache
+def rounded_punch_in_space() -> mb.State:
+    def shape(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+        return np.maximum(np.hypot(x1, x2) - FLAT, 0) ** 2 / (2 * ROUND)
+
+    return mb.Contact(mb.HalfSpace(STEEL), shape, UNILATERAL).solve(load=rounded_in_space(6e-3)[1])
+
+
+@cache
+def raceway() -> mb.State:
+    return mb.Contact(mb.HalfSpace(STEEL), mb.Ellipsoid(R1=0.01, R2=0.05), UNILATERAL).solve(load=1e3)
+
+
+HALF_ANGLE = math.radians(70.3)
+E_STAR_SILICA = plane_strain(70.0, 0.17)
+# r^4: depth 8/3 a^4, force 2 E* 4/5 a depth, of a = 1/2
+QUARTIC_DEPTH = 8 / 3 / 16
+QUARTIC_LOAD = 0.8 * QUARTIC_DEPTH
+
+
+@cache
+def rounded_in_space(a: float) -> tuple[float, float]:
+    """Returns depth and force of the radius a under a punch with rounded edges, by Sneddon.
+
+    The depth is g(a), where g(s) is s times the integral of h'(r)/sqrt(s^2 - r^2) over r < s. The force is
+    2 E* times the integral of g(a) - g(s) over s < a.
+    """
+    s = middles(a, 500)
+    sine = np.sin(middles(math.pi / 2, 2000))
+
+    def depth(s: np.ndarray) -> np.ndarray:
+        return s * math.pi / 2 * np.mean(ROUNDED.slope(s[:, None] * sine), axis=1)
+
+    deepest = float(depth(np.array([a]))[0])
+    return deepest, 2 * E_STEEL * a * float(np.mean(deepest - depth(s)))
+
+
+def ellipse(R1: float, R2: float, force: float) -> tuple[float, float]:
+    """Returns area and depth of Hertz' contact of the radii R1 < R2 on steel (Johnson, (4.26) to (4.31))."""
+    low, high = 1e-6, 1 - 1e-6
+    for _ in range(100):
+        m = (low + high) / 2  # 1 - (b/a)^2, a along the larger radius
+        ratio = (ellipe(m) / (1 - m) - ellipk(m)) / (ellipk(m) - ellipe(m))  # of the curvatures 1/R1, 1/R2
+        low, high = (m, high) if ratio < R2 / R1 else (low, m)
+    a = (3 * force * (ellipk(m) - ellipe(m)) * R2 / (math.pi * m * E_STEEL)) ** (1 / 3)
+    depth = 3 * force * ellipk(m) / (2 * math.pi * a * E_STEEL)
+    return math.pi * a**2 * math.sqrt(1 - m), depth
+
+
+def area(state: mb.State) -> float:
+    return state.contact_area
+
+
+AREA = "an area counts cells: one ring of 1/300 of the radius"
+FORCE = "forces and depths are far closer than the estimate of .6 %, which is of pressures"
+INDENTED_FORCE = 4 / 3 * plane_strain(10.0, 0.3) * 0.1 * 0.02
+
+SHAPES = [
+    Row(COMET, indented_cube, load, INDENTED_FORCE, 1e-4, FORCE),
+    Row(COMET, indented_cube, radius, 0.1, 3e-3, AREA),
+    Row(COMET, indented_cube, largest, 3 * INDENTED_FORCE / (2 * math.pi * 0.1**2), 1e-3, FORCE),
+    Row(COMET, pin_on_a_cube, load, INDENTED_FORCE / 4, 0.03, "the base at 40 radii makes it 2 % stiffer"),
+    Row(ASTER_SPHERES, two_spheres, radius, 10.0, 3e-3, AREA),
+    Row(ASTER_SPHERES, two_spheres, largest, 2798.3, 1e-3, FORCE),
+    Row(TUTORS, ball, radius, 1.010, 3e-3, AREA),
+    Row(BRUKER, berkovich, load, 2 / math.pi * E_STAR_SILICA * 1e4 * math.tan(HALF_ANGLE), 1e-4, FORCE),
+    Row(BRUKER, berkovich, radius, 200 * math.tan(HALF_ANGLE) / math.pi, 3e-3, AREA),
+    Row(GEL, gel, load, 4 / 3 * plane_strain(1e8, 0.49) * math.sqrt(8e-9 * 2e-9**3), 1e-4, FORCE),
+    Row(SNEDDON, quartic_in_space, radius, 0.5, 3e-3, AREA),
+    Row(SNEDDON, quartic_in_space, approach, QUARTIC_DEPTH, 1e-4, FORCE),
+    Row(ROUND_PUNCH, rounded_punch_in_space, radius, 6e-3, 3e-3, AREA),
+    Row(ROUND_PUNCH, rounded_punch_in_space, approach, lambda: rounded_in_space(6e-3)[0], 2e-4, FORCE),
+    Row(BEARING, raceway, area, lambda: ellipse(0.01, 0.05, 1e3)[0], 6e-3, AREA),
+    Row(BEARING, raceway, approach, lambda: ellipse(0.01, 0.05, 1e3)[1], 2e-4, FORCE),
+]
+
+
+# --- true contact area of a rough surface
+
+TAMAAS = "Tamaas, tutorial: true contact area of a self-affine surface on a period, E* = 1"
+ROUGH_NODES, ROUGH_MEAN = 128, 0.02
+
+
+@cache
+def rough_heights() -> np.ndarray:
+    """Heights (n, n) on a period of 1 of a self-affine surface of Hurst's exponent .8 and rms slope .1."""
+    random = np.random.default_rng(5)
+    wave = np.fft.fftfreq(ROUGH_NODES, 1 / ROUGH_NODES)
+    number = np.hypot(wave[:, None], wave)
+    band = (number >= 4) & (number <= 16)
+    phases = np.exp(2j * np.pi * random.random(number.shape))
+    spectrum = np.where(band, np.where(band, number, 1) ** -1.8, 0) * phases
+    heights = np.fft.ifft2(spectrum).real
+    transform = np.fft.fft2(heights)
+    slopes = [np.fft.ifft2(2j * np.pi * each * transform).real for each in (wave[:, None], wave)]
+    return heights * 0.1 / math.sqrt(np.mean(slopes[0] ** 2 + slopes[1] ** 2))
+
+
+def conjugate_gradients(heights: np.ndarray, mean: float) -> np.ndarray:
+    """Pressures (n, n) on a period, E* = 1, by Polonsky and Keer (Wear 231, 1999)."""
+    wave = 2 * np.pi * np.fft.fftfreq(len(heights), 1 / len(heights))
+    number = np.hypot(wave[:, None], wave)
+    number[0, 0] = np.inf
+
+    def displacement(pressure: np.ndarray) -> np.ndarray:
+        return np.fft.ifft2(2 / number * np.fft.fft2(pressure)).real
+
+    pressure = np.full(heights.shape, mean)
+    direction = np.zeros_like(pressure)
+    norm_before, conjugate = 1.0, 0.0
+    for _ in range(1000):
+        touching = pressure > 0
+        gap = heights + displacement(pressure)
+        gap -= gap[touching].mean()
+        norm = (gap[touching] ** 2).sum()
+        direction = np.where(touching, gap + conjugate * norm / norm_before * direction, 0)
+        response = displacement(direction)
+        response -= response[touching].mean()
+        step = (gap * direction)[touching].sum() / (response * direction)[touching].sum()
+        before = pressure
+        pressure = np.maximum(pressure - step * direction, 0)
+        entering = (pressure == 0) & (gap < 0)
+        pressure = np.where(entering, pressure - step * gap, pressure)
+        pressure *= mean / pressure.mean()
+        conjugate = 0.0 if entering.any() else 1.0
+        norm_before = norm
+        if abs(pressure - before).mean() < 1e-9 * mean:
+            return pressure
+    raise AssertionError("the pressures still change")
+
+
+@cache
+def rough_pressures() -> np.ndarray:
+    return conjugate_gradients(rough_heights(), ROUGH_MEAN)
+
+
+@cache
+def rough_surface() -> mb.State:
+    """Heights of a table at the middles of its cells."""
+
+    def height(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+        row = np.floor(x1 * ROUGH_NODES).astype(int) % ROUGH_NODES
+        column = np.floor(x2 * ROUGH_NODES).astype(int) % ROUGH_NODES
+        return rough_heights()[row, column]
+
+    body = mb.HalfSpace(mb.Elastic(E=0.91, nu=0.3), period=1.0)
+    problem = mb.Contact(body, height, UNILATERAL, mb.Cells(nodes=ROUGH_NODES))
+    return problem.solve(load=ROUGH_MEAN)
+
+
+SAME = "two solvers of the same cells: their stopping rules"
+ROUGHNESS = [
+    Row(TAMAAS, rough_surface, area, lambda: float((rough_pressures() > 0).mean()), 1e-3, SAME),
+    Row(TAMAAS, rough_surface, largest, lambda: float(rough_pressures().max()), 1e-5, SAME),
+]
+
+ROWS = [*ROLLERS, *PROFILES, *WAVES, *LOOPS, *LAYERS, *PATCHES, *SHAPES, *ROUGHNESS]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=str)
+def test_public_problem(row: Row) -> None:
+    found = row.figure(row.problem())
+    right = row.right() if callable(row.right) else row.right
+    assert abs(found - right) <= row.tolerance * (row.scale or abs(right)), row.reason
