@@ -811,3 +811,47 @@ def test_public_problem(row: Row) -> None:
     found = row.figure(row.problem())
     right = row.right() if callable(row.right) else row.right
     assert abs(found - right) <= row.tolerance * (row.scale or abs(right)), row.reason
+
+
+# --- advice: to ask for an rtol is advised where it may be asked for
+
+
+def coarse_plane(friction: float = 0.0, method: Any = None) -> mb.Contact:
+    body = mb.Body(square(0.5), mb.Cosserat(100, 0.3, beta=1, ell=0.05), order=2, fixed="bottom")
+    return mb.Contact(body, mb.Cylinder(10.0), mb.Microblock(friction=friction), method)
+
+
+def coarse_space() -> mb.Contact:
+    x = np.linspace(0.0, 1.0, 5)
+    mesh = meshes3d.block(x, x, -x[::-1], reach=1.0)
+    supports = meshes3d.supports("bottom", x1="left", x2="front")
+    body = mb.Body(mesh, mb.Cosserat(100, 0.3, beta=1, ell=0.05), order=1, fixed=supports)
+    return mb.Contact(body, mb.Sphere(R=10.0), mb.Microblock())
+
+
+ADVISED = {
+    "plane": (coarse_plane, lambda problem, **rtol: problem.solve(load=1.0, **rtol)),
+    "Newton": (
+        lambda: coarse_plane(method=mb.Newton("al")),
+        lambda problem, **rtol: problem.solve(load=1.0, **rtol),
+    ),
+    "friction": (
+        lambda: coarse_plane(friction=0.3),
+        lambda problem, **rtol: problem.history([(1.0, 0.0), (1.0, 0.1)], **rtol).states[-1],
+    ),
+    "space": (coarse_space, lambda problem, **rtol: problem.solve(load=1.0, **rtol)),
+}
+
+
+@pytest.mark.parametrize("name", ADVISED)
+def test_an_rtol_is_advised_where_it_may_be_asked_for(name: str) -> None:
+    """It was advised everywhere that elements do not resolve the layer, and refused on three of the four."""
+    make, solve = ADVISED[name]
+    sentences = [words for words in solve(make()).warnings if "do not resolve the layer" in words]
+    assert sentences
+    assert ("rtol" in sentences[0]) == (name == "plane")
+    if name == "plane":
+        assert solve(make(), rtol=0.3).error_estimate <= 0.3
+    else:
+        with pytest.raises(mb.BadArgument, match="rtol = 0.3"):
+            solve(make(), rtol=0.3)

@@ -53,8 +53,8 @@ class OnMesh(OfNodes):
         require({name for name, chosen in named if chosen} != {"axis"}, "boundary", boundary, words)
         return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
-    def coarse(self, half_width):
-        """Sentences where elements below the contact lock, or do not resolve the layer."""
+    def coarse(self, half_width, more=""):
+        """Sentences where elements below the contact lock, or do not resolve the layer, with more advice."""
         nodes, body = self.nodes, self.nodes.body
         closed = np.atleast_2d(self.closed)[:, -len(nodes.weights) :].any(axis=0)
         pressed = np.array([closed[members].any() for members in nodes.facets])
@@ -66,10 +66,12 @@ class OnMesh(OfNodes):
         words = (
             f"elements of order {orders[first]} that reach deeper than "
             f"{at_most(longest[first])} below the contact do not resolve the "
-            "layer: cut them, take a higher order, or ask for an rtol"
+            f"layer: cut them, or take a higher order{more}"
         )
-        found = meshes.locking(body.solid, body.order, depths.max(), half_width)
-        return found + [words] * bool(depths[first] > longest[first])
+        return [
+            *meshes.locking(body.solid, body.order, depths.max(), half_width),
+            *[words] * bool(depths[first] > longest[first]),
+        ]
 
 
 @dataclass(frozen=True)
@@ -206,14 +208,20 @@ class MeshSolution(OnMesh, NodalSolution):
         if self.block is not None:
             advice = "take a smaller h, or Fitted() with rtol="
         elif self.method == "condensed":
-            advice = "ask for rtol="
             found = [*self._far_inside(), *found]
+            advice = "ask for rtol=" if self._or_rtol else advice
         found += [] if self.block is not None else self.beyond()
         if self.error_estimate is None:
             found += self._few_nodes(advice)
-            found += self.coarse(max((right - left for left, right in zones), default=0.0) / 2)
+            widest = max((right - left for left, right in zones), default=0.0)
+            found += self.coarse(widest / 2, self._or_rtol)
             found += self._missed if self.method == "condensed" else []
         return found
+
+    @property
+    def _or_rtol(self):
+        """Advice where a mesh may be refined: not with `Newton`, nor for histories with friction."""
+        return ", or ask for an rtol" * (self.method == "condensed" and not self.law.friction)
 
     def _few_nodes(self, advice):
         """Sentences where a zone has few nodes."""
@@ -253,7 +261,7 @@ class MeshSolution(OnMesh, NodalSolution):
             return [f"between the nodes the obstacle was not looked at: {failure}"]
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
         words = f"the obstacle has features shorter than the elements, worth {share:.1g} of the pressure: "
-        return [words + "cut the elements below them, or ask for an rtol"] * bool(share >= 0.03)
+        return [f"{words}cut the elements below them{self._or_rtol}"] * bool(share >= 0.03)
 
 
 def unfolded(zones):
