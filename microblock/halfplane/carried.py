@@ -5,7 +5,7 @@ A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at
 
 import numpy as np
 
-from ..model.zones import zone_edges
+from ..model.zones import contains, zone_edges
 from .kernels import counter_short_waves, short_waves
 
 MOST = 24  # steps
@@ -100,6 +100,17 @@ def sizes_at(problem, x, corner, closed, jumps):
     both = closed[:, None] & closed[..., None]
     between = np.where(both, between, np.eye(len(corner)))
     return np.linalg.solve(between, (closed * jumps)[..., None])[..., 0] / np.pi
+
+
+def log_sizes_of(problem, zones, places, corner):
+    """K of ``p ~ K log(1/|x - place|)`` of a corner, were it closed at these slope discontinuities, array
+    (k,).
+    """
+    whole = problem.all_zones(zones)
+    numbers, x = np.arange(len(whole)), np.tile(places[:, None], len(whole))
+    closed = np.transpose([contains(whole[number], places) | (number == corner) for number in numbers])
+    jumps = np.array([[problem.kinks[place].get(number, 0.0) for number in numbers] for place in places])
+    return sizes_at(problem, x, numbers, closed, jumps)[:, corner]
 
 
 def _short_waves_between(problem, x, corner):

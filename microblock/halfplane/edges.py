@@ -15,11 +15,13 @@ from ..model.progress import counted
 from ..model.quadrature import gauss_rule
 from ..model.zones import zone_edges
 from ..threads import released
-from .carried import decay
+from .carried import decay, log_sizes_of
 from .counter import counter_kernel
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import make_panels, response
+
+RESOLVED = 1e-10  # of the width of all zones: an edge this far from a tip is told from it
 
 
 def tolerated(order):
@@ -148,8 +150,33 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
     middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
     inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
     pressed = np.repeat(inside @ forces > 0, 2) & (side > 0)
-    rows = np.transpose((corner, edge, edge - side * step * free, pressed))
+    targets, held = _stopped_at_tips(problem, zones, corner, edge, K0, edge - side * step * free)
+    rows = np.transpose((corner, edge, targets, pressed))
+    free &= ~held
     return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
+
+
+def _stopped_at_tips(problem, zones, corner, edge, K0, targets):
+    """Where edges go that would pass a tip of the obstacle, and which of them stay on it, arrays (n,).
+
+    A zone that ends at a tip with ``p = K0/sqrt(r)`` goes on by ``d = (K0/(2 K))^2``, K of the logarithm
+    there: ``K log((sqrt(r) + sqrt(d))/(sqrt(r) - sqrt(d)))`` is ``2 K sqrt(d/r)`` far from both. If panels do
+    not tell d from 0 the tip is an edge as that of a punch.
+    """
+    targets, held = targets.copy(), np.zeros(len(edge), bool)
+    least = RESOLVED * np.ptp(zone_edges(problem.all_zones(zones)))
+    for i in np.flatnonzero((K0 > 0) & (targets != edge)):
+        way, number = np.sign(targets[i] - edge[i]), int(corner[i])
+        tips = problem.tips[number]
+        tips = tips[(way * (tips - edge[i]) >= 0) & (way * (targets[i] - tips) > 0)]
+        if not len(tips):
+            continue
+        beyond = (K0[i] / (2 * log_sizes_of(problem, zones, tips, number))) ** 2
+        stops = tips + way * np.where(beyond >= least, beyond, 0.0)
+        stop = stops[np.argmin(way * stops)]
+        if way * (targets[i] - stop) > 0:
+            targets[i], held[i] = stop, stop == edge[i]
+    return targets, held
 
 
 def _sorted_out(problem, load, rows):

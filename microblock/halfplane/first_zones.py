@@ -26,7 +26,7 @@ def first_zones(problem, load):
         wide = np.diff(cells)[:, 0] > 4 * np.spacing(np.abs(cells).max())
         parts = np.where(_unresolved(closed) & wide, 4, 1)
         if parts.max() == 1 or number == rounds - 1 or parts.sum() > most:
-            yield {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
+            yield {corner: _zones(problem, cells, *own) for corner, own in enumerate(zip(forces, closed))}
             trials, parts = trials + 1, np.where(_changing(closed) & wide, 4, 1)
             if trials == 4 or parts.sum() > most:
                 return
@@ -74,13 +74,17 @@ def _changing(closed):
     return np.append(steps, False) | np.insert(steps, 0, False)
 
 
-def _zones(cells, pressures, closed):
-    x, found = cells.mean(axis=1), []
-    for first, last in runs(closed):
-        found.append(
-            (_edge(cells, x, pressures, first, last, 1), _edge(cells, x, pressures, last, first, -1))
-        )
-    return tuple(found)
+def _zones(problem, cells, pressures, closed):
+    """Intervals of closed cells, array (n,), of which those of two stretches are two."""
+    x = cells.mean(axis=1)
+    stretch = np.searchsorted([left for left, _ in problem.stretches], x)
+    zones = []
+    for number in np.unique(stretch):
+        for first, last in runs(closed & (stretch == number)):
+            left = _edge(cells, x, pressures, first, last, 1)
+            right = _edge(cells, x, pressures, last, first, -1)
+            zones.append((left, right))
+    return tuple(zones)
 
 
 def _edge(cells, x, p, first, last, way):

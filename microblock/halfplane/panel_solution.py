@@ -11,7 +11,7 @@ from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution
 from ..model.types import CornerZones
-from ..model.zones import contains, distance, without
+from ..model.zones import contains, distance, without, zone_edges
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_kernel
@@ -88,9 +88,12 @@ class OnPanels(LineSolution):
 
     @cached_property
     def _anchored(self):
-        """q at the anchors of root panels, but for fixed edges."""
+        """q at the anchors of root panels, but for fixed edges: those of the obstacle, and those at its tips
+        (`edges.RESOLVED`).
+        """
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends if np.isfinite(end)]
+        ends += [edge for edge in zone_edges(self.zones) if edge in self.problem.kinks]
         ends += [-end for end in ends if self.problem.mirror]
         infinite = carried(self.problem, dict.fromkeys(ends, 1.0), panels.order)
         values = rows @ lagrange(panels.points[0], np.zeros(1))[0]

@@ -20,6 +20,8 @@ CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 def solve(problem, load, rtol, order=None, near=None):
     """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order.
 
+    Trial zones are taken until the conditions hold on those that they lead to.
+
     Raises NotConverged, with `rtol_reached` if zones fit, and BadArgument if the obstacle could touch beyond
     its picture.
     """
@@ -28,7 +30,7 @@ def solve(problem, load, rtol, order=None, near=None):
         try:
             if order is None:
                 return _climb(problem, load, zones, rtol)
-            return _amended(fit(problem, load, zones, order, 1e-9), 0.0)
+            return _verified(_amended(fit(problem, load, zones, order, 1e-9), 0.0))
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
@@ -53,7 +55,7 @@ def _climb(problem, load, zones, rtol):
             tolerance = max(tolerance, np.sqrt(tolerated(order)))
         state = fit(problem, load, zones, order, tolerance)
         if coarse is None and not problem.picture.simple:
-            state = _amended(state, CONDITIONS_SHARE * rtol)
+            state = _verified(_amended(state, CONDITIONS_SHARE * rtol))
         if coarse is not None:
             state = _beside(coarse, state)
             if state.estimate.total <= rtol:
@@ -64,6 +66,14 @@ def _climb(problem, load, zones, rtol):
             best = min(best, state.estimate.total)
         coarse, zones = state, state.further
     raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead", met_again=False)
+
+
+def _verified(state):
+    """A state whose violations are no more than its order leaves; raises NotConverged for others."""
+    wrong = state.estimate.conditions
+    if wrong > np.sqrt(tolerated(state.panels.order)):
+        raise NotConverged(f"zones violate the contact conditions by {wrong:.1e} of the pressure")
+    return state
 
 
 def _beside(coarse, state):

@@ -89,6 +89,14 @@ class Problem:
         return found
 
     @cached_property
+    def tips(self) -> dict[int, Array]:
+        """{corner: contact points at which its initial gap has a peak towards the body, array (k,)}."""
+        return {
+            corner: np.array([x for x, jumps in self.kinks.items() if jumps.get(corner, 0.0) > 0])
+            for corner in range(len(self.shifts))
+        }
+
+    @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
         """[(edges, lengths), ...] of gaps and levers, in x of the contact point."""
         if self.picture is None:

@@ -140,7 +140,8 @@ def test_a_second_sphere_touches_where_hertz_and_boussinesq_say():
     assert second.x == pytest.approx(0.3, abs=0.01)  # a cell
 
 
-def test_panels_with_wrong_zones_leave_the_path_to_cells():
+def test_panels_with_wrong_zones_leave_the_path_to_cells(monkeypatch):
+    monkeypatch.setattr(zone_path, "NEAR", -1.0)  # no zones are right then
     samples = mb.Obstacle.from_samples([-1, -0.6, -0.2, 0.2, 0.6, 1.0], [0.08, 0.012, 0, 0.006, 0.02, 0.1])
     path = ZonePath(mb.Contact(GROUND, samples, mb.Microblock()).solver, 1.0, None)
     assert any("cells instead of panels" in words for words in path.warnings)
