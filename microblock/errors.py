@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
@@ -370,27 +371,55 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
 require_flag = partial(require_kind, (bool, np.bool_), "True or False")
 
 
-def require_floats(words: str, **arguments: Any) -> Any:
-    """Returns an array of floats; raises BadArgument, by these words, of what numpy does not read as such."""
+def _entries(values: Any) -> Any:
+    """Returns the masked array of what NumPy reads as such; masked entries of a list stay masked."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # which NumPy says of these
+        return np.ma.asarray(values)
+
+
+def real_numbers(values: Any, masked: float = np.nan) -> Any:
+    """Returns an array of floats of what holds numbers, with `masked` where it has a mask.
+
+    Raises TypeError of complex numbers, dates and texts, which NumPy would read as numbers.
+    """
+    entries = _entries(values)
+    kind = entries.dtype.kind
+    texts = kind == "O" and any(
+        isinstance(entry, (str, bytes, np.datetime64)) for entry in entries.compressed()
+    )
+    if texts or kind not in "biufO":
+        raise TypeError(f"these are no real numbers, but of the type {entries.dtype}")
+    return entries.astype(float).filled(masked)
+
+
+def require_floats(words: str, masked: float = np.nan, /, **arguments: Any) -> Any:
+    """Returns an array of floats as `real_numbers`; raises BadArgument, by these words, of anything else."""
     ((name, values),) = arguments.items()
     try:
-        return np.asarray(values, float)
+        return real_numbers(values, masked)
     except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument(name, values, words) from failure
 
 
-def require_numbers(**arguments: Any) -> Any:
-    """Returns an array (n,) of floats; raises BadArgument unless these are finite."""
+def require_numbers(holes: bool = False, /, **arguments: Any) -> Any:
+    """Returns an array (n,) of floats; raises BadArgument unless these are finite, with `holes` but for NaN
+    and inf, which stands for what is masked as well.
+    """
     ((name, values),) = arguments.items()
-    found = np.atleast_1d(require_floats("must be a number, or an array (n,) of numbers", **arguments))
-    texts = np.asarray(values).dtype.kind in "bSU"  # which numpy reads as numbers
-    if texts or found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
+    words = "must be a number, or an array (n,) of numbers"
+    numbers = np.atleast_1d(require_floats(words, np.inf if holes else np.nan, **arguments))
+    good = np.abs(numbers) <= LARGEST
+    if holes:
+        good |= np.isnan(numbers) | (numbers == np.inf)
+    flags = _entries(values).dtype.kind == "b"  # which NumPy reads as numbers
+    if flags or numbers.ndim > 1 or not good.all():
         words = "must be a finite number, or an array (n,) of such"
-        if not texts and found.ndim == 1 < found.size:
-            first = int(np.argmin(np.abs(found) <= LARGEST))
-            words += f"; entry {first} is {found[first]:g}"
+        if not flags and numbers.ndim == 1 < numbers.size:
+            first = int(np.argmin(good))
+            words += f"; entry {first} is {numbers[first]:g}"
         raise BadArgument(name, values, words)
-    return found
+    return numbers
 
 
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:

@@ -7,6 +7,8 @@ import numpy as np
 from scipy.ndimage import label
 
 from ..errors import BadArgument, NotConverged, out_of_reach, require
+from ..model.deformable import shape_of
+from ..model.periodic import Repeated, agree_at_ends
 from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.solver import Solver
@@ -106,24 +108,26 @@ class CellSolver(Solver):
             "belongs to a surface without images; here it is the period",
         )
 
-    def require_repeating(self, height):
-        """Raises BadArgument unless the height of places and psi0 fit the period."""
-        period, own, law = self.period, getattr(self.obstacle, "period", None), self.law
+    @cached_property
+    def shape(self):
+        """The rigid shape of the obstacle, on a period with its images."""
+        shape = shape_of(self.obstacle)
+        return shape if self.period is None else Repeated(shape, self.period, self.dimensions)
+
+    def require_repeating(self):
+        """Raises BadArgument unless the obstacle and psi0 fit the period."""
+        period, own = self.period, getattr(self.obstacle, "period", None)
         fits = own is None or period is None or abs(period / own - round(period / own)) <= EQUAL
         require(fits, "period", period, f"must be a multiple of that of the obstacle, {own}")
-        along = (period or 0.0) * np.linspace(-0.5, 0.5, 257 if self.dimensions == 1 else 65)
+        if period is None:
+            return
+        words = f"must repeat with the period, {period:g}"
+        require(self.shape.repeats(), "obstacle", self.obstacle, words)
+        along = period * np.linspace(-0.5, 0.5, 257 if self.dimensions == 1 else 65)
         places = np.meshgrid(*[along] * self.dimensions, indexing="ij")
-        psi0 = "psi0", getattr(law, "psi0", None), self.tilt
-        for name, given, values in () if period is None else (("obstacle", self.obstacle, height), psi0):
-            found = np.reshape(values(*map(np.ravel, places)), (-1, *places[0].shape))
-            most = EQUAL * np.ptp(found[np.isfinite(found)]) if np.isfinite(found).any() else 0.0
-            ends = [(found.take(0, axis), found.take(-1, axis)) for axis in range(1, found.ndim)]
-            require(
-                all(np.allclose(one, other, rtol=0, atol=most) for one, other in ends),
-                name,
-                given,
-                f"must repeat with the period, {period:g}",
-            )
+        tilts = np.reshape(self.tilt(*map(np.ravel, places)), (-1, *places[0].shape))
+        angle = getattr(self.law, "psi0", None)
+        require(agree_at_ends(tilts, range(1, tilts.ndim)), "psi0", angle, words)
 
     def given_window(self):
         """The period or the window of the options as a Grid of one cell, or None."""
@@ -221,7 +225,10 @@ class CellSolver(Solver):
     def solved(self, grid, load, approach, residual, start=None):
         """The solution on a grid, from the forces of another one."""
         H, g0 = self.prepared(grid)
-        require(np.isfinite(g0).any(), "obstacle", self.obstacle, "has a finite height over no cell")
+        words = "has a finite height over no cell"
+        if self.period is not None:
+            words += ": on a period it is looked for within 1.5 periods of 0, or between its `ends`"
+        require(np.isfinite(g0).any(), "obstacle", self.obstacle, words)
         if start is not None:
             start = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=start, rtol=residual)

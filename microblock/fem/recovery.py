@@ -20,6 +20,7 @@ import numpy as np
 from ..errors import NotConverged, out_of_reach
 from ..model import law as laws
 from ..model.progress import counted, kept
+from ..model.zones import contains
 from . import contact_term
 from .between import of_body
 from .facets import outward
@@ -229,10 +230,10 @@ def _finer(state, parts, left):
 
 
 def _beyond(state, pressures, x):
-    """Squares of p and M/ell, (2, n), at x beyond the end of the obstacle."""
+    """Squares of p and M/ell, (2, n), at x beyond the ends of the obstacle."""
     levers, wrong = laws.levers(state.law, x), np.zeros((2, len(x)))
-    for corner, (left, right) in state.problem.ends.items():
-        p = np.where((x < left) | (x > right), pressures[corner], 0.0)
+    for corner in state.problem.ends:
+        p = np.where(contains(state.problem.pieces_of(corner), x), 0.0, pressures[corner])
         wrong += np.array((p, levers[corner] / 2 * p)) ** 2
     return wrong
 

@@ -14,7 +14,7 @@ from ..errors import SMALLEST, BadArgument, NotConverged, require
 from ..model import picture
 from ..model.deformable import second_solid, shape_of
 from ..model.law import levers, require_pure_force
-from ..model.obstacles import Samples, heights, repeated
+from ..model.obstacles import Samples
 from ..model.problem import Problem
 from ..model.state import LineSolution
 from ..model.zones import distance, distance_to_ends, runs
@@ -143,7 +143,7 @@ class LineSolver(CellSolver):
         super().__init__(contact, options)
         require_pure_force(self.law, self.solid.ell)
         self.offsets = np.array([[-2 * shift] for shift in self.law.shifts(1.0)])
-        self.require_repeating(lambda x: heights(self.obstacle, x))
+        self.require_repeating()
         if self.given_window() is None:
             self.require_lowest()
 
@@ -157,9 +157,7 @@ class LineSolver(CellSolver):
 
     @cached_property
     def problem(self):
-        obstacle = shape_of(self.obstacle)
-        obstacle = obstacle if self.period is None else repeated(obstacle, self.period)
-        return Problem(self.solid, self.law, obstacle, counter=second_solid(self.obstacle))
+        return Problem(self.solid, self.law, self.shape, counter=second_solid(self.obstacle))
 
     @cached_property
     def left_open(self):
@@ -286,13 +284,20 @@ class LineSolver(CellSolver):
         share = left_open(self, state) if many >= 1 else 0.0
         return np.inf if share > MOST else max(goal, share) if many > 1 else goal
 
+    @cached_property
+    def ends(self):
+        """Where the obstacle ends, on a period in the window where it is given."""
+        return getattr(self.obstacle, "ends", ()) if self.period is None else self.shape.edges
+
     def weights(self, x):
-        return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.solid.ell))
+        if self.period is not None:
+            x = self.shape.original(x, self.shape.windows[0])
+        return distance_to_ends(x, self.ends, self.law.shifts(self.solid.ell))
 
     def estimate(self, changes, before, state):
         """Error from the residual and the changes from grid to grid, a geometric series."""
         # next to ends errors fall by the root of the cells
-        fastest = 1.4 if len(getattr(self.obstacle, "ends", ())) else 1.75
+        fastest = 1.4 if len(self.ends) else 1.75
         own = changes[-4:]  # one change that is much less than the one before is luck
         ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
         ratio = float(np.clip(ratio, 1.4, fastest))

@@ -13,7 +13,7 @@ from ..errors import NotConverged
 from ..model.problem import half_line
 from ..model.progress import counted
 from ..model.quadrature import gauss_rule
-from ..model.zones import zone_edges
+from ..model.zones import common, zone_edges
 from ..threads import released
 from .carried import decay, log_sizes_of
 from .counter import counter_kernel
@@ -87,6 +87,7 @@ def fit(problem, load, zones, order, tolerance):
     leaves. Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
     """
     best, idle, iterations, before = None, 0, 0, None
+    zones = {corner: common(own, problem.pieces_of(corner)) for corner, own in zones.items()}
     zones = _sorted_out(
         problem,
         load,
@@ -182,8 +183,9 @@ def _stopped_at_tips(problem, zones, corner, edge, K0, targets):
 def _sorted_out(problem, load, rows):
     edges = np.array(rows, float)
     for corner in problem.corners:
-        ends, own = problem.ends_of(corner) or problem.reach, edges[:, 0] == corner
-        edges[own, 2] = np.clip(edges[own, 2], *np.clip(ends, *problem.reach))
+        own, pieces = edges[:, 0] == corner, np.clip(problem.pieces_of(corner), *problem.reach)
+        piece = np.searchsorted(pieces[1:, 0], edges[own, 1], side="right")  # that an edge moves in
+        edges[own, 2] = np.clip(edges[own, 2], *pieces[piece].T)
     edges = _annihilated(edges)
     if problem.mirror and not half_line(problem):
         edges = np.concatenate((edges, (edges * (-1, -1, -1, 1) + (1, 0, 0, 0))[::-1]))

@@ -20,7 +20,6 @@ from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
 from ..model.material import joint_modulus
-from ..model.obstacles import heights, repeated
 from ..model.progress import counting
 from ..model.state import in_space
 from . import search
@@ -116,7 +115,7 @@ class SurfaceSolver(CellSolver):
             None,
             f"must be a multiple of that of the obstacle, {own}",
         )
-        self.require_repeating(lambda x1, x2: heights(self.obstacle, x1, x2))
+        self.require_repeating()
 
     def solve(self, load, approach, rtol, initial=None):
         """Returns the SurfaceCells, as `Solver.solve`."""
@@ -198,8 +197,7 @@ class SurfaceSolver(CellSolver):
 
     def gaps(self, x1, x2):
         """Returns the initial gaps at places, array (corners, ...)."""
-        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
-        return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
+        return self.surface_law.initial_gaps(self.shape, self.solid.ell, x1, x2)
 
     def flexibility(self, grid):
         """Returns the Flexibility of a grid, or of several."""

@@ -19,7 +19,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..errors import BadArgument, Checked, checked, require, require_choice, require_finite
+from ..errors import BadArgument, Checked, checked, real_numbers, require, require_choice, require_finite
 from . import obstacles
 from .types import Array, Function, LawLike, ObstacleLike, Tilt
 
@@ -236,7 +236,7 @@ def rotation(psi0: Any, *x: Array) -> Array:
     angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
     if callable(psi0):
         angles = obstacles.evaluated(
-            lambda *x: np.array(np.broadcast_to(obstacles.real(psi0(*x)), shape)),
+            lambda *x: np.array(np.broadcast_to(real_numbers(psi0(*x)), shape)),
             *x,
             name="psi0",
             given=psi0,

@@ -5,7 +5,7 @@ Any callable height serves as well. An obstacle may have these attributes:
 
 kinks      tuple, ascending: abscissae at which the slope or a higher derivative is discontinuous
 jumps      tuple, as long: by how much the slope jumps there
-ends       pair: left and right edge of the obstacle
+ends       tuple: left and right edge of the obstacle, or of each of its pieces, between which there is none
 formulas   True: between all of these the height is a polynomial
 even       True: the obstacle is symmetric about x1 = 0
 """
@@ -27,6 +27,7 @@ from ..errors import (
     Checked,
     MicroblockError,
     checked,
+    real_numbers,
     require,
     require_finite,
     require_floats,
@@ -35,7 +36,8 @@ from ..errors import (
     require_whole,
     shortened,
 )
-from .types import AnyArray, Array, Interval, ObstacleLike
+from .types import AnyArray, Array, Flags, Interval, ObstacleLike
+from .zones import runs
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
@@ -175,13 +177,16 @@ class Obstacle:
 
     @staticmethod
     def from_samples(x: ArrayLike, z: ArrayLike, noise: float | None = None) -> Samples:
-        """Returns the obstacle through samples: piecewise linear, and none beyond them.
+        """Returns the obstacle through samples: a straight line between two neighbours that are both there,
+        and no obstacle (inf) beyond them and in holes.
 
         Parameters
         ----------
         x, z : arrays (n,), n >= 2
-            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: -z of
-            what was measured from above.
+            Abscissae, strictly ascending (or descending), and heights (lengths) of the obstacle's lower side,
+            upwards: -z of what was measured from above. Where z is masked or inf there is no obstacle; where
+            it is NaN as well, which the state's `warnings` say. A hole reaches from the last sample before it
+            to the first behind it; a sample between two holes is left out.
         noise : float, optional
             Standard deviation of the heights (length). An rtol far below what it, or leaving out every second
             sample, changes of the pressure is answered with a warning.
@@ -189,7 +194,8 @@ class Obstacle:
         Raises
         ------
         BadArgument
-            If the samples are not finite, not ascending or not as many, or the noise is not positive.
+            If abscissae are not finite or neither ascend nor descend, heights are -inf or not as many, no two
+            neighbours have one, or the noise is not positive.
         """
         return Samples(cast(Any, x), cast(Any, z), noise)  # which makes tuples of them
 
@@ -251,6 +257,7 @@ class Samples:
     x: tuple[float, ...]
     z: tuple[float, ...]
     noise: float | None = None
+    unknown: int = 0
 
     formulas = True
 
@@ -258,53 +265,99 @@ class Samples:
         for name, values in (("x", self.x), ("z", self.z)):
             words = "is a function: hand it to Contact itself, where it serves as obstacle as it is"
             require(not callable(values), name, values, words)
-            object.__setattr__(self, name, tuple(require_numbers(**{name: values}).tolist()))
-        x, rises = self.x, np.diff(self.x) > 0
-        words = "must be a strictly ascending sequence of at least two numbers"
-        if not rises.all():
-            i = int(np.argmin(rises))
-            words += f"; entry {i + 1} is {x[i + 1]:g} after {x[i]:g}: sort it, average duplicates"
-        require(len(x) >= 2 and rises.all(), "x", x, words)
-        require(len(self.z) == len(x), "z", self.z, f"must hold {len(x)} finite numbers, one for each x")
+        x = require_numbers(x=self.x)
+        z = require_numbers(True, z=self.z)
+        rightwards = not (len(x) > 1 and np.all(np.diff(x) < 0))
+        way = slice(None, None, 1 if rightwards else -1)
+        object.__setattr__(self, "x", tuple(x[way].tolist()))
+        object.__setattr__(self, "z", tuple(np.where(np.isnan(z), np.inf, z)[way].tolist()))
+        object.__setattr__(self, "unknown", self.unknown + int(np.count_nonzero(np.isnan(z))))
+        self._require_profile()
         if self.noise is not None:
             require_positive(noise=self.noise)
 
+    def _require_profile(self) -> None:
+        """Raises BadArgument unless abscissae ascend, there is a height for each, and a line between two."""
+        rises = np.diff(self.x) > 0
+        words = "must be a strictly ascending sequence of at least two numbers"
+        if not rises.all():
+            i = int(np.argmin(rises))
+            words += f"; entry {i + 1} is {self.x[i + 1]:g} after {self.x[i]:g}: sort it, average duplicates"
+        require(len(self.x) >= 2 and rises.all(), "x", self.x, words)
+        words = f"must hold {len(self.x)} finite numbers, one for each x"
+        require(len(self.z) == len(self.x), "z", self.z, words)
+        words = "must have two neighbours that are neither masked, NaN nor inf: a straight line joins these"
+        require(self._lines.any(), "z", self.z, words)
+
     @cached_property
     def _profile(self) -> Array:
-        return np.array((self.x, self.z))
+        """Abscissae and heights, 0 where there is none, array (2, n)."""
+        heights = np.array(self.z)
+        return np.array((self.x, np.where(np.isinf(heights), 0.0, heights)))
+
+    @cached_property
+    def _lines(self) -> Flags:
+        """Whether a straight line joins each sample with the next, array (n - 1,): both are there."""
+        there = np.isfinite(self.z)
+        return there[:-1] & there[1:]
+
+    @property
+    def _inner(self) -> Flags:
+        """Whether a sample lies between two lines, array (n - 2,)."""
+        return self._lines[:-1] & self._lines[1:]
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        return self.x[1:-1]
+        return tuple(self._profile[0, 1:-1][self._inner].tolist())
 
     @property
     def jumps(self) -> tuple[float, ...]:
         """Jumps of the slope; 0 where they are rounding."""
         lengths, rises = np.diff(self._profile)
-        jumps = np.diff(rises / lengths)
+        jumps = np.diff(rises / lengths)[self._inner]
         # of four heights, two to a slope, and of the abscissae
         rounding = 8 * np.finfo(float).eps * np.abs(self._profile[1]).max()
         return tuple(np.where(np.abs(jumps) * lengths.min() > rounding, jumps, 0.0))
 
     @property
-    def ends(self) -> Interval:
-        return self.x[0], self.x[-1]
+    def ends(self) -> tuple[float, ...]:
+        return tuple(end for first, last in runs(self._lines) for end in (self.x[first], self.x[last + 1]))
 
     def alike(self) -> list[Samples]:
-        """Returns profiles that the data cannot tell from this one: without every second sample, and with
-        heights moved up and down in turn by the noise, if it is known.
+        """Returns profiles that the data cannot tell from this one: without every second sample, except for
+        those next to a hole, and with heights moved up and down in turn by the noise, if it is known.
         """
-        fewer = Samples((*self.x[:-1:2], self.x[-1]), (*self.z[:-1:2], self.z[-1]))
-        moved = self._profile[1] + (self.noise or 0.0) * (-1.0) ** np.arange(len(self.x))
-        return [fewer, *[Samples(self.x, cast(Any, moved))] * (self.noise is not None)]
+        x, heights = np.array(self.x), np.array(self.z)
+        there = np.isfinite(heights)
+        fewer = ~there
+        for first, last in runs(there):
+            fewer[first:last:2] = True
+            fewer[last] = True
+        profiles = [Samples(cast(Any, x[fewer]), cast(Any, heights[fewer]))]
+        if self.noise is not None:
+            moved = heights + self.noise * (-1.0) ** np.arange(len(x))
+            profiles.append(Samples(self.x, cast(Any, moved)))
+        return profiles
+
+    def closed(self, period: float) -> Samples:
+        """Returns the profile of a whole period: where the last sample is missing, the first one follows."""
+        seam = self.x[0] + period - self.x[-1]
+        if not 1e-6 * period < seam <= (1 + 1e-6) * np.diff(self.x).max():
+            return self
+        return Samples((*self.x, self.x[0] + period), (*self.z, self.z[0]), self.noise)
 
     def __repr__(self) -> str:
         return f"Samples({len(self.x)} points)"
 
     def height(self, x: Array) -> Array:
-        """Returns the height at x, array (n,) (lengths); inf outside the samples."""
+        """Returns the height at x, array (n,) (lengths); inf outside the samples and in holes."""
         places, heights = self._profile
-        return np.interp(x, places, heights, left=np.inf, right=np.inf)
+        above = np.interp(x, places, heights, left=np.inf, right=np.inf)
+        if self._lines.all():
+            return above
+        lines = np.append(self._lines, False)  # before the first sample and behind the last there is none
+        after, before = (np.searchsorted(places, x, side) - 1 for side in ("right", "left"))
+        return np.where(lines[after] | lines[before], above, np.inf)
 
 
 @dataclass(frozen=True)
@@ -438,15 +491,6 @@ def jumps_of(obstacle: Any) -> Iterable[tuple[float, float]]:
     return zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
 
 
-def repeated(obstacle: object, period: float) -> Callable[..., Array]:
-    """Returns the height of an obstacle and its images along the line, or along both axes."""
-
-    def height(*x: Array) -> Array:
-        return heights(obstacle, *((along + period / 2) % period - period / 2 for along in x))
-
-    return height
-
-
 def check(obstacle: ObstacleLike, in_space: bool) -> None:
     """Raises BadArgument unless an obstacle has a height that takes arrays, and kinks that are numbers."""
     if in_space or returned(obstacle, np.zeros(2)).shape != (2,):
@@ -499,11 +543,14 @@ def returned(obstacle: Any, *x: Array) -> Array:
     require(callable(height), "obstacle", obstacle, words)
 
     def above(*x: Array) -> Array:
-        found, shape = real(height(*x)), np.shape(x[0])
+        found, shape = real_numbers(height(*x), masked=np.inf), np.shape(x[0])
         if not line:
             return np.array(np.broadcast_to(found, shape))
-        left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
-        return np.where((x[0] < left) | (x[0] > right), np.inf, found) if found.shape == shape else found
+        ends = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
+        inside = np.logical_or.reduce(
+            [(left <= x[0]) & (x[0] <= right) for left, right in zip(ends[::2], ends[1::2])]
+        )
+        return np.where(inside, found, np.inf) if found.shape == shape else found
 
     return evaluated(
         above,
@@ -529,14 +576,6 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
         raise
     except Exception as failure:  # whatever the user's function does
         raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
-
-
-def real(values: ArrayLike) -> Array:
-    """Returns values as an array of floats; raises TypeError for complex ones."""
-    found = np.asarray(values)
-    if found.dtype.kind == "c":
-        raise TypeError("it returns complex numbers")
-    return found.astype(float)
 
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:

@@ -127,9 +127,7 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     edges, lengths, singular, jumps, sites, above = map(np.concatenate, zip(*pieces))
     sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
     gone = singular[np.isnan(jumps)].tolist()
-    outermost = zip(sites[[0, -1]].tolist(), (-np.inf, np.inf))
-    seen_ends = tuple(place if place in gone else beyond for place, beyond in outermost)
-    known = ends or (seen_ends if np.isfinite(seen_ends).any() else ())
+    known = ends or _ends(partial(heights, obstacle), gone)
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
     kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
     kinks = dict(sorted(kinks.items()))
@@ -231,6 +229,20 @@ def _polynomial(obstacle: ObstacleLike, stretches: Sequence[Interval], named: Ar
     sites = np.unique(np.concatenate((*(np.linspace(*pair, 65) for pair in stretches), inside)))
     edges, nothing = np.array((stretches[0][0], stretches[-1][1])), np.empty(0)
     return Proxy(edges, np.full(2, np.inf), nothing, nothing, sites, heights(obstacle, sites))
+
+
+def _ends(height: Function, places: Sequence[float]) -> tuple[float, ...]:
+    """Returns left and right edges of the pieces of an obstacle, of places at which its height jumps or ends:
+    -inf or inf where it goes on; none without an edge, or where pieces are narrower than what was looked at.
+    """
+    x = np.array(places)
+    left, right = (np.isinf(height(np.nextafter(x, beyond))) for beyond in (-np.inf, np.inf))
+    edges = [(place, bool(begins)) for place, begins, stops in zip(places, left, right) if begins != stops]
+    if not edges:
+        return ()
+    edges = [(-np.inf, True)] * (not edges[0][1]) + edges + [(np.inf, False)] * edges[-1][1]
+    alternate = all(begins != (number % 2) for number, (_, begins) in enumerate(edges))
+    return tuple(place for place, _ in edges) if alternate else ()
 
 
 def _profiles(

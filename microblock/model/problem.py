@@ -14,7 +14,7 @@ from .material import Cosserat, joint_modulus
 from .obstacles import heights, jumps_of, scales
 from .proxy import NOTHING, Proxy
 from .types import Array, CornerZones, Integers, Interval, LawLike, ObstacleLike
-from .zones import joined
+from .zones import contains, joined
 
 GROWTH = 4.0  # of panels away from an edge
 
@@ -129,7 +129,7 @@ class Problem:
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
-        """{corner: (left, right)}, beyond which it meets no obstacle."""
+        """{corner: left and right ends of each piece of the obstacle}, beyond which it meets none."""
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
@@ -160,12 +160,15 @@ class Problem:
         """Returns the initial gaps at x, array (corners, n)."""
         return laws.initial_gaps(self.law, *level_surface(x), self.solid.ell, self.obstacle)
 
+    def pieces_of(self, corner: int) -> Array:
+        """Returns left and right ends of the parts of x in which a corner meets an obstacle, array (k, 2)."""
+        return np.reshape(self.ends_of(corner) or (-np.inf, np.inf), (-1, 2))
+
     def initial_gap(self, corner: Integers, x: Array) -> Array:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,); inf beyond `ends_of`."""
         gaps = np.choose(corner, self.initial_gaps(x))
-        for number in range(len(self.shifts)):
-            for end, way in zip(self.ends_of(number), (-1, 1)):  # places next to an end count as on it
-                gaps = np.where((corner == number) & (way * (x - end) > 0), np.inf, gaps)
+        for number in range(len(self.shifts)):  # places next to an end count as on it
+            gaps = np.where((corner == number) & ~contains(self.pieces_of(number), x), np.inf, gaps)
         return gaps
 
 

@@ -65,7 +65,7 @@ def proxy(
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
-    first = [*known, *_ends(function, x, np.isfinite(h))]
+    first = [*known, *places_of_ends(function, x, np.isfinite(h))]
     # features that the first intervals show are wider: a shorter piece has a singular point
     whole, narrow, budget = edges[-1] - edges[0], np.median(np.diff(edges)) / 64, 8000
     cuts = np.unique((edges[0], *first, edges[-1]))
@@ -111,7 +111,10 @@ def _values(function: Function, x: Array) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def _ends(function: Function, x: Array, there: Flags) -> list[float]:
+def places_of_ends(function: Function, x: Array, there: Flags) -> list[float]:
+    """Returns the last places, to rounding, at which a function is finite beside samples x at which it is
+    not; `there` tells at which of them it is.
+    """
     i = np.flatnonzero(there[1:] != there[:-1])
     inside, outside = np.where(there[i], (x[i], x[i + 1]), (x[i + 1], x[i]))
     while np.any((inside != (middle := (inside + outside) / 2)) & (middle != outside)):

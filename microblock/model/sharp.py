@@ -46,25 +46,45 @@ def _peaks(obstacle: Any) -> list[float]:
 
 
 def of_samples(state: State) -> list[str]:
-    """Returns sentences on a contact with the last sample, or with edges between lines."""
-    samples, found = shape_of(state.obstacle), []
-    if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
+    """Returns sentences on heights that are NaN, and on a contact with the last sample or with edges between
+    lines.
+    """
+    samples = shape_of(state.obstacle)
+    if not isinstance(samples, Samples):
         return []
+    sentences = []
+    if samples.unknown:
+        sentences.append(
+            f"{samples.unknown} of {len(samples.x)} heights are NaN: taken as places without an obstacle"
+        )
+    if not np.any(samples.jumps):  # a level or tilted face is a punch
+        return sentences
     period = state.solution.period
-    whole = period is not None and np.ptp(samples.ends) >= period * (1 - 1e-6)
-    for end in () if whole else samples.ends:  # over a whole period the next one begins there
-        after = int(np.clip(np.searchsorted(state.x, end), 1, len(state.x) - 1))
-        if touched(state, (end,), state.x[after] - state.x[after - 1]):
-            found.append(
-                f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
+    if period is not None:
+        samples = samples.closed(period)
+    edges = samples.ends
+    if period is not None and np.ptp(edges) >= period * (1 - 1e-6):
+        edges = edges[1:-1]  # over a whole period the next one begins there
+    for edge in _seen(edges, period):
+        after = int(np.clip(np.searchsorted(state.x, edge), 1, len(state.x) - 1))
+        if touched(state, (edge,), state.x[after] - state.x[after - 1]):
+            sentences.append(
+                f"the contact reaches the last sample at x = {edge:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
             )
-    sharp = np.count_nonzero(_closed(state, _peaks(samples), 0.0)[1].any(axis=0))
+    peaks = _seen(_peaks(samples), period)
+    sharp = np.count_nonzero(_closed(state, peaks, 0.0)[1].any(axis=0))
     if sharp:
-        found.append(
+        words = (
             f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {sharp} of "
             "them; a smooth curve of SciPy has no such places: take curve = CubicSpline(x, z), or if the "
             "heights have noise UnivariateSpline(x, z, s=1.1 * len(x) * noise**2), and then "
             "Obstacle(lambda t: np.where((t < x[0]) | (t > x[-1]), np.inf, curve(t)))"
         )
-    return found
+        sentences.append(words if len(samples.ends) == 2 else words.partition(";")[0])
+    return sentences
+
+
+def _seen(places: Sequence[float], period: float | None) -> list[float]:
+    """Returns places as a state names them: on a period those of its images about 0."""
+    return [place if period is None else place - period * round(place / period) for place in places]

@@ -104,6 +104,6 @@ def test_a_table_has_what_is_asked_for_and_warnings_are_said_once(run, tmp_path)
 def test_samples_in_python_name_the_first_entry_at_fault():
     x = np.arange(201.0)
     with pytest.raises(mb.BadArgument, match="entry 100 is nan"):
-        mb.Obstacle.from_samples(x, np.where(x == 100, np.nan, x))
+        mb.Obstacle.from_samples(np.where(x == 100, np.nan, x), x)
     with pytest.raises(mb.BadArgument, match="entry 2 is 1 after 1: sort it, average duplicates"):
         mb.Obstacle.from_samples([0, 1, 1], [0, 1, 2])
