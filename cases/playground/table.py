@@ -36,7 +36,7 @@ NODES = 20  # of each part
 RTOL = 1e-5  # of the states, a hundredth of what can be seen
 WHOLE = 2**15 - 1  # the largest whole number of two bytes
 INSIDE = 1e-5  # distance from an edge, over the width of the zone, at which its factor is taken
-CHECKS, SEED = 300, 1
+CHECKS, SEED = 1000, 1
 
 # The picture of the page: where it draws a point, in units of the page, and how wide a line is
 SIDE, SCALE_X, SCALE_P, LINE = 2.2, 175.0, 165.0, 2.5
@@ -209,8 +209,12 @@ def settings(table: Table, count: int, seed: int) -> list[tuple[float, float]]:
     for number in range(count):
         alpha = low * (high / low) ** (0.002 * random.integers(0, 501))
         steps = int(table.largest_rotation(alpha) / 0.005)
-        # every tenth is symmetric
-        drawn.append((alpha, 0.005 * random.integers(-steps, steps + 1) if number % 10 else 0.0))
+        step = random.integers(-steps, steps + 1)
+        if number % 10 == 0:  # symmetric
+            step = 0
+        elif number % 5 == 0:  # the end of the slider
+            step = steps
+        drawn.append((alpha, 0.005 * step))
     return drawn
 
 
@@ -241,9 +245,8 @@ def errors(table: Table, alpha: float, psi0: float) -> tuple[float, float]:
     return distance / LINE, float(abs(drawn.edges - edges).max())
 
 
-def write() -> None:
-    """Writes the table with its errors, as a script that the page loads."""
-    table = computed()
+def write(table: Table) -> None:
+    """Writes a table with its errors, as a script that the page loads."""
     checks = np.array([errors(table, *setting) for setting in settings(table, CHECKS, SEED)])
     facts = {
         "alphas": [float(f"{alpha:.12g}") for alpha in table.alphas],
@@ -265,4 +268,4 @@ def write() -> None:
 
 
 if __name__ == "__main__":
-    write()
+    write(computed())

@@ -40,6 +40,17 @@ def test_symmetric_problems_are_symmetric():
         assert turned.pressure(0, x) == pytest.approx(TABLE.state(alpha, 0.2).pressure(1, -x), abs=1e-9)
 
 
+def test_what_is_drawn_carries_the_load():
+    """At 300 settings, without the solver: the sum under both curves, over that of Hertz."""
+    x = np.linspace(-playground.SIDE, playground.SIDE, 881)
+    for alpha, psi0 in playground.settings(TABLE, 300, seed=3):
+        state = TABLE.state(alpha, psi0)
+        pressure = state.pressure(0, x) + state.pressure(1, x)
+        assert pressure.min() >= 0
+        # the rule of rectangles leaves 4e-4 beside edges
+        assert pressure.sum() * (x[1] - x[0]) == pytest.approx(np.pi / 2, rel=1e-3)
+
+
 def test_the_first_setting_has_no_false_peak():
     """It had one of .74 at .58, where the pressure of A falls, and the zone of B began at -1.04."""
     drawn, state = TABLE.state(*FIRST), problem(*FIRST).solve(load=P, rtol=1e-5)
