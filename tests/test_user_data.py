@@ -56,6 +56,10 @@ def half_width(state: mb.State) -> float:
     return state.half_width
 
 
+def area(state: mb.State) -> float:
+    return state.contact_area
+
+
 def radius(state: mb.State) -> float:
     """Radius of the circle with the area of the contact."""
     return math.sqrt(state.contact_area / math.pi)
@@ -298,6 +302,66 @@ WAVES = [
         Row(WESTERGAARD, state, in_the_middle, wavy.pressure(0.0), 1e-4, "averages over cells"),
         Row(WESTERGAARD, state, approach, AMPLITUDE * wavy.approach_over_amplitude, 1e-4, "as the load"),
     )
+]
+
+
+# --- data as instruments and programs give it: any window of a period, masks, lands with sharp edges
+
+MEASURED = "profiles of a machine: 201 heights of one wave, with both ends of the period or with one"
+MASKED = "numpy.ma: a parabola whose flanks are masked, a punch with sharp edges"
+LANDS = "textured surfaces: two lands at one level (K. L. Johnson, Contact Mechanics, 2.8)"
+HALF_FACE, MASKED_LOAD, MASKED_MODULUS = 0.2, 1.0, plane_strain(100.0, 0.3)
+
+
+def measured_wave(share: float, both_ends: bool) -> Callable[[], mb.State]:
+    @cache
+    def measured_wave() -> mb.State:
+        x = np.linspace(0.0, WAVELENGTH, 201)[: None if both_ends else -1]
+        shape = mb.Obstacle.from_samples(x, -AMPLITUDE * np.cos(2 * np.pi * x / WAVELENGTH))
+        problem = mb.Contact(mb.HalfPlane(STEEL, period=WAVELENGTH), shape, UNILATERAL)
+        return problem.solve(load=share * CLOSURE * WAVELENGTH)
+
+    return measured_wave
+
+
+@cache
+def masked_parabola() -> mb.State:
+    def height(x: np.ndarray) -> np.ma.MaskedArray:
+        return np.ma.masked_where(abs(x) > HALF_FACE, x**2 / 20)
+
+    body = mb.HalfPlane(mb.Elastic(100.0, 0.3))
+    return mb.Contact(body, height, UNILATERAL).solve(load=MASKED_LOAD)
+
+
+def masked_pressure() -> float:
+    """In the middle: that of Hertz' contact as wide as the face, and that of a flat punch under the rest."""
+    hertzian = math.pi * MASKED_MODULUS * HALF_FACE**2 / (4 * 10)
+    return (2 * hertzian + MASKED_LOAD - hertzian) / (math.pi * HALF_FACE)
+
+
+@cache
+def two_lands() -> mb.State:
+    shape = mb.Obstacle.from_samples([-4, -1, -0.999, 0.999, 1, 4], [0, 0, 0.1, 0.1, 0, 0])
+    return mb.Contact(mb.HalfPlane(mb.Elastic(100.0, 0.3)), shape, UNILATERAL).solve(load=0.01)
+
+
+LINES = "straight lines between samples, 1e-4 of the amplitude from the wave, and a cell at each edge"
+DATA = [
+    *(
+        Row(
+            MEASURED,
+            measured_wave(share, both_ends),
+            area,
+            2 * closed_forms.Wavy(CLOSURE, WAVELENGTH, share * CLOSURE).half_width,
+            5e-3,
+            LINES,
+        )
+        for share in (0.3, 0.9, 1.5)
+        for both_ends in (True, False)
+    ),
+    Row(MASKED, masked_parabola, half_width, HALF_FACE, 1e-12, "the edge is given"),
+    Row(MASKED, masked_parabola, in_the_middle, masked_pressure, 1e-3, ESTIMATE),
+    Row(LANDS, two_lands, at(2.0), 0.02 / (math.pi * math.sqrt((16 - 4) * (4 - 1))), 1e-3, ESTIMATE),
 ]
 
 
@@ -696,10 +760,6 @@ def ellipse(R1: float, R2: float, force: float) -> tuple[float, float]:
     return math.pi * a**2 * math.sqrt(1 - m), depth
 
 
-def area(state: mb.State) -> float:
-    return state.contact_area
-
-
 AREA = "an area counts cells: one ring of 1/300 of the radius"
 FORCE = "forces and depths are far closer than the estimate of .6 %, which is of pressures"
 INDENTED_FORCE = 4 / 3 * plane_strain(10.0, 0.3) * 0.1 * 0.02
@@ -840,7 +900,7 @@ ROUGHNESS = [
     ),
 ]
 
-ROWS = [*ROLLERS, *PROFILES, *WAVES, *LOOPS, *LAYERS, *PATCHES, *SHAPES, *ROUGHNESS]
+ROWS = [*ROLLERS, *PROFILES, *WAVES, *DATA, *LOOPS, *LAYERS, *PATCHES, *SHAPES, *ROUGHNESS]
 
 
 @pytest.mark.parametrize("row", ROWS, ids=str)
