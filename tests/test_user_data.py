@@ -952,3 +952,21 @@ def test_an_rtol_is_advised_where_it_may_be_asked_for(name: str) -> None:
     else:
         with pytest.raises(mb.BadArgument, match="rtol = 0.3"):
             solve(make(), rtol=0.3)
+
+
+@pytest.mark.parametrize("digits", ["float32", "six decimals"])
+def test_cells_in_a_window_take_heights_of_few_digits(digits: str) -> None:
+    """What the refusal advises answers: without a window it came again."""
+
+    def height(x: np.ndarray) -> np.ndarray:
+        square = np.asarray(x, np.float32) ** 2 / np.float32(20)
+        return square if digits == "float32" else np.round(x**2 / 20, 6)
+
+    body = mb.HalfPlane(mb.Elastic(100.0, 0.3))
+    try:
+        state = mb.Contact(body, height, UNILATERAL).solve(load=1.0)
+    except mb.BadArgument as refusal:
+        assert "Cells(nodes=..., window=...)" in str(refusal)
+        state = mb.Contact(body, height, UNILATERAL, mb.Cells(nodes=1024, window=(-1, 1))).solve(load=1.0)
+    # an edge is within a cell of 1/512
+    assert state.half_width == pytest.approx(math.sqrt(40 / (math.pi * plane_strain(100.0, 0.3))), abs=2e-3)

@@ -78,7 +78,7 @@ def proxy(
         budget -= len(left)
         words = (
             f"must be smooth but for some places: it changes ever more quickly, next to x = {left[0]:.4g}; "
-            "Cells(nodes=...) take it as their centres see it"
+            "Cells(nodes=..., window=...) take it as their centres see it"
         )
         require(budget >= 0 and np.count_nonzero(short) <= 200, name, given, words)
         places += _pinned(function, left[short], right[short], np.finfo(float).eps * whole)
