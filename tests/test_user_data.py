@@ -305,6 +305,24 @@ WAVES = [
 ]
 
 
+@cache
+def crossed_waves() -> mb.State:
+    """Two waves across each other on a half-space, twice as far as full contact needs."""
+
+    def height(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+        return -AMPLITUDE * (np.cos(2 * np.pi * x1 / WAVELENGTH) + np.cos(2 * np.pi * x2 / WAVELENGTH))
+
+    body = mb.HalfSpace(STEEL, period=WAVELENGTH)
+    return mb.Contact(body, height, UNILATERAL).solve(load=4 * CLOSURE * WAVELENGTH**2)
+
+
+CROSSED = "K. L. Johnson, J. A. Greenwood, J. G. Higginson, Int. J. Mech. Sci. 27 (1985): orthogonal waves"
+WAVES += [
+    Row(CROSSED, crossed_waves, area, WAVELENGTH**2, 1e-12, "all touches"),
+    Row(CROSSED, crossed_waves, largest, 6 * CLOSURE, 1e-3, "averages over cells"),
+]
+
+
 # --- data as instruments and programs give it: any window of a period, masks, lands with sharp edges
 
 MEASURED = "profiles of a machine: 201 heights of one wave, with both ends of the period or with one"
