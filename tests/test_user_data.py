@@ -419,6 +419,20 @@ def shear_in_the_middle(step: int) -> Callable[[mb.History], float]:
     return shear
 
 
+JAEGER = "M. Ciavarella, J. Appl. Mech. 65 (1998), J. Jaeger: the stick zone is the contact of a smaller load"
+
+
+@cache
+def rounded_pad() -> mb.History:
+    """Sticks where it would touch under the load P - Q/f: 5.4 mm of 6 mm. Of two bodies E* is half."""
+    normal = ROUNDED.load(6e-3) / 2
+    shear = FRICTION * (normal - ROUNDED.load(5.4e-3) / 2)
+    body = mb.HalfPlane(STEEL)
+    pad = mb.Deformable(body, lambda x: np.maximum(abs(x) - FLAT, 0) ** 2 / (2 * ROUND))
+    problem = mb.Contact(body, pad, mb.Unilateral(friction=FRICTION))
+    return problem.history([(normal, 0), (normal, shear)])
+
+
 TURN = Q_PAD / (FRICTION * P_PAD)  # of the force that slides
 STICK_AT_THE_TURN = A_PAD * math.sqrt(1 - TURN)
 STICK_ON_THE_WAY = A_PAD * math.sqrt(1 - TURN / 2)
@@ -430,6 +444,7 @@ LOOPS = [
     Row(FRETTING, fretting_loop, stick(1), STICK_AT_THE_TURN, 1e-4, ESTIMATE),
     Row(FRETTING, fretting_loop, stick(2), STICK_ON_THE_WAY, 1e-4, ESTIMATE),
     Row(FRETTING, fretting_loop, stick(3), STICK_AT_THE_TURN, 1e-4, ESTIMATE),
+    Row(JAEGER, rounded_pad, stick(1), 5.4e-3, 2e-4, ESTIMATE),
     Row(FRETTING, fretting_loop, shear_in_the_middle(1), SHEAR_AT_THE_TURN, 2e-3, NODE),
     Row(FRETTING, fretting_loop, shear_in_the_middle(2), SHEAR_ON_THE_WAY, 2e-3, NODE),
     Row(FRETTING, fretting_loop, shear_in_the_middle(3), -SHEAR_AT_THE_TURN, 2e-3, NODE),
