@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from ..errors import (
     Inadmissible,
@@ -135,6 +135,10 @@ class Cosserat:
         """Whether ell is a length of the problem: of the material, or of a contact that has given it one."""
         return True
 
+    def with_length(self, length: float) -> Cosserat:
+        """Returns the solid with another ell (length)."""
+        return replace(self, ell=length)
+
     @property
     def mu(self) -> float:
         """Shear modulus (stress)."""
@@ -205,7 +209,6 @@ class Elastic(Cosserat):
         return self.ell != NO_LENGTH
 
     def with_length(self, length: float) -> Elastic:
-        """Returns the solid as a contact of this length (length) takes it."""
         return Elastic(self.E, self.nu, ell=length)
 
     def __eq__(self, other: object) -> bool:

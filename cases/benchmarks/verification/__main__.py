@@ -5,15 +5,23 @@ obstacles                  2000 obstacles that are meant to be hard (--seed 2020
 space                      200 surfaces of a half-space
 friction                   20 histories
 units                      every tenth of panels and cells in other units, moved and mirrored
+scales                     200 problems of every kind in four systems of units
 """
 
 import argparse
 
 import numpy as np
 
-from . import SEED, friction, judging, lines, space_problems, units
+from . import SEED, friction, judging, lines, scales, space_problems, units
 
-SETS = {**dict.fromkeys(lines.METHODS, 60), "obstacles": 2000, "space": 200, "friction": 20, "units": 6}
+SETS = {
+    **dict.fromkeys(lines.METHODS, 60),
+    "obstacles": 2000,
+    "space": 200,
+    "friction": 20,
+    "units": 6,
+    "scales": 200,
+}
 
 
 def cases(name, numbers, seed=SEED, rtol=1e-3):
@@ -26,7 +34,11 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
         elif name in lines.METHODS:
             yield k, lines.fresh(name, k)
         else:
-            of = {"obstacles": lambda k: lines.hard(k, seed, rtol), "space": space_problems.case}
+            of = {
+                "obstacles": lambda k: lines.hard(k, seed, rtol),
+                "space": space_problems.case,
+                "scales": scales.case,
+            }
             yield k, of.get(name, friction.case)(k)
 
 
