@@ -111,7 +111,9 @@ class MonolithicNewton:
             self._systems = Direct(body, space)
         self.space, self._load, fields = self._systems.space, ng.Parameter(0.0), len(body.names)
         *unknown, approach = self.space.TrialFunction()
-        multipliers = unknown[fields:] or self._given
+        # over rho: NGSolve takes mixed derivatives from sums of second ones, in which 1 is lost beside rho
+        self._unit = self.rho if unknown[fields:] else 1.0
+        multipliers = [self._unit * part for part in unknown[fields:] or self._given]
         contact = facets.contact(self._g0, unknown[:fields], multipliers, approach, self.rho)
         contact -= facets.integral(self._load / facets.weights.sum() * approach)  # 0 at an approach
         self._contact = ng.BilinearForm(self.space)
@@ -192,14 +194,14 @@ class MonolithicNewton:
             approach = start.approach - self._first
         if self.method == "al":
             for part, own in zip(self._multipliers(unknowns), stresses):
-                part[:] = self.facets.field(own).vec.FV().NumPy()
+                part[:] = self.facets.field(own / self._unit).vec.FV().NumPy()
         given = self.control == "approach"
         self._load.Set(0.0 if given else level)
         values[-1] = level - self._first if given else max(approach, self._touching(unknowns))
         return unknowns
 
     def _multipliers(self, vectors):
-        """Coefficients of the corners' multipliers, arrays."""
+        """Coefficients of the corners' multipliers, over `_unit`, arrays."""
         parts = vectors.components[len(self.body.names) : -1] or self._given
         return [part.vec.FV().NumPy() for part in parts]
 
@@ -212,7 +214,7 @@ class MonolithicNewton:
 
     def _corners(self, unknowns):
         """Multipliers and displacements along the normal, arrays (corners, n)."""
-        stresses = [self.facets.multiplier(part) for part in self._multipliers(unknowns)]
+        stresses = [self._unit * self.facets.multiplier(part) for part in self._multipliers(unknowns)]
         fields = unknowns.vec.FV().NumPy()[: self.body.space.ndof]
         return np.array(stresses), self.facets.displacements(fields)
 

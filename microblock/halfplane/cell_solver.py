@@ -49,7 +49,8 @@ class LineCells(CellSolution, LineSolution):
     @property
     def all_zones(self):
         half = self.grid.width / 2
-        zones = [[(self.x[i] - half, self.x[j] + half) for i, j in runs(own > 0)] for own in self.pressures]
+        edges = np.append(self.x - half, self.x[-1] + half)  # one number where zones of two corners meet
+        zones = [[(edges[i], edges[j + 1]) for i, j in runs(own > 0)] for own in self.pressures]
         return dict(enumerate(zones))
 
     @property

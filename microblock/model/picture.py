@@ -208,7 +208,10 @@ def _everywhere(
     """Returns places on all scales about centres, denser around the least heights, and the heights."""
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     around = [centre + way * scales for centre in centres for way in (-1, 1)]
-    x = np.unique(np.concatenate((*around, tuple(centres), named_places(obstacle))))
+    named = named_places(obstacle)
+    x = np.unique(np.concatenate((*around, tuple(centres), named)))
+    twins = np.flatnonzero(np.diff(x) <= 8 * np.finfo(float).eps * np.abs(x[1:]))
+    x = np.delete(x, np.where(np.isin(x[twins], named), twins + 1, twins))  # by rounding, named ones stay
     h = heights(obstacle, x)
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
     lower = lower[np.argsort(h[lower])[:300]]

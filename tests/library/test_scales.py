@@ -1,0 +1,75 @@
+"""No length decides that the user has not given: the same problem in any units has the same digits."""
+
+import numpy as np
+import pytest
+
+import microblock as mb
+from cases.benchmarks.verification import judging, scales
+
+ELASTIC = mb.Elastic(E=100, nu=0.3)
+UNILATERAL = mb.Unilateral()
+
+
+@pytest.mark.nightly(200)
+def test_problems_of_every_kind_have_the_same_digits_in_any_units(seed):
+    """To rounding, or where a branch hangs on rounding to a tenth of the estimate: of a wave of 1e-9 metres
+    under 1e12 pascals, say. What is refused, is in all units.
+    """
+    row = judging.outcome(scales.case(seed), seconds=120)
+    assert row["class"] in ("right", "error"), row["message"] or row["ratio"]
+
+
+@pytest.mark.parametrize("unit", [1e-15, 1e-9, 1e-3, 1.0, 1e6])
+@pytest.mark.parametrize("method", [None, mb.Cells(), mb.Cells(nodes=512)], ids=str)
+def test_a_classical_cylinder_is_that_of_hertz_in_any_unit_of_length(unit, method):
+    """Of a radius of 10 mm, in metres, cells had 4.3e-3 for 3.4e-4, or took seconds for hundredths."""
+    problem = mb.Contact(mb.HalfPlane(ELASTIC), mb.Cylinder(R=10 * unit), UNILATERAL, method)
+    state = problem.solve(load=1.0 * unit)
+    half_width, _ = mb.hertz_scales(ELASTIC, R=10 * unit, P=1.0 * unit)
+    # a cell of the window of some six half-widths
+    assert state.half_width == pytest.approx(half_width, rel=2e-2 if method else 1e-4)
+    assert state.unknowns < 3000
+
+
+@pytest.mark.parametrize("middle", [0.0, 5.0])
+def test_samples_over_200_micrometres_in_metres(middle):
+    """They were said to have a finite height over no cell; a stage stands at 5 m as well as at 0."""
+    x = np.linspace(-1e-4, 1e-4, 41)
+    steel, R = mb.Elastic(E=1e11, nu=0.3), 1e-3
+    load = np.pi * steel.E_star * 3.42e-5**2 / (4 * R)
+    samples = mb.Obstacle.from_samples(middle + x, x**2 / (2 * R))
+    state = mb.Contact(mb.HalfPlane(steel), samples, UNILATERAL).solve(load=load)
+    # of lines between samples, a seventh of the half-width apart
+    assert state.contact_area / 2 == pytest.approx(3.42e-5, rel=1e-2)
+    assert any("samples" in words for words in state.warnings)
+
+
+def test_what_is_lowest_far_away_is_found_whatever_the_unit():
+    """It was refused beyond 1e5 lengths, of which nobody had given any."""
+    for shift in (1e3, 1e6):
+        problem = mb.Contact(mb.HalfPlane(ELASTIC), lambda x, shift=shift: (x - shift) ** 2 / 20, UNILATERAL)
+        half_width, _ = mb.hertz_scales(ELASTIC, R=10, P=1.0)
+        assert problem.solve(load=1.0).half_width == pytest.approx(half_width, rel=1e-4)
+        blocks = mb.Cosserat(E=100, nu=0.3, ell=1e-3, beta=1)  # 1e9 blocks away
+        state = problem.with_(body=mb.HalfPlane(blocks), law=mb.Microblock()).solve(load=1.0)
+        assert state.half_width == pytest.approx(half_width, rel=1e-2)
+
+
+def test_newton_solves_a_body_of_micrometres_and_gigapascals():
+    """Mixed derivatives of the contact term were lost beside rho, of some 1e17: "no factorisation"."""
+    for length, stress in ((1.0, 1.0), (5e-6, 5e9), (1e-9, 1e12)):
+        row = scales.on_mesh(np.random.default_rng(50), False)[1](scales.Units(length, stress))()
+        assert row.residual < 1e-9
+
+
+def test_a_loaded_state_has_the_length_of_its_contact(tmp_path):
+    """Gaps of a classical half-plane count from a level that follows from it."""
+    state = mb.Contact(mb.HalfPlane(ELASTIC), mb.Cylinder(R=1e-3), UNILATERAL).solve(load=1e-4)
+    state.save(tmp_path / "state.npz")
+    loaded = mb.load(tmp_path / "state.npz")
+    assert loaded.solid == ELASTIC and loaded.solid.ell == state.solid.ell == pytest.approx(3.4e-5, rel=1e-2)
+
+
+def test_no_length_is_asked_of_what_falls_without_end():
+    with pytest.raises(mb.BadArgument, match="must have a lowest place.*towards x = -inf"):
+        mb.Contact(mb.HalfPlane(ELASTIC), lambda x: 1e-9 * x, UNILATERAL)
