@@ -54,9 +54,12 @@ class SurfaceLaw:
     def initial_gaps(self, obstacle, ell, x1, x2):
         """Returns the initial gaps of blocks at (x1, x2), array (corners, ...) (lengths)."""
         above = [heights(obstacle, x1 + ell / 2 * a, x2 + ell / 2 * b) for a, b in self.offsets]
+        return np.array(above) - self.raised(ell, x1, x2)
+
+    def raised(self, ell, x1, x2):
+        """Returns how far psi0 raises the corners of blocks at (x1, x2), array (corners, ...) (lengths)."""
         tilt = self.tilt(x1, x2)
-        raised = np.tensordot(self.offsets[:, : len(tilt)], tilt, 1)
-        return np.array(above) - ell / 2 * self.in_gaps * raised
+        return ell / 2 * self.in_gaps * np.tensordot(self.offsets[:, : len(tilt)], tilt, 1)
 
     def of_least_norm(self, forces, closed):
         """Returns the forces of least norm with the same resultants, none negative; arrays (corners, ...).

@@ -18,7 +18,6 @@ from ..corners.surface_law import on_surface
 from ..errors import require, require_kind
 from ..model import law as laws
 from ..model.fields import squares
-from ..model.quadrature import gauss_rule
 from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
@@ -284,13 +283,6 @@ class ContactNodes:
         )
         return np.array(sorted(found - own), int)
 
-    @cached_property
-    def between(self):
-        """(Places between the nodes in space, (k, 3), values there from the nodes, sparse (k, n))."""
-        inner = gauss_rule(self.orders[0] + 3)[0]
-        square = rule_at([(s, t) for s in inner for t in inner])
-        return self.at_points({ng.ET.QUAD: square, ng.ET.TRIG: rule_at([(1 / 3, 1 / 3)])})[::2]
-
     def at_points(self, rules):
         """At the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights, (k,), and values
         from the nodes, sparse (k, n).
@@ -309,6 +301,24 @@ class ContactNodes:
         place = np.arange(size * size).reshape(size, size)
         cut = squares(place.T)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
         return np.concatenate([own[cut] if len(own) > 3 else own[None] for own in self.facets])
+
+    def on_triangles(self, x1, x2):
+        """Numbers of the triangles at places, array (k,), -1 beyond them, and the values there of functions
+        that are 1 at one of their corners, array (k, 3).
+        """
+        from matplotlib.tri import Triangulation  # here: it takes its time
+
+        points = self.points
+        steps = np.rint(points[self.triangles[:, 0], 2] / (FLAT * np.ptp(points)))
+        found = np.full(len(x1), -1)
+        for step in np.unique(steps):  # its nodes may lie below those of another
+            own = np.flatnonzero(steps == step)
+            there = Triangulation(*points[:, :2].T, self.triangles[own]).get_trifinder()(x1, x2)
+            found = np.where(there >= 0, own[there], found)
+        corners = points[self.triangles[found], :2]
+        sides = (corners[:, 1:] - corners[:, :1]).swapaxes(1, 2)
+        along = np.linalg.solve(sides, (np.column_stack((x1, x2)) - corners[:, 0])[..., None])[..., 0]
+        return found, np.column_stack((1 - along.sum(axis=1), along))
 
     # what the contact term asks for
 

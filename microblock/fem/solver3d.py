@@ -7,12 +7,16 @@ import numpy as np
 from ..corners import projected_gradients
 from ..corners.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, require
+from ..model.obstacles import heights
 from ..model.solver import SOLVED
 from ..model.state import in_space
 from .condensation import Flexibility3D
 from .facets import initial_gaps
 from .forecast import OnGivenMesh
 from .state3d import SurfaceNodes
+
+ROWS = 1024  # of heights of the obstacle that are looked at for what lies between nodes
+TILE = 8  # of rows and columns, of which the lowest height counts
 
 
 class Solver3D(OnGivenMesh):
@@ -29,6 +33,23 @@ class Solver3D(OnGivenMesh):
     def initial_gaps(self):
         """Array (corners, n); inf where a corner cannot touch."""
         return initial_gaps(self.law, self.nodes, self.obstacle)
+
+    @cached_property
+    def low_places(self):
+        """x1, x2 and height of the lowest of TILE * TILE places of the obstacle, array (3, k). Half of ROWS
+        are evenly spaced over the contact boundary, the others as dense as its nodes.
+        """
+        even, dense = np.add.outer((0.5, 1.5), np.arange(0, ROWS, 2)) / ROWS
+        axes = []
+        for x in self.nodes.points.T[:2]:
+            rows = *np.quantile((x.min(), x.max()), even), *np.quantile(np.unique(x), dense)
+            axes.append(np.sort(rows))
+        places = np.array(np.meshgrid(*axes, indexing="ij"))
+        values = np.array((*places, heights(self.obstacle, *places)))
+        tiles = values.reshape(3, ROWS // TILE, TILE, ROWS // TILE, TILE).swapaxes(2, 3)
+        tiles = tiles.reshape(3, -1, TILE**2)
+        lowest = np.argmin(tiles[2], axis=1)
+        return tiles[:, np.arange(len(lowest)), lowest]
 
     def solve(self, load, approach, rtol, initial=None):
         self.require_given_mesh(rtol)

@@ -40,11 +40,8 @@ class SurfaceNodes(OnMesh):
 
     def between(self, values, places):
         """Returns nodal values at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
-        from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
-
-        x1, x2, _ = self.nodes.points.T
-        between = LinearTriInterpolator(Triangulation(x1, x2, self.nodes.triangles), values)
-        return np.ma.filled(between(*places.T[:2]), 0.0)
+        triangle, shares = self.nodes.on_triangles(*places.T[:2])
+        return np.sum(values[self.nodes.triangles[triangle]] * shares, axis=1) * (triangle >= 0)
 
     @property
     def gaps(self):
@@ -52,10 +49,9 @@ class SurfaceNodes(OnMesh):
 
     def remarks(self):
         """Returns sentences on what the state has no estimate for."""
-        nodes, moved, count = self.nodes, np.abs(self.displacement).max(), np.count_nonzero(self.closed)
-        half_width = float(np.sqrt(nodes.weights[self.closed > 0].sum() / np.pi))
-        places, values = nodes.between
-        between = self.inside(places, (values @ np.vstack((self.displacement, self.psi)).T).T)
+        count, moved = np.count_nonzero(self.closed), np.abs(self.displacement).max()
+        half_width = float(np.sqrt(self.nodes.weights[self.closed > 0].sum() / np.pi))
+        between, (x1, x2) = self._between_nodes()
         beside = self._beside()
         found = [
             (count < 25, f"only {count} nodes in contact and no error estimate: take a finer mesh"),
@@ -67,10 +63,27 @@ class SurfaceNodes(OnMesh):
             ),
             (
                 between > 0.05 * moved,
-                f"between nodes the obstacle reaches {between:.2g} into the surface: take a finer mesh",
+                f"between nodes, at x1 = {x1:.4g} and x2 = {x2:.4g}, the obstacle reaches {between:.2g} into "
+                "the surface: take a finer mesh",
             ),
         ]
         return [words for holds, words in found if holds]
+
+    def _between_nodes(self):
+        """How deep a low place of the obstacle reaches into the contact boundary, and this place, (2,)."""
+        nodes, law, ell = self.nodes, self.solver.surface_law, self.solver.solid.ell
+        low = self.solver.low_places
+        deepest = []
+        for number, offset in enumerate(law.offsets):
+            x1, x2 = low[:2] - ell / 2 * offset[:, None]
+            triangle, shares = nodes.on_triangles(x1, x2)
+            values = np.vstack((nodes.points[:, 2], self.displacement, self.psi))
+            level, *moved = np.sum(values[:, nodes.triangles[triangle]] * shares, axis=2)
+            gaps = low[2] - law.raised(ell, x1, x2)[number] - level - self.approach
+            gaps += self.added(np.column_stack((x1, x2, level)), moved)[number]
+            depths = np.where(triangle >= 0, -gaps, 0.0)
+            deepest.append((depths.max(), low[:2, np.argmax(depths)].tolist()))
+        return max(deepest)
 
     def _beside(self):
         """How deep the obstacle reaches into the surface beside the contact boundary."""
@@ -89,9 +102,13 @@ class SurfaceNodes(OnMesh):
         """How deep the obstacle reaches into the surface at places, (k, 3), with displacement, psi1 and psi2
         `moved`, (3, k).
         """
-        solver, (displacement, psi1, psi2) = self.solver, moved
-        half = solver.solid.ell / 2
-        surface = np.array((displacement, -half * psi2, half * psi1))
+        solver = self.solver
         gaps = solver.surface_law.initial_gaps(solver.obstacle, solver.solid.ell, *places[:, :2].T)
-        added = np.einsum("cin,in->cn", solver.directions(places), surface)
-        return -float((gaps - places[:, 2] - self.approach + added).min(initial=0.0))
+        return -float((gaps - places[:, 2] - self.approach + self.added(places, moved)).min(initial=0.0))
+
+    def added(self, places, moved):
+        """What displacement, psi1 and psi2 at places, (k, 3), add to gaps, array (corners, k)."""
+        displacement, psi1, psi2 = moved
+        half = self.solver.solid.ell / 2
+        surface = np.array((displacement, -half * psi2, half * psi1))
+        return np.einsum("cin,in->cn", self.solver.directions(places), surface)

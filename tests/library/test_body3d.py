@@ -1,5 +1,9 @@
 """Contact of bodies in three dimensions: patch test, conditions and balances, warnings."""
 
+import re
+
+import netgen.occ as occ
+import ngsolve as ng
 import numpy as np
 import pytest
 from ngsolve.meshes import MakeStructured3DMesh
@@ -106,6 +110,55 @@ def test_states_say_what_they_cannot_estimate(reach, step, ell, words):
     body = quarter(x, [-2.0, -0.5, -0.2, 0.0], reach=reach, ell=ell)
     told = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
     assert words in " ".join(told) and bool(words) == bool(told)
+
+
+def tetrahedra(n):
+    """The same box as `box(n)`."""
+    mesh = MakeStructured3DMesh(hexes=False, nx=n, ny=n, nz=n, mapping=lambda x, y, z: (x, y, z - 1))
+    return mb.Body(mesh, SOLID, 1, fixed="bottom", contact="top")
+
+
+@pytest.mark.parametrize(
+    "body, law",
+    [
+        (lambda: box(3), mb.Unilateral()),
+        (lambda: box(3), mb.Microblock((0.01, -0.02))),
+        (lambda: box(2, order=2), mb.Microclamped()),
+        (lambda: tetrahedra(3), mb.Microblock()),
+        (lambda: quarter(np.array((0.0, 0.1, 0.2, 1.0)), [-1.0, -0.4, 0.0], reach=1.0), mb.Unilateral()),
+    ],
+    ids=["hexahedra", "rotated blocks", "order 2", "tetrahedra", "graded"],
+)
+def test_a_spike_between_nodes_is_named(body, law):
+    """1/400 of the surface wide, and deeper than the apex: it carried nothing, without a word."""
+
+    def height(x1, x2):
+        spike = np.hypot(x1 - 0.83, x2 - 0.58) < 1 / 800
+        return np.where(spike, -0.01, (x1**2 + x2**2) / 20)
+
+    said = " ".join(mb.Contact(body(), height, law).solve(load=0.01).warnings)
+    (place,) = re.findall(r"between nodes, at x1 = ([\d.]+) and x2 = ([\d.]+), the obstacle reaches", said)
+    assert [float(x) for x in place] == pytest.approx((0.83, 0.58), abs=1 / 800)
+
+
+def test_a_surface_of_two_levels_is_read_between_its_nodes():
+    """Nodes of a step lie one above the other: a triangulation of both levels was invalid."""
+    low, high = occ.Box((-1, -1, -1), (0, 1, 0)), occ.Box((0, -1, -1), (1, 1, 0.25))
+    for face in low.faces + high.faces:
+        face.name = "side"
+    low.faces.Max(occ.Z).name = high.faces.Max(occ.Z).name = "contact"
+    low.faces.Min(occ.Z).name = high.faces.Min(occ.Z).name = "bottom"
+    mesh = ng.Mesh(occ.OCCGeometry(occ.Glue([low, high])).GenerateMesh(maxh=0.7))
+    state = mb.Contact(mb.Body(mesh, SOLID, 1, fixed="bottom"), step, mb.Unilateral()).solve(load=1.0)
+    middles = state.points[state.triangles].mean(axis=1)
+    expected = state.pressure[state.triangles].mean(axis=1)
+    assert state.pressure_at(middles) == pytest.approx(expected, abs=1e-9 * expected.max())
+    assert expected.any() and set(state.points[:, 2]) == {0.0, 0.25}
+
+
+def step(x1, x2):
+    """As high as the surface of two levels, and curved."""
+    return np.where(x1 > 0, 0.25, 0.0) + (x1**2 + x2**2) / 20
 
 
 def test_a_penalty_leads_back_from_the_approach_to_the_load():
