@@ -57,7 +57,9 @@ def _silence_libraries():
 if __name__ == "__main__":
     _silence_libraries()
     try:
-        sys.exit(main())
+        from microblock.command import quiet
+
+        sys.exit(quiet(main)())
     except KeyboardInterrupt:  # before a case began
         print(f"{PROGRAM}: interrupted", file=sys.stderr)
         sys.exit(130)

@@ -8,11 +8,12 @@ EXPR       numbers, x, pi, e, inf (no obstacle there), + - * / **, parentheses, 
            log sin cos tan arcsin arccos arctan sinh cosh tanh sign floor ceil minimum maximum hypot arctan2
            power clip where, comparisons (1 where they hold, else 0). An expression that begins with a minus
            is written --height=EXPR.
-FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header and
-           lines that begin with # are left out. The height is that of the obstacle's lower side, upwards.
-           Straight lines between the samples, no obstacle beyond them. Each sample is a jump of the slope:
-           a thousand in contact take minutes, with a window a second. A warning says what the samples, and
-           their --noise, leave open of the pressure if --rtol is far below.
+FILE       a text of two columns, x and height, as instruments write it: with tabs, semicolons, commas or
+           blanks, decimal points or commas, below a header. What was understood is printed; --columns, --unit
+           and --skip settle the rest. The height is that of the obstacle's lower side, upwards. Straight
+           lines between the samples, no obstacle beyond them and where heights are missing. Each sample is a
+           jump of the slope: a thousand in contact take minutes, with a window a second. A warning says what
+           the samples, and their --noise, leave open of the pressure if --rtol is far below.
 """
 
 import sys
@@ -30,9 +31,9 @@ from . import (
     Unilateral,
     __version__,
 )
-from .command import run
+from .command import quiet, run
 from .data.expressions import function_of_x
-from .data.samples import read_samples
+from .data.samples import obstacle_of, read_profile
 from .errors import require
 from .model.sharp import unbounded
 
@@ -41,6 +42,9 @@ def solve(
     height: str | None = None,
     samples: str | None = None,
     noise: float | None = None,
+    columns: tuple[str, str] | None = None,
+    unit: str | None = None,
+    skip: int | None = None,
     window: tuple[float, float] | None = None,
     loads=(1.0,),
     E=100.0,
@@ -61,6 +65,9 @@ def solve(
     above
         has the heights -z
     noise : standard deviation of the heights of the samples (length)
+    columns : those of x and height in the file, by numbers from 1 or titles, with a unit as in 1:mm 2:um
+    unit : unit of length of the problem, such as mm, that samples are brought to; else that of x in the file
+    skip : lines to leave out at the beginning of the file
     window : both ends of the part of x1 in which the obstacle may touch: uniform cells in place of panels
     loads : forces per thickness
     E : Young's modulus (stress)
@@ -74,12 +81,15 @@ def solve(
     """
     words = "either this or --samples FILE must be given"
     require((height is None) != (samples is None), "height", height or "EXPR", words)
-    require(noise is None or samples is not None, "noise", noise, "belongs to --samples FILE")
+    of_file = {"noise": noise, "columns": columns, "unit": unit, "skip": skip}
+    for option, value in of_file.items():
+        require(value is None or samples is not None, option, value, "belongs to --samples FILE")
     words = "belongs to --contact microblock"
     require(not psi0_deg or contact == "microblock", "psi0_deg", psi0_deg, words)
     given: Any = samples if height is None else height
     name = "samples" if height is None else "height"
-    obstacle = read_samples(given, name, noise) if height is None else function_of_x(given, name)
+    profile = None if samples is None else read_profile(samples, name, columns, unit, skip or 0)
+    obstacle = obstacle_of(profile, given, name, noise) if profile else function_of_x(given, name)
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
     law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(
@@ -95,7 +105,8 @@ def solve(
         # the advice of an obstacle that is too wide for panels
         words = failure.allowed.replace("Cells(nodes=..., window=...) take", "--window L R takes")
         raise BadArgument(name, given, words) from failure
-    return {"states": states, "parameters": {"rtol": rtol}, **({"events": events} if path else {})}
+    parameters = {"rtol": rtol, **({"understood": profile.understood} if profile else {})}
+    return {"states": states, "parameters": parameters, **({"events": events} if path else {})}
 
 
 def figure(result):
@@ -115,11 +126,14 @@ def table(result):
         }
         for state in result["states"]
     ]
-    first, rtol = result["states"][0], result["parameters"]["rtol"]
-    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": rtol}
+    first, parameters = result["states"][0], result["parameters"]
+    taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": parameters["rtol"]}
+    if "understood" in parameters:
+        taken["samples"] = [f"{words};" for words in parameters["understood"]]
     return {**taken, "states": rows, "events": result.get("events", {})}
 
 
+@quiet
 def main(words=None):
     """The command `microblock contact ...`; returns the exit status."""
     words = sys.argv[1:] if words is None else words

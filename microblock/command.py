@@ -10,6 +10,7 @@ files takes their folder as `out`. Lists named "warnings" go to standard error.
 import argparse
 import inspect
 import json
+import os
 import re
 import sys
 import time
@@ -18,6 +19,7 @@ import types
 import typing
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import wraps
 from pathlib import Path
 
 from .data.records import number, versions, write_text
@@ -32,6 +34,23 @@ from .errors import (
     shortened,
 )
 from .model.results import plain_data
+
+
+def quiet(main):
+    """Returns a main that ends with the status of shells, and no words, where nobody reads its output on."""
+
+    @wraps(main)
+    def ended(words=None):
+        try:
+            try:
+                return main(words)
+            finally:
+                sys.stdout.flush()
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more
+            return 141  # of SIGPIPE, which Windows does not know
+
+    return ended
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -155,6 +174,8 @@ def run(program, module, words, setup=0.0):
         status, message = 2, _complaint(failure, known, [*texts])
     except MicroblockError as failure:
         status, message = 1, failure
+    except BrokenPipeError:
+        raise
     except KeyboardInterrupt as stop:  # with the status that shells give
         status, message = 130, str(stop) or "interrupted"
     except Exception as failure:  # of a script with its options, of NGSolve, of the machine

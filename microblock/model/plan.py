@@ -40,7 +40,8 @@ class Candidate:
     def __repr__(self) -> str:
         cost, words = self.cost, shortened(self.refusal) or "no prediction"
         if cost is not None:
-            words = f"{cost.seconds:8.2g} s{cost.memory / 1e6:9.2g} MB{cost.unknowns:9.2g} unknowns"
+            size, unit = (cost.memory / 1e6, "MB") if cost.memory < 9.95e8 else (cost.memory / 1e9, "GB")
+            words = f"{cost.seconds:8.2g} s{size:9.2g} {unit}{cost.unknowns:9.2g} unknowns"
             words += ", above rtol" * cost.misses
         return f"{self.name:9s} {words}"
 

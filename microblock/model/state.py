@@ -13,16 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import (
-    Named,
-    at_least,
-    require,
-    require_choice,
-    require_floats,
-    require_numbers,
-    require_pair,
-    shown,
-)
+from ..errors import Named, require, require_choice, require_floats, require_numbers, require_pair, shown
 from . import law as laws
 from .deformable import body_of
 from .material import Cosserat, Elastic
@@ -748,9 +739,7 @@ class State(PlainData):
 
     @cached_property
     def caption(self) -> str:
-        error = (
-            "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
-        )
+        error = "no error estimate" if self.error_estimate is None else f"error {self.error_estimate:.1e}"
         return f"{shown(self.obstacle)}, {shown(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -884,7 +873,7 @@ def _to_read(value: Any) -> Any:
 
 def _far_off(state: State) -> list[str]:
     error = state.error_estimate or 0.0
-    words = f"the error estimate is {at_least(error)}: ask for a smaller rtol, or more nodes"
+    words = f"the error estimate is {error:.1e}: ask for a smaller rtol, or more nodes"
     return [words] * (error > 0.1 and not state.solution.data_exhausted)
 
 

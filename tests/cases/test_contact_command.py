@@ -47,36 +47,15 @@ def test_a_punch_has_no_infinite_number(law, answer):
     assert np.dot(state["weights"], state["pressure"]) == pytest.approx(1.0, rel=1e-9)  # rounding
 
 
-FILES = {
-    b"": "0 samples",
-    b"x, height\n": "0 samples",
-    b"0, 0\n": "1 samples",
-    b"x\n0\n1\n": "'0' in line 2",
-    b"0, 0, 0\n1, 1, 1": "'0, 0, 0' in line 1",
-    b"0, 0, low\n1, 1, high": "line 1",
-    b"0, 0\n\n1, nan\n": "'1, nan' in line 3",
-    b"0, 0\n1, inf\n": "line 2",
-    b"0, 0\n1, 1e99\n": "line 2",
-    b"0, 0\n1, high\n": "line 2",
-    b"x, 0\n1, 2\n2, 3": "line 1",
-    b"0, 0\n1, \n2, 3": "line 2",
-    b"0, 0\n2, 1\n1, 2\n": "ascend in x in line 3, '1, 2': sort it, average duplicates",
-    b"# measured\n0, 0\n# again\n1, nan\n": "line 4",
-    b"0,5 0,1\n1,0 0\n": "line 1; it must hold two columns of numbers with decimal points",
-    b"0, 0\n0, 1\n": "ascend in x in line 2",
-    b"0,5; 1,0\n": "in line 1; ",
-    b"\x89PNG\r\n\x1a\n": "is no text",
-    b"a\x00b\n\x00\x01\n": "line 2",
-}
-
-
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("content", FILES)
+@pytest.mark.parametrize("content", [b"", b"0, 0\n1, high\n2, 1", b"\x89PNG\r\n\x1a\n"])
 def test_bad_files_get_one_line(content, tmp_path, run):
+    """The reader's own refusals stand in tests/library/test_sample_files.py."""
     file = tmp_path / "samples.csv"
     file.write_bytes(content)
     status, out, err = run(f"contact --samples {file}")
-    assert (status, out, err.count("\n")) == (2, "", 1) and FILES[content] in err
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("python -m cases contact: --samples: ")
 
 
 def test_figures(tmp_path, run):
