@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .errors import (
-    NOT_YET,
     BadArgument,
     plain,
     require,
+    require_depth,
     require_flag,
     require_kind,
     require_positive,
@@ -250,7 +250,9 @@ class Contact:
             with counting(f"solve by {type(solver.options).__name__}()", progress, given=given):
                 counted(0, **({"expected": f"{cost.seconds:.2g} s"} if cost else {}))
                 state = solver.state(solver.solve(load, approach, goal, start))
-            require(approach is None or state.load > 0, "approach", approach, NOT_YET)
+            if approach is not None:
+                depth = np.abs(state.displacement).max() if state.load > 0 else 0.0
+                require_depth(approach, depth, np.abs(state.points).max())
             solver.require_solved(state, load, approach)
             return state
 

@@ -371,6 +371,14 @@ def require_values(**arguments: Iterable[Any]) -> list[Any]:
 require_flag = partial(require_kind, (bool, np.bool_), "True or False")
 
 
+def require_depth(approach: float, depth: float, size: float) -> None:
+    """Raises BadArgument for an approach by which an obstacle gets no deeper into a surface of this size
+    (lengths) than rounding of heights and places.
+    """
+    rounding = 64 * np.finfo(float).eps * max(abs(approach), size)
+    require(depth > rounding, "approach", approach, NOT_YET)
+
+
 def _entries(values: Any) -> Any:
     """Returns the masked array of what NumPy reads as such; masked entries of a list stay masked."""
     with warnings.catch_warnings():

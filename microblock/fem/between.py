@@ -11,7 +11,6 @@ import numpy as np
 from ..halfplane.carried import log_sizes
 from ..halfplane.survey import Violation
 from ..model import law as laws
-from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
 from ..model.zones import borders, joined, runs
@@ -74,20 +73,18 @@ class Facets:
 
 
 def missed(facets, closed, law, obstacle, sites):
-    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,), for
-    `closed` corners, (corners, nodes), at the contact points `sites` of each.
+    """What nodes miss of the height on closed facets: squares of pressures in L2, array (corners, facets),
+    for `closed` corners, (corners, nodes), at the contact points `sites` of each.
     """
-    nodes, found = facets.nodes, np.zeros(len(facets.members))
+    nodes, found = facets.nodes, np.zeros((len(closed), len(facets.members)))
     at_nodes = laws.initial_gaps(law, nodes.points, nodes.normals, nodes.body.solid.ell, obstacle)
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
         here = facets.below(x)
         x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))
         with np.errstate(invalid="ignore"):  # gaps of inf, beyond an end of the obstacle
             off = np.abs(facets.initial_gaps(law, obstacle, x)[corner] - facets.interpolate(gaps, x))
-        deepest = np.zeros(len(found))
-        np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
-        found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
-    return found
+        np.maximum.at(found[corner], here, np.where(np.isfinite(off), off, 0.0))
+    return (nodes.body.solid.E_star * found) ** 2 / facets.spacing
 
 
 def overlaps(facets, state, closed, sites):
@@ -134,20 +131,20 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
 
 
 def of_body(state):
-    """What a MeshSolution misses, array (facets,); BadArgument for a height of which no picture can be
-    made.
+    """What a MeshSolution misses, squares of pressures in the weighted L2, array (facets,); BadArgument as of
+    its `sampled`.
     """
-    nodes, law, obstacle = state.nodes, state.law, state.solver.obstacle
+    nodes, law, obstacle, problem = state.nodes, state.law, state.solver.obstacle, state.sampled
     facets, found = Facets(nodes), np.zeros(len(nodes.facets))
-    stretches = _low(facets, state)
-    if not stretches:
+    if problem.picture is None:
         return found
-    problem = state.problem
-    half = max((right - left) / 2 for left, right in stretches)
-    known = picture.within(problem, stretches, half, LOW * state.approach)
-    problem = replace(problem, picture=known)
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
-    found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
+    squares = missed(facets, state.closed, law, obstacle, sites)
+    wholly = np.array([state.closed[:, own].all(axis=1) for own in facets.members])
+    for corner, shift in enumerate(problem.shifts):
+        below = facets.below(np.add(problem.picture.steps, shift))
+        squares[corner, below[(below >= 0) & ~wholly[below, corner]]] = 0.0  # `recovery` has the edge there
+    found[facets.numbers] += squares.sum(axis=0)
     # what is off beside edges `recovery` has already
     touched = np.array([state.closed[:, own].any() for own in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
@@ -155,16 +152,17 @@ def of_body(state):
         here = int(facets.below(np.array([(each.left + each.right) / 2]))[0])
         if not touched[here]:
             found[facets.numbers[here]] += each.worth**2
+    found[facets.numbers] *= state.tamed(np.array((facets.left, facets.right))).max(axis=0)
     return found
 
 
-def _low(facets, state):
-    """Intervals of x1 of the corners in which their gaps are low."""
-    law, obstacle, found = state.law, state.solver.obstacle, []
+def low(state):
+    """Intervals of x1 of the corners in which the gaps of a MeshSolution are low."""
+    facets, law, obstacle, found = Facets(state.nodes), state.law, state.solver.obstacle, []
     count = max(40, PLACES // max(len(facets.left), 1))
     x = np.unique([np.linspace(left, right, count) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
-        low = facets.initial_gaps(law, obstacle, x)[corner] < LOW * max(state.approach, 0.0)
+        near = facets.initial_gaps(law, obstacle, x)[corner] < LOW * max(state.approach, 0.0)
         places = np.concatenate((x[:1], x, x[-1:])) - state.problem.shifts[corner]
-        found += [(float(places[i]), float(places[j + 2])) for i, j in runs(low)]
+        found += [(float(places[i]), float(places[j + 2])) for i, j in runs(near)]
     return tuple(joined(found))

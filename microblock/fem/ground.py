@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import require, require_finite
+from ..errors import require, require_depth, require_finite
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -82,7 +82,7 @@ class GroundSolver(Solver):
         # the corner stands at the places
         shifts = enumerate(self.problem.shifts)
         lowest = min(self.problem.initial_gaps(places + shift)[corner].min() for corner, shift in shifts)
-        require(approach > lowest, "approach", approach, f"must lie above that of first touch, {lowest}")
+        require_depth(approach, approach - lowest, self.domain)
         return float(self.solid.E_star * (approach - lowest) / 2)
 
     def share(self, load):

@@ -8,6 +8,7 @@ import numpy as np
 from ..corners.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most, require
 from ..model import law as laws
+from ..model import picture
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
 from ..model.zones import contact_zones, distance, distance_to_ends, joined
@@ -192,10 +193,29 @@ class MeshSolution(OnMesh, NodalSolution):
             return super().counter_displacement(x)
         return np.where(counter.reaches(x), counter.displacement(self.forces.ravel(), x), np.inf)
 
+    @cached_property
+    def sampled(self):
+        """The Problem with a picture where gaps are low, if some are, and with the slope discontinuities and
+        ends that it shows; BadArgument for a height of which none can be made.
+        """
+        problem, stretches = self.problem, between.low(self)
+        if not stretches:
+            return problem
+        half = max((right - left) / 2 for left, right in stretches)
+        known = picture.within(problem, stretches, half, between.LOW * self.approach)
+        return replace(problem, picture=known, obstacle=picture.seen(problem.obstacle, known))
+
+    @property
+    def ends(self):
+        """Places x1 where the obstacle ends or, over a Body, jumps: pressures have no bound there."""
+        problem = self.problem if self.block else self.sampled
+        steps = problem.picture.steps if problem.picture else ()
+        named = getattr(problem.obstacle, "ends", ())
+        return (*(named or (-np.inf,) * len(steps[:1])), *steps)
+
     def tamed(self, x):
-        """1; near ends of the obstacle their distance over half of its width."""
-        shifts = self.law.shifts(self.solver.solid.ell)
-        return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
+        """1; near `ends` their distance over half of their width."""
+        return distance_to_ends(x, self.ends, self.law.shifts(self.solver.solid.ell))
 
     def remarks(self):
         body, zones = self.nodes.body, self.zones_by_name["contact"]

@@ -17,9 +17,10 @@ import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 
-from ..errors import NotConverged, out_of_reach
+from ..errors import MicroblockError, out_of_reach
 from ..model import law as laws
 from ..model.progress import counted, kept
+from ..model.types import Flags
 from ..model.zones import contains
 from . import contact_term
 from .between import of_body
@@ -125,7 +126,8 @@ def _edges(state):
     way, inner = (np.hypot(*(nodes.points[other] - nodes.points[last]).T) for other in (outside, before))
     p, q = state.pressures[corner, last] ** 2, state.pressures[corner, before] ** 2
     slopes, counts = np.maximum((q - p) / inner, p / way), np.count_nonzero(state.closed, axis=1)  # K^2
-    return nodes.joined[i], slopes * way**2 / 12 * (0.5 + 0.25 * np.log(counts[corner] + 1))
+    weights = np.maximum(*state.tamed(state.x)[[last, outside]])
+    return nodes.joined[i], weights * slopes * way**2 / 12 * (0.5 + 0.25 * np.log(counts[corner] + 1))
 
 
 def _traction(state, averaged):
@@ -147,11 +149,13 @@ def refine_until(solver, load, approach, rtol):
         `rtol_reached` is 1.4 times the smallest estimate, or what a few more unknowns leave.
     """
     best, found, besides, failed, passed = math.inf, None, "raise the order of the body", None, []
+    mesh = solver.body.mesh
     for passes in range(1, PASSES + 1):
         try:
+            solver = solver.on(mesh) if passes > 1 else solver
             found = solver.at(load, approach, found)
             parts = estimate(found)
-        except NotConverged as failure:
+        except MicroblockError as failure:
             if best == math.inf:
                 raise
             besides, failed = f"take another mesh: on the next one, {failure}", failure
@@ -164,11 +168,14 @@ def refine_until(solver, load, approach, rtol):
             return replace(found, error_estimate=parts.total)
         passed.append((found.unknowns, parts.parts))
         far = found.unknowns > SOON and _hopeless(rtol, passed) and _hopeless(rtol, passed[-2:])
-        if found.unknowns > MOST or far or _stalled(rtol, [own.max() for _, own in passed]):
+        stuck = parts.of_surface[too_small(mesh)].sum() > rtol**2
+        if found.unknowns > MOST or far or stuck or _stalled(rtol, [own.max() for _, own in passed]):
             break
-        triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
+        triangles = of_triangles(mesh) if passes == 1 else None
         # a tenth at a time: for much less all elements are cut alike, and not the worst ones first
-        solver = solver.on(triangles or _finer(found, parts, max(rtol, parts.total / 10) / 2))
+        mesh = triangles or _finer(found, parts, max(rtol, parts.total / 10) / 2)
+        if mesh.ne == found.nodes.body.mesh.ne:  # all that should be cut is too small
+            break
     besides = "".join(found.beyond()) or besides
     raise out_of_reach(
         rtol,
@@ -178,7 +185,8 @@ def refine_until(solver, load, approach, rtol):
         passes,
         load=load,
         approach=approach,
-        margin=0.7 if far else 1.4,  # a few more unknowns halve what is left
+        # a few more unknowns halve what is left, but at sharp places of the obstacle
+        margin=0.7 if far and not len(_named(found)) else 1.4,
     ) from failed
 
 
@@ -232,18 +240,18 @@ def _finer(state, parts, left):
 def _beyond(state, pressures, x):
     """Squares of p and M/ell, (2, n), at x beyond the ends of the obstacle."""
     levers, wrong = laws.levers(state.law, x), np.zeros((2, len(x)))
-    for corner in state.problem.ends:
-        p = np.where(contains(state.problem.pieces_of(corner), x), 0.0, pressures[corner])
+    for corner in state.sampled.ends:
+        p = np.where(contains(state.sampled.pieces_of(corner), x), 0.0, pressures[corner])
         wrong += np.array((p, levers[corner] / 2 * p)) ** 2
     return wrong
 
 
 def _named(state):
-    """Places x1 under ends and slope discontinuities of the obstacle."""
-    problem = state.problem
-    x = [place for ends in problem.ends.values() for place in ends]
-    x += [place for place, jumps in problem.kinks.items() if any(jumps.values())]
-    return np.array([place for place in x if state.x[0] < place < state.x[-1]])
+    """Places x1 under ends, steps and slope discontinuities of the obstacle."""
+    problem = state.sampled
+    kinks = [place for place, jumps in problem.kinks.items() if any(jumps.values())]
+    x = np.append(np.add.outer(state.ends, problem.shifts), kinks)
+    return x[(x > state.x[0]) & (x < state.x[-1])]
 
 
 def _at(mesh, region, x):
@@ -253,9 +261,17 @@ def _at(mesh, region, x):
     return np.abs(x[:, None] - (left + right) / 2) <= 0.55 * (right - left)
 
 
+def too_small(mesh: ng.Mesh) -> Flags:
+    """Elements to be cut no more, boolean array (elements,): of their sides rounding leaves four digits."""
+    points = mesh.ngmesh.Coordinates()
+    corners = points[mesh.ngmesh.Elements2D().NumPy()["nodes"][:, :3] - 1]
+    sizes = np.ptp(corners, axis=1).max(axis=1)
+    return sizes <= 1e4 * np.finfo(float).eps * np.abs(points).max()
+
+
 def cut(mesh, chosen):
-    """Cuts the chosen elements of a mesh, boolean array (elements,)."""
-    mesh.SetRefinementFlags(chosen.tolist())
+    """Cuts the chosen triangles of a mesh, boolean array (elements,), but for those that are `too_small`."""
+    mesh.SetRefinementFlags((chosen & ~too_small(mesh)).tolist())
     mesh.Refine()
 
 

@@ -295,8 +295,8 @@ class State(PlainData):
         Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
         Relative L2 error of `pressure_at` and of the micromoment over ell, both over the pressure, with
-        friction also of q over the friction; for punches and wedges with the weight that makes the norm
-        finite. None where the discretisation was prescribed.
+        friction also of q over the friction; for punches and wedges, on meshes also where the height jumps,
+        with the weight that makes the norm finite. None where the discretisation was prescribed.
     error_parts : ErrorParts or None
         The parts of which it is the sum.
     residual : float

@@ -360,7 +360,8 @@ def test_quadrilaterals_with_curved_sides_are_cut_like_others():
 def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
     """Corner A ends half a block later than the contact point, B earlier."""
     ends = {0: (-0.9, 1.1), 1: (-1.1, 0.9)}
-    state = SimpleNamespace(law=BLOCKS, problem=SimpleNamespace(ends=ends))
+    seen = SimpleNamespace(ends=ends, pieces_of=lambda corner: np.reshape(ends[corner], (-1, 2)))
+    state = SimpleNamespace(law=BLOCKS, sampled=seen)
     squares = recovery._beyond(state, np.array([[3.0], [5.0]]), np.array([-1.2, -1.0, 0.0, 1.0, 1.2]))
     assert squares[0].tolist() == [34, 9, 0, 25, 34] and squares[1] == pytest.approx(squares[0] / 4)
 

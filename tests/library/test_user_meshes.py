@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.fem import meshes, meshes3d
+from microblock.fem import meshes, meshes3d, recovery
 from microblock.fem.body import Loads
 
 ELASTIC = mb.Elastic(E=100, nu=0.3)
@@ -84,3 +84,80 @@ def test_what_turns_nothing_is_refused_and_what_holds_nothing_passed_over():
         mb.Body(slab(4), ELASTIC, fixed="bottom", prescribed={"psi": {"left": 0.1}})
     with pytest.raises(mb.BadArgument, match="order_psi = 0: must be a whole number, at least 1"):
         mb.Body(slab(4), mb.Cosserat(100, 0.3, 0.2, beta=1), order_psi=0, fixed="bottom")
+
+
+def stepped(x):
+    return np.where(x < 0.1, 0.0, 0.01)
+
+
+def bounded(x):
+    return np.where(abs(x) < 0.3, 0.0, np.inf)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "squares, quads, order, rtol", [(20, True, 3, 0.05), (10, True, 4, 0.12), (10, False, 2, 0.05)]
+)
+def test_a_mesh_is_refined_at_a_step_of_the_obstacle_until_the_weighted_norm_is_met(
+    squares, quads, order, rtol
+):
+    """A mesh that the program itself had cut was refused after 12 s: elements without an area; and the rtol
+    that was advised was refused, too.
+    """
+    body = mb.Body(slab(squares, quads), ELASTIC, order, fixed="bottom")
+    state = mb.Contact(body, stepped, mb.Unilateral()).solve(load=1.0, rtol=rtol)
+    assert state.error_estimate <= rtol and state.zones["contact"] == [(-2.0, pytest.approx(0.1, abs=1e-3))]
+    # a mesh with vertices at the step, elements falling to 1e-7 towards it
+    across = np.unique(
+        [*np.linspace(-2, 2, 21), *(0.1 + s * 0.2 * 0.25**k for k in range(10) for s in (-1, 1))]
+    )
+    up = -np.array([2.0, 1.5, 1.0, 0.6, 0.3, 0.15, 0.06, 0.02, 0.005, 0.001, 1e-4, 1e-5, 0])
+    fitted = mb.Body(meshes.rectangles(across, up, True, NAMES), ELASTIC, order=6, fixed="bottom")
+    exact = mb.Contact(fitted, stepped, mb.Unilateral()).solve(load=1.0)
+    weights = exact.weights * abs(exact.x - 0.1)
+    off = weights @ (state.pressure_at(exact.x) - exact.pressure) ** 2 / (weights @ exact.pressure**2)
+    assert off**0.5 <= state.error_estimate
+
+
+@pytest.mark.filterwarnings("error")
+def test_ends_of_a_height_that_is_infinite_beyond_are_those_of_a_punch():
+    body = mb.Body(slab(20), ELASTIC, order=3, fixed="bottom")
+    states = [
+        mb.Contact(body, obstacle, mb.Unilateral()).solve(load=1.0, rtol=0.05)
+        for obstacle in (bounded, mb.Punch(0.3))
+    ]
+    # both within their estimates, which are an error of the approach squared
+    assert states[0].approach == pytest.approx(states[1].approach, rel=1e-4)
+
+
+@pytest.mark.parametrize("squares", [10, 20])
+def test_triangles_at_a_vertex_are_cut_down_to_rounding_and_no_further(squares):
+    mesh = recovery.of_triangles(slab(squares))
+    for _ in range(60):
+        corners = mesh.ngmesh.Coordinates()[mesh.ngmesh.Elements2D().NumPy()["nodes"][:, :3] - 1]
+        recovery.cut(mesh, np.abs(corners).sum(axis=2).min(axis=1) == 0)
+    meshes.require_sound(mesh)
+    assert 1e-13 < np.ptp(corners, axis=1).max(axis=1).min() < 1e-11  # 1e4 eps of 2
+
+
+ROUNDED = -0.1 - 0.2 + 0.3  # of the lowest height: -5.6e-17
+TOUCHED = {
+    "mesh": (mb.Body(slab(8), ELASTIC, fixed="bottom"), None),
+    "newton": (mb.Body(slab(8), ELASTIC, fixed="bottom"), mb.Newton()),
+    "penalty": (mb.Body(slab(8), ELASTIC, fixed="bottom"), mb.Newton("penalty")),
+    "period": (mb.HalfPlane(ELASTIC, period=4.0), None),
+    "block": (mb.Block(ELASTIC, 2.0), None),
+    "uniform": (mb.Block(ELASTIC, 2.0), mb.Uniform(h=0.5)),
+}
+
+
+@pytest.mark.parametrize("name", TOUCHED)
+def test_an_approach_that_is_rounding_presses_nothing_on_any_body(name):
+    """Meshes returned a load of 3e-15, and blocks looked for a mesh of it for 23 s."""
+    body, method = TOUCHED[name]
+    problem = mb.Contact(body, lambda x: 1 - np.cos(np.pi / 2 * x) + ROUNDED, mb.Unilateral(), method)
+    for approach in (0.0, 1e-16, -1e-3):
+        with pytest.raises(
+            mb.BadArgument, match=f"^approach = {approach}: must be larger: the obstacle touches no"
+        ):
+            problem.solve(approach=approach)
