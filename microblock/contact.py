@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
@@ -34,6 +34,7 @@ from .model.material import Cosserat, Elastic
 from .model.plan import Candidate, Plan, first_answer, planned
 from .model.problem import require_even, require_jumps
 from .model.progress import counted, counting, kept
+from .model.refinement import Usual
 from .model.results import line
 from .model.scales import on_own_scale
 from .model.state import State
@@ -164,7 +165,7 @@ class Contact:
 
     def _goal(self, rtol: float | None) -> float | None:
         """Returns rtol, or the usual one of the body where several methods can answer."""
-        return self.solver.usual_rtol if rtol is None and len(self._solvers) > 1 else rtol
+        return self.solver.goal(rtol) if len(self._solvers) > 1 else rtol
 
     def _ordered(self, load: float | None, approach: float | None, rtol: float | None) -> Sequence[Candidate]:
         """Returns the candidates of the plan; the usual one if none can answer."""
@@ -205,9 +206,10 @@ class Contact:
             Approach of the obstacle (length), in place of the load; not of an unbounded body without a
             period, whose rigid-body constant is arbitrary.
         rtol : float, optional
-            Relative error, that of `State.error_estimate`. Without it the usual one of the body is taken
-            (1e-3; 1e-2 where it has cells alone), or the discretisation that the method or the mesh fixes;
-            those refuse it. Under samples that leave more open of the pressure `Cells` may stay above it,
+            Relative error, that of `State.error_estimate`, which is obtained or refused. Without it the usual
+            one of the body is aimed at (1e-3; 1e-2 where it has cells alone), and the best state returned
+            that about a second gives; or the discretisation that the method or the mesh fixes, which refuse
+            an rtol. Under samples that leave more open of the pressure `Cells` may stay above it,
             which `State.warnings` say.
         initial : State, optional
             A state of a similar problem to start from.
@@ -224,7 +226,7 @@ class Contact:
         BadArgument
             If an argument is out of range, or the method does not take it.
         NotConverged
-            If the accuracy is out of reach or no zones are found.
+            If an rtol that is given is out of reach, or no zones are found.
         Interrupted
             At Ctrl-C; `reached` is the best State so far, or None.
 
@@ -256,7 +258,10 @@ class Contact:
             solver.require_solved(state, load, approach)
             return state
 
-        return first_answer(problem._ordered(load, approach, rtol), answer)
+        def shortfall(state: State) -> str:
+            return "" if state.solution.data_exhausted else _shortfall(problem.solver.goal(rtol), state)
+
+        return first_answer(problem._ordered(load, approach, rtol), answer, shortfall)
 
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None
@@ -367,8 +372,8 @@ class Contact:
         coupled : bool
             Whether shear tractions act on the gaps; pressures act on the tangential problem in any case.
         rtol : float, optional
-            As of `solve`. Without it half-planes take 5e-2 on cells (a second) and 1e-6 on panels; blocks
-            stay on the mesh of their method; bodies on meshes of your own take none.
+            As of `solve`. Without it half-planes aim at 5e-2 on cells and at 1e-6 on panels; blocks stay on
+            the mesh of their method; bodies on meshes of your own take none.
         progress : bool, optional
             As of `solve`.
 
@@ -382,7 +387,7 @@ class Contact:
             If the law has no friction, a pair is out of range (P > 0, absolute value of Q up to f P), or the
             method cannot follow friction.
         NotConverged
-            If the accuracy is out of reach, or the friction so large that the answer is not unique.
+            If an rtol that is given is out of reach, or the friction so large that the answer is not unique.
 
         Examples
         --------
@@ -404,6 +409,7 @@ class Contact:
             return first_answer(
                 map(Candidate, followers),
                 lambda candidate: candidate.solver.history(loads, bool(coupled), rtol),
+                partial(_shortfall, followers[-1].history_goal(rtol)),
             )
 
     def with_(
@@ -443,3 +449,11 @@ class Contact:
 
     def __repr__(self) -> str:
         return line("Contact problem", f"{shown(self.obstacle)} on {shown(self.body)}, {shown(self.law)}")
+
+
+def _shortfall(goal: float | None, result: State | History) -> str:
+    """Returns in words that a result misses a goal that is `Usual`, or nothing."""
+    error = result.error_estimate
+    if not isinstance(goal, Usual) or error is None or error <= goal:
+        return ""
+    return f"the usual rtol of {goal:g} was not reached in about a second: the estimate is {error:.1e}"

@@ -109,14 +109,17 @@ def require_room(needed, what, advice):
         raise NotConverged(f"{what} {words}: {advice}")
 
 
+def of_history(forces, pairs):
+    """Seconds of a history of so many forces and pairs of loads, at most; a quarter was seen."""
+    return 2e-10 * pairs * forces**3
+
+
 def require_history(cells, forces, pairs):
     """Raises NotConverged where a history on so many cells would take more memory than there is, or half an
-    hour.
-
-    A pair of forces takes 54 bytes, and a pair of loads 5e-11 to 2e-10 seconds times the cube of the forces.
+    hour. A pair of forces takes 54 bytes.
     """
     what, advice = f"a history on {cells} cells", "take fewer pairs, smaller loads, or fewer features"
     require_room(64 * forces**2, what, advice)
-    seconds = 2e-10 * pairs * forces**3
+    seconds = of_history(forces, pairs)
     if seconds > 1800:
         raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")

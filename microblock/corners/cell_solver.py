@@ -6,11 +6,12 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import label
 
+from .. import cost
 from ..errors import BadArgument, NotConverged, out_of_reach, require
 from ..model.deformable import shape_of
 from ..model.periodic import Repeated, agree_at_ends
 from ..model.progress import kept
-from ..model.refinement import levels
+from ..model.refinement import best_or_raise, is_last, levels
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
@@ -94,6 +95,7 @@ class CellSolver(Solver):
     coarsest, most : int, cells along an axis of the first grid and the last that rtol may ask for
     few : int, at which halving a given number of cells ends
     loose : float, residual of coarser grids over their cells along an axis
+    rate : str, of `cost.RATES`
     solution : class of its solutions
     """
 
@@ -142,12 +144,12 @@ class CellSolver(Solver):
             rtol,
             "chooses the nodes: not together with Cells(nodes=...)",
         )
-        return self.usual_rtol if rtol is None else rtol
+        return None if self.options.nodes else super().goal(rtol)
 
     def within(self, window, load, approach, goal, missed, initial=None):
-        """The solution in a window on the first grid with an estimate below the goal, and places that a wider
-        window must hold. `missed` returns such places of a solution, array (k, dimensions), notes, and
-        whether something between cells would touch.
+        """The solution in a window on the first grid with an estimate below the goal, or the best one for a
+        goal that is `Usual`, and places that a wider window must hold. `missed` returns such places of a
+        solution, array (k, dimensions), notes, and whether something between cells would touch.
         """
         nodes, least, reached = self.options.nodes, np.inf, None
         finer = np.log2(self.most / self.coarsest / len(window.grids) ** 0.5)
@@ -170,26 +172,31 @@ class CellSolver(Solver):
                     failure = objection
             raise failure
 
-        for count, state, before, changes in levels(solved, sizes, self.change):
-            if changes:
-                state = replace(state, error_estimate=self.estimate(changes, before, state))
-            if count < sizes[-1] and (nodes or len(changes) < 2):
-                continue
-            outside, notes, unseen = missed(state)
-            state, seen = replace(state, notes=notes), np.inf if unseen else state.error_estimate
-            if nodes or seen <= goal or len(outside) or seen <= self.enough(goal, state):
-                return state, outside
-            if seen <= least:
-                least, reached = seen, state
-                kept(state, error=state.error_estimate)
-            if self.hopeless(changes, before, goal, sizes[-1] // count, least):
-                break
+        try:
+            for count, state, before, changes in levels(solved, sizes, self.change):
+                if changes:
+                    state = replace(state, error_estimate=self.estimate(changes, before, state))
+                if count < sizes[-1] and (nodes or len(changes) < 2):
+                    continue
+                outside, notes, unseen = missed(state)
+                state, seen = replace(state, notes=notes), np.inf if unseen else state.error_estimate
+                if nodes or seen <= goal or len(outside) or seen <= self.enough(goal, state):
+                    return state, outside
+                if seen <= least:
+                    least, reached = seen, replace(state, error_estimate=seen)
+                    kept(reached, error=seen)
+                hopeless = self.hopeless(changes, before, goal, sizes[-1] // count, least)
+                if is_last(goal, hopeless, cost.of(self.rate, 2**self.dimensions * state.unknowns).seconds):
+                    break
+        except NotConverged as failure:  # of a finer grid
+            return best_or_raise(goal, reached, failure), ()
         words = " x ".join([str(reached.grid.count)] * self.dimensions)
         why = "; ".join((f" on {words} cells", *reached.notes))
         # what errors that fall a little slower than so far are on the finest grid; large ones have no rule
         fall = np.clip(changes[-2] / changes[-1], 1, 2) if least < 0.1 else 1
         margin = fall ** (0.75 * np.log2(count / sizes[-1]))
-        raise out_of_reach(goal, least, why, self.besides, load=load, approach=approach, margin=margin)
+        refusal = out_of_reach(goal, least, why, self.besides, load=load, approach=approach, margin=margin)
+        return best_or_raise(goal, reached, refusal), ()
 
     def coarse_residual(self, count):
         """The residual of so many cells along an axis of a grid that is not the last, or of a window that is
@@ -256,12 +263,12 @@ class CellSolver(Solver):
         )
         turned = [coarse.interpolated(one, *places) - other for one, other in zip(moments, others)]
         parts = coarse.interpolated(pressure, *places) - total, np.linalg.norm(turned, axis=0), total
-        weights = np.broadcast_to(self.weights(*places) * fine.grid.area, shape).ravel()
+        weights = np.broadcast_to(self.weights(fine.grid) * fine.grid.area, shape).ravel()
         dp, dM, total = map(np.ravel, parts)
         return distance(weights, dp, dM / self.solid.ell, total)
 
-    def weights(self, *x):
-        """Weights of the norm at places."""
+    def weights(self, grid):
+        """Weights of squares in the norm, on the cells of a grid."""
         return np.ones(1)
 
 

@@ -17,6 +17,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from .. import cost
 from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach, require
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
@@ -27,6 +28,7 @@ from ..model.obstacles import heights, jumps_of
 from ..model.picture import low
 from ..model.problem import Problem
 from ..model.progress import counted, kept
+from ..model.refinement import Usual, best_or_raise, is_last
 from ..model.zones import common, zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
@@ -62,7 +64,7 @@ class FittedSolver(MeshFitter):
     def solve(self, load, approach, rtol, initial=None):
         words = "chooses the order: not together with Fitted(order=...)"
         require(not self.fixed or rtol is None, "rtol", rtol, words)
-        wanted, given = (self.usual_rtol if rtol is None else rtol), load is not None
+        wanted, given = self.goal(rtol), load is not None
         if not given:
             load = self.first_load(approach)
         for number in range(60):
@@ -109,23 +111,33 @@ class FittedSolver(MeshFitter):
         return FittedSolver(self.contact, self.options, found)
 
     def _fitted(self, load, rtol, near):
-        """(FittedMesh that holds, number of meshes that were tried), from the zones of a neighbour on;
-        NotConverged with `rtol_reached`, the smallest estimate, if one is known.
+        """(FittedMesh that holds, number of meshes that were tried), from the zones of a neighbour on, for an
+        rtol that is `Usual` the best one; NotConverged with `rtol_reached`, the smallest estimate, if one is
+        known.
         """
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and not self.fixed:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
-                return self._refined(load, rtol, near.zones, self.options.even, rtol)
-        zones, failures = self.inside(load, self.first_zones(load, rtol)), []
+                mesh, passes = self._refined(load, rtol, near.zones, self.options.even, rtol)
+                if mesh.estimate.total <= rtol:
+                    return mesh, passes
+        zones, answers, failures = self.inside(load, self.first_zones(load, rtol)), [], []
+        hopeless = self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
-                return self._refined(load, rtol, zones, even, rtol)
+                mesh, passes = self._refined(load, rtol, zones, even, rtol)
             except NotConverged as failure:
                 failures.append(failure)
-                hopeless = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
-                if hopeless or failure.__cause__:  # no orders help, or a mesh was too large
+                # no orders help, or a mesh was too large
+                if (failure.rtol_reached and hopeless) or failure.__cause__:
                     break
+                continue
+            answers.append((mesh, passes))
+            if self.fixed or hopeless or mesh.estimate.total <= rtol:
+                break
+        if answers:
+            return min(answers, key=lambda answer: answer[0].estimate.total)
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
@@ -164,7 +176,7 @@ class FittedSolver(MeshFitter):
 
     def _refined(self, load, rtol, zones, even, aim):
         """As `_fitted`, from trial zones: levels from those of an rtol `aim` on, until the estimate holds."""
-        coarse, best, passes, cause = None, math.inf, 0, None
+        coarse, best, best_mesh, passes, cause = None, math.inf, None, 0, None
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
         self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
@@ -187,14 +199,19 @@ class FittedSolver(MeshFitter):
                 continue
             if coarse is not None and mesh.estimate.total <= best:
                 best = mesh.estimate.total
+                best_mesh = mesh if isinstance(rtol, Usual) else None  # which takes memory
                 kept(self._state(mesh, mesh.part, load, passes), error=float(best))
             if best <= rtol or self.fixed:
                 return mesh, passes
-            coarse, mesh = mesh.part, None  # which holds the level before
+            unknowns, coarse, mesh = mesh.part.unknowns, mesh.part, None  # which holds the level before
+            if best < math.inf and is_last(rtol, False, cost.of("fitted", 2 * unknowns).seconds):
+                break
         if best == math.inf or (self._leaves(zones) and not cause):
             raise self.unsettled(load, zones, passes)
         why, besides = (f" ({cause})", "") if cause else ("", "fix the discretisation, Fitted(order=...)")
-        raise out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4) from cause
+        refusal = out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4)
+        refusal.__cause__ = cause
+        return best_or_raise(rtol, best_mesh, refusal), passes
 
     def _leaves(self, zones):
         """Whether zones reach beyond the part of the surface on which they are looked for."""

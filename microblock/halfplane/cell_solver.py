@@ -139,6 +139,7 @@ class LineSolver(CellSolver):
     dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 1e-4, LineCells
     followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
+    rate, usual_history_rtol = "cells", 5e-2
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -187,7 +188,7 @@ class LineSolver(CellSolver):
             (sum(one.pressure(corner, x) for corner in corners), one.moment_at(x)) for one in (coarse, fine)
         )
         return distance(
-            fine.weights * self.weights(x), total - other, (moment - turned) / self.solid.ell, other
+            fine.weights * self.weights(fine.grid), total - other, (moment - turned) / self.solid.ell, other
         )
 
     def tilt(self, x):
@@ -290,7 +291,8 @@ class LineSolver(CellSolver):
         """Where the obstacle ends, on a period in the window where it is given."""
         return getattr(self.obstacle, "ends", ()) if self.period is None else self.shape.edges
 
-    def weights(self, x):
+    def weights(self, grid):
+        x = grid.axes[0]
         if self.period is not None:
             x = self.shape.original(x, self.shape.windows[0])
         return distance_to_ends(x, self.ends, self.law.shifts(self.solid.ell))

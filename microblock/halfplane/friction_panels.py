@@ -108,11 +108,11 @@ class FrictionPanels:
 
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol = 1e-6 if rtol is None else rtol
+        rtol = self.solver.history_goal(rtol)
         # errors of the shear traction over f are those of its parts times so much
         sums = max(sum(abs(factor) for factor, _ in memory.parts) for memory in self.memories)
         share = max(1.0, sums / self.friction)
-        self._rtol, dissipation, states = rtol / share, 0.0, []
+        self._rtol, dissipation, states = type(rtol)(rtol / share), 0.0, []  # as usual as rtol
         try:
             for before, memory in pairwise(self.memories):
                 dissipation += self._dissipated(before, memory)

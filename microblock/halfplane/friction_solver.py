@@ -17,7 +17,7 @@ from ..model.history import History, OfMoment, change
 from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule
-from ..model.refinement import levels
+from ..model.refinement import best_or_raise, is_last, levels
 from ..model.state import ErrorParts, State
 from ..model.zones import common, contains, distance_to_ends, runs
 from .friction_cells import Feature, cells, fixed, touching
@@ -212,29 +212,37 @@ class FrictionSolver:
             return replace(self, times=4 * self.times).history(rtol)
 
     def _history(self, rtol):
-        rtol, best = 5e-2 if rtol is None else rtol, np.inf
-        numbers = range(6)
+        rtol = self.solver.history_goal(rtol)
+        numbers, best, reached = range(6), np.inf, None
         try:
             for number, finer, coarser, changes in levels(self.level, numbers, _change):
                 kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
                 errors = _estimates(changes, finer)
-                best = min(best, max(errors))
+                if max(errors) < best:
+                    best, reached = max(errors), self._estimated(finer, coarser, errors)
                 if best <= rtol:
-                    parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
-                    states = [
-                        State(replace(one, estimate=error), zone_errors=_zone_errors(one, other))
-                        for one, other, error in parts
-                    ]
-                    return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
+                    return reached
                 left = numbers[-1] - number
                 # large errors have no rule
-                if len(changes) > 1 and 0.1 > best > rtol * QUICK[left]:
-                    raise self._refused(rtol, best, finer, left)
-        except NotConverged as failure:
-            if not np.isfinite(best) or failure.rtol_reached:
-                raise
-            raise out_of_reach(rtol, best, f" ({failure})") from failure
-        raise out_of_reach(rtol, best)
+                hopeless = len(changes) > 1 and 0.1 > best > rtol * QUICK[left]
+                seconds = cost.of_history(2 * finer.solutions[0].unknowns, len(self.pairs))
+                if reached is not None and is_last(rtol, hopeless, seconds):
+                    failure = self._refused(rtol, best, finer, left)
+                    break
+            else:
+                failure = out_of_reach(rtol, best)
+        except NotConverged as objection:
+            failure = objection if reached is None else out_of_reach(rtol, best, f" ({objection})")
+        return best_or_raise(rtol, reached, failure)
+
+    def _estimated(self, finer, coarser, errors):
+        """Returns the History of the finer of two Levels, with its errors."""
+        parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
+        states = [
+            State(replace(one, estimate=error), zone_errors=_zone_errors(one, other))
+            for one, other, error in parts
+        ]
+        return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
 
     def _refused(self, rtol, best, level, left):
         """The NotConverged of an rtol that no level reaches, with one that is reached."""

@@ -11,6 +11,7 @@ from ..model.law import require_pure_force
 from ..model.methods import Cells
 from ..model.obstacles import Samples
 from ..model.problem import Problem
+from ..model.refinement import Usual
 from ..model.solver import Solver
 from . import search
 from .cell_solver import LineSolver
@@ -31,7 +32,7 @@ class PanelSolver(Solver):
 
     has_level = False
     has_fitted_zones = True
-    usual_rtol = 1e-3
+    usual_rtol, usual_history_rtol = 1e-3, 1e-6
     counter_bodies = (HalfPlane,)
 
     def __init__(self, contact, options):
@@ -44,7 +45,7 @@ class PanelSolver(Solver):
         self._require_load(approach)
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
-        rtol = self.usual_rtol if rtol is None else rtol
+        rtol = self.goal(rtol)
         state = self.at(load, rtol, self.options.order, initial)
         if self.options.order or not isinstance(shape_of(self.obstacle), Samples):
             return state  # without the cells that samples are compared on
@@ -120,14 +121,14 @@ class PanelSolver(Solver):
 
     def at(self, load, rtol=usual_rtol, order=None, near=None):
         """The PanelSolution at a load, to rtol or of a fixed order; NotConverged if no zones fit or the
-        accuracy is out of reach.
+        accuracy is out of reach, unless it is `Usual`.
         """
         self._check_width(load)
         near = self._neighbour(near)
         try:
             return self._solved(load, rtol, order, near)
         except NotConverged as failure:
-            if order is not None:
+            if order is not None or isinstance(rtol, Usual):
                 raise
             raise self._reachable(load, rtol, failure) from None
 

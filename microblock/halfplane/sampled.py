@@ -36,7 +36,7 @@ def left_open(solver, state):
 def said(solver, state, rtol):
     """A solution with a note if its samples leave far more open than rtol."""
     share = left_open(solver, state)
-    stopped = state.error_estimate > rtol
+    stopped = rtol < state.error_estimate and (share > MOST or state.error_estimate <= share)
     if share < 10 * rtol and not stopped:
         return state
     noise = " or moved up and down by the noise" * bool(shape_of(solver.obstacle).noise)
@@ -45,7 +45,7 @@ def said(solver, state, rtol):
         "differs by that in L2"
     )
     if stopped:
-        words += f", so that cells stop at an error of {state.error_estimate:.1g}"
+        words += f", so that {state.method} stop at an error of {state.error_estimate:.1g}"
         words += ", and zones and pressures are those of noise" * (share > MOST)
     else:
         words += f"; rtol = {rtol:g} is far below and holds for the straight lines between them"

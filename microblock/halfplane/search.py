@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import cost
 from ..errors import NotConverged, out_of_reach
 from ..model import picture
 from ..model.problem import half_line
+from ..model.refinement import Usual, best_or_raise, is_last
 from ..model.zones import joined, without, zone_edges
 from .edges import fit, tolerated
 from .first_zones import first_zones
@@ -18,7 +20,8 @@ CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
 def solve(problem, load, rtol, order=None, near=None):
-    """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order.
+    """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order;
+    for an rtol that is `Usual` the best one.
 
     Trial zones are taken until the conditions hold on those that they lead to.
 
@@ -48,24 +51,31 @@ def _trials(problem, load, near):
 
 
 def _climb(problem, load, zones, rtol):
-    coarse, best = None, np.inf
+    coarse, best, least = None, None, np.inf
     for order in orders(problem.picture.simple, 0.0):
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < unresolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(tolerated(order)))
-        state = fit(problem, load, zones, order, tolerance)
+        try:
+            state = fit(problem, load, zones, order, tolerance)
+        except NotConverged as failure:
+            return best_or_raise(rtol, best, failure)
         if coarse is None and not problem.picture.simple:
             state = _verified(_amended(state, CONDITIONS_SHARE * rtol))
         if coarse is not None:
             state = _beside(coarse, state)
-            if state.estimate.total <= rtol:
+            if isinstance(rtol, Usual) or state.estimate.total <= rtol:
                 before, state = state, _amended(state, CONDITIONS_SHARE * rtol)
                 state = state if state.panels is before.panels else _beside(coarse, state)
                 if state.estimate.total <= rtol:
                     return state
-            best = min(best, state.estimate.total)
+            if state.estimate.total < least:
+                best, least = state, state.estimate.total
+            if is_last(rtol, False, cost.of("panels", 1.5 * state.unknowns).seconds):
+                break
         coarse, zones = state, state.further
-    raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead", met_again=False)
+    refusal = out_of_reach(rtol, least, load=load, besides="fix the discretisation instead", met_again=False)
+    return best_or_raise(rtol, best if least < 1 else None, refusal)
 
 
 def _verified(state):

@@ -34,7 +34,7 @@ class ZonePath(LoadPath):
 
     def __init__(self, solver, last, rtol):
         self._solver = solver
-        super().__init__(solver.contact, last, solver.usual_rtol if rtol is None else rtol)
+        super().__init__(solver.contact, last, solver.goal(rtol))
 
     @following
     def at(self, load):
@@ -130,7 +130,7 @@ class ZonePath(LoadPath):
 
         def agrees(coarse, load):
             try:
-                state = self._solver.at(load, self.rtol)
+                state = self._solver.at(load, float(self.rtol))
             except NotConverged:
                 return False
             known, found = _zones(coarse), _zones(state)

@@ -22,6 +22,7 @@ from ..model.deformable import second_solid
 from ..model.material import joint_modulus
 from ..model.progress import counting
 from ..model.state import in_space
+from ..model.zones import distance_to_edges
 from . import search
 from .counter import Counter
 from .half_space import HalfSpace
@@ -89,7 +90,7 @@ class SurfaceSolver(CellSolver):
     in_space = "cells"
     dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
     followed = 128  # cells along an axis of a path
-    besides = "fix Cells(nodes=...)"
+    besides, rate = "fix Cells(nodes=...)", "cells in space"
 
     def set_up(self):
         super().set_up()
@@ -141,12 +142,14 @@ class SurfaceSolver(CellSolver):
         valleys, ratio = picture.spread(picture.lowest[2] + (picture.bound - picture.lowest[2]) / 8, fixed)
         several = self._is_sparse(picture) if fixed else valleys > 1
         squares, finer = (valleys, 1.0) if several else (1, max(ratio / 1.75, 1.0))
+        goal = self.goal(rtol)
+        if goal is None:
+            return cost.of(self.rate, len(self.offsets) * squares * nodes**2)
         # an estimate has three grids
-        count = max(2.0 ** np.ceil(np.log2(2.5 / self.goal(rtol) * finer)), 4 * self.coarsest)
+        count = max(2.0 ** np.ceil(np.log2(2.5 / goal * finer)), 4 * self.coarsest)
         needed = squares * count**2
-        cells = squares * nodes**2 if nodes else min(needed, most)
-        found = cost.of("cells in space", len(self.offsets) * cells)
-        return found._replace(misses=bool(not nodes and needed > most))
+        found = cost.of(self.rate, len(self.offsets) * min(needed, most))
+        return found._replace(misses=bool(needed > most))
 
     def window_of(self, load):
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
@@ -179,6 +182,16 @@ class SurfaceSolver(CellSolver):
         if self.options.window is None and (cut or len(outside)):
             return np.vstack((*chain(*search.rectangles(state)), outside)), (), False
         return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
+
+    def weights(self, grid):
+        """Returns weights of squares in the norm: the square of `distance_to_edges`, since steps of cells
+        along an edge leave the pressure beside it unknown on every grid.
+        """
+        faces = np.isfinite(self.prepared(grid)[1])
+        if faces.all():
+            return np.ones(1)
+        squares = faces.reshape(len(faces), -1, grid.count, grid.count).swapaxes(0, 1)
+        return np.reshape([distance_to_edges(corners) ** 2 for corners in squares], faces.shape[1:])
 
     def estimate(self, changes, before, state):
         """Returns the error of a grid from successive changes, the load on spots, and the residual as short

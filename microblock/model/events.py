@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
 from ..threads import bounded
 from .progress import counting
+from .refinement import Usual
 from .results import PlainData, line, number, saved
 from .types import Axes, ContactLike, Figure, Target
 
@@ -125,7 +126,8 @@ class LoadPath(PlainData):
         NotConverged as `Contact.solve`.
         """
         require_on_path(load, self.last)
-        return self.problem.solve(load=load, rtol=self.rtol, progress=self.progress)
+        asked = None if isinstance(self.rtol, Usual) else self.rtol
+        return self.problem.solve(load=load, rtol=asked, progress=self.progress)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the events: their loads over their places.

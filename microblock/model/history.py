@@ -90,6 +90,12 @@ class History(PlainData):
     def warnings(self) -> list[str]:
         return list(dict.fromkeys(text for state in self.states for text in state.warnings))
 
+    @property
+    def error_estimate(self) -> float | None:
+        """The largest one of its states; None where the discretisation was prescribed."""
+        errors = [state.error_estimate for state in self.states if state.error_estimate is not None]
+        return max(errors, default=None)
+
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the last state's shear traction within what friction allows, and of the shear
         force over the slip of all states.

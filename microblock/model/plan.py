@@ -6,6 +6,7 @@ from typing import Any
 
 from ..cost import MOST_MEMORY, Cost
 from ..errors import MicroblockError, NotConverged, shortened
+from .refinement import SECONDS
 from .types import MethodLike
 
 PATIENCE = 2.0  # seconds that an answer to rtol may take more than one that misses it
@@ -101,19 +102,33 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
     return Plan(tuple(candidate for _, candidate in able), tuple(refused))
 
 
-def first_answer(candidates: Iterable[Candidate], answer: Callable[[Candidate], Any]) -> Any:
+def first_answer(
+    candidates: Iterable[Candidate],
+    answer: Callable[[Candidate], Any],
+    shortfall: Callable[[Any], str] = lambda result: "",
+) -> Any:
     """Returns the answer of the first Candidate that converges, which notes those before that did not; raises
-    NotConverged if none does.
+    NotConverged if none does. Of answers with a `shortfall`, in words, the one with the smallest error
+    estimate is returned, and notes it; after the first of them only cheap candidates are tried.
     """
     failures: dict[str, NotConverged] = {}
+    answers: list[Any] = []
     for candidate in candidates:
+        if answers and candidate.cost and candidate.cost.seconds > SECONDS:
+            continue
         try:
-            found = answer(candidate)
+            result = answer(candidate)
         except NotConverged as failure:
             failures[candidate.name] = failure
             continue
         before = "; ".join(f"{other} ({why})" for other, why in failures.items())
-        return found.noting(f"{candidate.name} instead of {before}") if before else found
+        result = result.noting(f"{candidate.name} instead of {before}") if before else result
+        if not shortfall(result):
+            return result
+        answers.append(result)
+    if answers:
+        best = min(answers, key=lambda result: result.error_estimate)
+        return best.noting(shortfall(best))
     first, *others = failures.values()
     if not others:
         raise first

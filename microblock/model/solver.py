@@ -13,6 +13,7 @@ from .deformable import body_of
 from .events import LoadPath
 from .law import require_shifts
 from .obstacles import check_lowest, heights, scales
+from .refinement import Usual
 from .state import Solution, State
 from .types import Array, ContactLike
 
@@ -36,8 +37,8 @@ class Solver:
         Whether the approach means something.
     has_fitted_zones : bool
         Whether the edges of zones are unknowns (`halfplane.zone_path`).
-    usual_rtol : float or None
-        Relative error where the user names none.
+    usual_rtol, usual_history_rtol : float or None
+        Relative error of states and of histories where the user names none.
     most_corners : int or None
         Corners that a law may have.
     counter_bodies : tuple of classes
@@ -51,6 +52,7 @@ class Solver:
     has_level = True
     has_fitted_zones = False
     usual_rtol: float | None = None
+    usual_history_rtol: float | None = None
     most_corners: int | None = 2
     counter_bodies: tuple[type, ...] = ()
     in_space: str | None = None
@@ -103,12 +105,21 @@ class Solver:
         if self.solid.has_length:
             heights(self.obstacle, scales(self.solid.ell))
 
+    def goal(self, rtol: float | None) -> float | None:
+        """Returns the relative error to aim at: rtol, or the `Usual` one of the method if none is given."""
+        return Usual(self.usual_rtol) if rtol is None and self.usual_rtol else rtol
+
+    def history_goal(self, rtol: float | None) -> float | None:
+        """Returns the relative error that histories aim at, as `goal`."""
+        return Usual(self.usual_history_rtol) if rtol is None and self.usual_history_rtol else rtol
+
     def solve(
         self, load: float | None, approach: float | None, rtol: float | None, initial: Solution | None = None
     ) -> Solution:
         """Returns the Solution at a load (force per thickness) or an approach (length), the other being None;
         `initial` is a solution of a similar problem. Raises BadArgument if the method does not take an
-        argument, NotConverged if the accuracy is out of reach.
+        argument, NotConverged if the accuracy is out of reach; for an rtol that is `Usual` it returns the
+        best solution instead.
         """
         raise NotImplementedError
 

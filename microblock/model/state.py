@@ -295,8 +295,10 @@ class State(PlainData):
         Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
         Relative L2 error of `pressure_at` and of the micromoment over ell, both over the pressure, with
-        friction also of q over the friction; for punches and wedges, on meshes also where the height jumps,
-        with the weight that makes the norm finite. None where the discretisation was prescribed.
+        friction also of q over the friction. Beside edges of the obstacle (on meshes also where its height
+        jumps), where pressures are unbounded, squares have the weight min(1, d/b) in the plane and
+        min(1, d/b)^2 in space, d the distance to the nearest edge and b the half-width of the face. None
+        where the discretisation was prescribed.
     error_parts : ErrorParts or None
         The parts of which it is the sum.
     residual : float
@@ -873,7 +875,7 @@ def _to_read(value: Any) -> Any:
 
 def _far_off(state: State) -> list[str]:
     error = state.error_estimate or 0.0
-    words = f"the error estimate is {error:.1e}: ask for a smaller rtol, or more nodes"
+    words = f"the error estimate is {error:.1e}: pressures and edges are rough"
     return [words] * (error > 0.1 and not state.solution.data_exhausted)
 
 

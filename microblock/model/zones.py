@@ -150,6 +150,21 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
     return np.min([np.ones_like(x), *distances], axis=0)
 
 
+def distance_to_edges(faces: Flags) -> Array:
+    """Returns the distance of square cells to the nearest edge of the faces over the corners, divided by the
+    largest distance within a face, at most 1; of faces, array (corners, n, n), True where the obstacle is.
+    """
+    from scipy.ndimage import distance_transform_edt  # here: most states do without
+
+    distances, half_width = [np.ones(faces.shape[1:])], 1.0
+    for face in faces:
+        if not face.all() and face.any():
+            inside, outside = (distance_transform_edt(cells) for cells in (face, ~face))
+            half_width = max(half_width, inside.max())
+            distances.append(inside + outside - 0.5)  # an edge lies between the centres of two cells
+    return np.minimum(np.min(distances[1:] or distances, axis=0) / half_width, 1.0)
+
+
 def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
     """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
     alike, or that is too far.

@@ -233,7 +233,7 @@ def test_a_narrow_hill_is_not_missed(radii):
         return np.minimum((x + 3) ** 2 / radii[0], (x - 3) ** 2 / radii[1]) / 2
 
     plain = mb.Contact(body, hills, mb.Unilateral()).solve(load=1.0, rtol=1e-3)
-    pressed = mb.Contact(body, hills, mb.Unilateral(friction=0.4)).history([(1, 0)]).states[0]
+    pressed = mb.Contact(body, hills, mb.Unilateral(friction=0.4)).history([(1, 0)], rtol=5e-2).states[0]
     shares = [float(one.weights[one.x > 0] @ one.pressure[one.x > 0]) for one in (plain, pressed)]
     assert len(pressed.zones["contact"]) == 2 and pressed.error_estimate < 0.05
     assert shares[0] > 0.2 and shares[1] == pytest.approx(shares[0], rel=0.03)

@@ -4,6 +4,7 @@ panels cells fitted body   60 problems of each method that estimates its error
 obstacles                  2000 obstacles that are meant to be hard (--seed 2020: those of the records before)
 space                      200 surfaces of a half-space
 friction                   20 histories
+shapes                     100 standard shapes without an rtol, beside closed forms
 units                      every tenth of panels and cells in other units, moved and mirrored
 scales                     200 problems of every kind in four systems of units
 """
@@ -12,7 +13,7 @@ import argparse
 
 import numpy as np
 
-from . import SEED, friction, judging, lines, scales, space_problems, units
+from . import SEED, friction, judging, lines, scales, shapes, space_problems, units
 
 SETS = {
     **dict.fromkeys(lines.METHODS, 60),
@@ -21,6 +22,7 @@ SETS = {
     "friction": 20,
     "units": 6,
     "scales": 200,
+    "shapes": 100,
 }
 
 
@@ -38,6 +40,7 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
                 "obstacles": lambda k: lines.hard(k, seed, rtol),
                 "space": space_problems.case,
                 "scales": scales.case,
+                "shapes": shapes.case,
             }
             yield k, of.get(name, friction.case)(k)
 
