@@ -114,9 +114,17 @@ class Contact:
         """Returns the problem whose classical solids have the length of the contact under this load or at
         this approach.
         """
-        body, obstacle = on_own_scale(self.body, self.obstacle, load, approach)
-        same = body is self.body and obstacle is self.obstacle
-        return self if same else replace(self, body=body, obstacle=obstacle)
+        if (load, approach) not in self._scaled:
+            body, obstacle = on_own_scale(self.body, self.obstacle, load, approach)
+            same = body is self.body and obstacle is self.obstacle
+            self._scaled.clear()
+            self._scaled[load, approach] = self if same else replace(self, body=body, obstacle=obstacle)
+        return self._scaled[load, approach]
+
+    @cached_property
+    def _scaled(self) -> dict[tuple[float | None, float | None], Contact]:
+        """{(load, approach): problem} of the last call of `_on_scale`."""
+        return {}
 
     @cached_property
     def solver(self) -> Solver:

@@ -80,43 +80,40 @@ def lowest_part(obstacle: ObstacleLike, rise: float) -> Interval | None:
         return None
     scales = all_scales(rise)
     x = np.unique(np.concatenate((-scales, [0.0], scales, named_places(obstacle))))
-    x, above = _followed_down(obstacle, x)
-    lowest = int(np.argmin(above))
-    high = ~(above <= above[lowest] + rise)
-    before = np.flatnonzero(high[:lowest])
-    behind = np.flatnonzero(high[lowest:])
-    if not len(before) or not len(behind):
+    above = quiet_heights(obstacle, x)
+    lowest, least = _followed_down(obstacle, x, above)
+    high = np.flatnonzero(~(above <= least + rise))
+    behind = np.searchsorted(x[high], lowest)
+    if not 0 < behind < len(high):
         return None
 
     def is_low(places: Array) -> Flags:
-        return quiet_heights(obstacle, places) <= above[lowest] + rise
+        return quiet_heights(obstacle, places) <= least + rise
 
-    last = before[-1]
-    first = lowest + behind[0]
-    left = _edge(is_low, x[last + 1], x[last])
-    right = _edge(is_low, x[first - 1], x[first])
+    left, right = _edges(is_low, lowest, x[high[behind - 1 : behind + 1]])
     return (left, right) if right > left else None
 
 
-def _followed_down(obstacle: ObstacleLike, x: Array) -> tuple[Array, Array]:
-    """Returns places, ascending, with more of them about the lowest one, and the heights there."""
-    above = quiet_heights(obstacle, x)
-    for _ in range(14):  # each 4 times nearer
+def _followed_down(obstacle: ObstacleLike, x: Array, above: Array) -> tuple[float, float]:
+    """Returns a place no higher than places, ascending, with these heights, and its height."""
+    for _ in range(7):  # each 16 times nearer
         lowest = int(np.argmin(above))
-        around = x[max(lowest - 1, 0) : lowest + 2]
-        between = np.linspace(around[0], around[-1], 9)
-        x, order = np.unique(np.concatenate((x, between)), return_index=True)
-        above = np.concatenate((above, quiet_heights(obstacle, between)))[order]
-    return x, above
+        x = np.linspace(x[max(lowest - 1, 0)], x[min(lowest + 1, len(x) - 1)], 33)
+        above = quiet_heights(obstacle, x)
+    lowest = int(np.argmin(above))
+    return float(x[lowest]), float(above[lowest])
 
 
-def _edge(is_low: Callable[[Array], Flags], inside: float, outside: float) -> float:
-    """Returns where the places that are low end, between one that is and one that is not."""
-    for _ in range(17):  # each 8 times nearer, to rounding
-        places = np.linspace(inside, outside, 9)
-        number = int(np.argmin(is_low(places)[1:])) + 1
-        inside, outside = places[number - 1], places[number]
-    return float(inside)
+def _edges(is_low: Callable[[Array], Flags], inside: float, outside: Array) -> list[float]:
+    """Returns where the places that are low end, between one that is and others that are not, array (k,)."""
+    outside = outside.astype(float)
+    within = np.full(len(outside), inside)
+    for _ in range(9):  # each 64 times nearer, to rounding
+        places = np.linspace(within, outside, 65)
+        number = np.argmin(is_low(places[1:].ravel()).reshape(64, -1), axis=0) + 1
+        within = np.take_along_axis(places, number[None] - 1, axis=0)[0]
+        outside = np.take_along_axis(places, number[None], axis=0)[0]
+    return within.tolist()
 
 
 def radius(obstacle: ObstacleLike, square: float | None, approach: float | None) -> float | None:
@@ -144,7 +141,7 @@ def radius(obstacle: ObstacleLike, square: float | None, approach: float | None)
     high = np.flatnonzero(~is_low(scales))
     if not len(high) or high[0] == 0:
         return None
-    return _edge(is_low, scales[high[0] - 1], scales[high[0]])
+    return _edges(is_low, scales[high[0] - 1], scales[high[:1]])[0]
 
 
 def _lowest_over_surface(obstacle: ObstacleLike, scales: Array, ways: Array) -> Array:
