@@ -749,7 +749,35 @@ def rounded_punch_in_space() -> mb.State:
     def shape(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
         return np.maximum(np.hypot(x1, x2) - FLAT, 0) ** 2 / (2 * ROUND)
 
-    return mb.Contact(mb.HalfSpace(STEEL), shape, UNILATERAL).solve(load=rounded_in_space(6e-3)[1])
+    return mb.Contact(mb.HalfSpace(STEEL), shape, UNILATERAL).solve(load=in_space(ROUNDED, 6e-3)[1])
+
+
+@cache
+def flat_punch() -> mb.State:
+    return mb.Contact(mb.HalfSpace(STEEL), mb.FlatPunch(half_width=0.01), UNILATERAL).solve(load=1e4)
+
+
+@cache
+def truncated_cone() -> mb.State:
+    def shape(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+        return 0.3 * np.maximum(np.hypot(x1, x2) - FLAT, 0)
+
+    return mb.Contact(mb.HalfSpace(STEEL), shape, UNILATERAL).solve(load=in_space(TRUNCATED, 6e-3)[1])
+
+
+@cache
+def masked_sphere() -> mb.State:
+    """A sphere of 1 m whose map ends at 0.2 m, pressed until its edge bears."""
+
+    def height(x1: np.ndarray, x2: np.ndarray) -> np.ma.MaskedArray:
+        return np.ma.masked_where(np.hypot(x1, x2) > 0.2, (x1**2 + x2**2) / 2)
+
+    return mb.Contact(space(100.0, 0.3), height, UNILATERAL).solve(load=100.0)
+
+
+@cache
+def crowned_roller() -> mb.State:
+    return mb.Contact(mb.HalfSpace(STEEL), mb.Ellipsoid(R1=0.005, R2=1.0), UNILATERAL).solve(load=2e3)
 
 
 @cache
@@ -765,20 +793,29 @@ QUARTIC_LOAD = 0.8 * QUARTIC_DEPTH
 
 
 @cache
-def rounded_in_space(a: float) -> tuple[float, float]:
-    """Returns depth and force of the radius a under a punch with rounded edges, by Sneddon.
+def in_space(profile: Profile, a: float) -> tuple[float, float]:
+    """Returns depth and force of the radius a under a profile that turns about its axis, by Sneddon.
 
     The depth is g(a), where g(s) is s times the integral of h'(r)/sqrt(s^2 - r^2) over r < s. The force is
     2 E* times the integral of g(a) - g(s) over s < a.
     """
     s = middles(a, 500)
-    sine = np.sin(middles(math.pi / 2, 2000))
+    sine = np.sin(middles(math.pi / 2, 4000))
 
     def depth(s: np.ndarray) -> np.ndarray:
-        return s * math.pi / 2 * np.mean(ROUNDED.slope(s[:, None] * sine), axis=1)
+        return s * math.pi / 2 * np.mean(profile.slope(s[:, None] * sine), axis=1)
 
     deepest = float(depth(np.array([a]))[0])
     return deepest, 2 * E_STEEL * a * float(np.mean(deepest - depth(s)))
+
+
+TRUNCATED = Profile(lambda x: 0.3 * (x > FLAT), lambda x: 0 * x)
+
+
+def masked_depth() -> float:
+    """Hertz' depth where the edge is reached, and a flat punch under the rest of the load."""
+    hertzian = 4 / 3 * MASKED_MODULUS * 0.2**3
+    return 0.2**2 + (100.0 - hertzian) / (2 * MASKED_MODULUS * 0.2)
 
 
 def ellipse(R1: float, R2: float, force: float) -> tuple[float, float]:
@@ -795,6 +832,8 @@ def ellipse(R1: float, R2: float, force: float) -> tuple[float, float]:
 
 AREA = "an area counts cells: one ring of 1/300 of the radius"
 FORCE = "forces and depths are far closer than the estimate of .6 %, which is of pressures"
+RIM = "pressures have no bound at the rim, which cells see to a share of their side"
+SLENDER = "33 times as long as wide: few cells across within a second, of which the estimate says .06"
 INDENTED_FORCE = 4 / 3 * plane_strain(10.0, 0.3) * 0.1 * 0.02
 
 SHAPES = [
@@ -811,7 +850,15 @@ SHAPES = [
     Row(SNEDDON, quartic_in_space, radius, 0.5, 3e-3, AREA),
     Row(SNEDDON, quartic_in_space, approach, QUARTIC_DEPTH, 1e-4, FORCE),
     Row(ROUND_PUNCH, rounded_punch_in_space, radius, 6e-3, 3e-3, AREA),
-    Row(ROUND_PUNCH, rounded_punch_in_space, approach, lambda: rounded_in_space(6e-3)[0], 2e-4, FORCE),
+    Row(ROUND_PUNCH, rounded_punch_in_space, approach, lambda: in_space(ROUNDED, 6e-3)[0], 2e-4, FORCE),
+    Row(SNEDDON, flat_punch, approach, 1e4 / (2 * E_STEEL * 0.01), 1e-3, RIM),
+    Row(SNEDDON, flat_punch, radius, 0.01, 3e-3, AREA),
+    Row(SNEDDON, truncated_cone, radius, 6e-3, 3e-3, AREA),
+    Row(SNEDDON, truncated_cone, approach, lambda: in_space(TRUNCATED, 6e-3)[0], 2e-4, FORCE),
+    Row(MASKED, masked_sphere, area, math.pi * 0.2**2, 6e-3, AREA),
+    Row(MASKED, masked_sphere, approach, masked_depth, 1e-3, RIM),
+    Row(BEARING, crowned_roller, area, lambda: ellipse(0.005, 1.0, 2e3)[0], 0.02, SLENDER),
+    Row(BEARING, crowned_roller, approach, lambda: ellipse(0.005, 1.0, 2e3)[1], 1e-3, SLENDER),
     Row(BEARING, raceway, area, lambda: ellipse(0.01, 0.05, 1e3)[0], 6e-3, AREA),
     Row(BEARING, raceway, approach, lambda: ellipse(0.01, 0.05, 1e3)[1], 2e-4, FORCE),
 ]
