@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..halfplane.carried import log_sizes
-from ..halfplane.survey import Violation
 from ..model import law as laws
+from ..model import missed_contact
+from ..model.missed_contact import PLACES, Violation
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
-from ..model.zones import borders, joined, runs
+from ..model.zones import joined, runs
 
-PLACES = 20_000  # of a surface at least, at which a body is looked at
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
 
@@ -96,12 +96,7 @@ def overlaps(facets, state, closed, sites):
         x = x[(here >= 0) & ~facets.pressed(own)[here]]
         fields = facets.interpolate(np.array((state.displacement, state.psi)), x)
         gaps = state.corner_gaps(*facets.surface(x), *fields)[corner]
-        edges = borders(x)
-        for first, last in runs(gaps < 0):
-            left, right, depth = edges[first], edges[last + 1], -gaps[first : last + 1].min()
-            if right > left:
-                worth = facets.nodes.body.solid.E_star * depth / np.sqrt(right - left)
-                yield Violation(corner, *map(float, (left, right, depth, worth)))
+        yield from missed_contact.overlaps(corner, x, gaps, facets.nodes.body.solid.E_star)
 
 
 def pulled_at_valleys(problem, zones, x, pressures, edges, reach):

@@ -1,13 +1,15 @@
 """Meshes of a block with vertices at the edges of trial zones, and what their pressures say of the edges."""
 
 import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ..corners import active_set
 from ..errors import NotConverged, require
-from ..model.zones import common, contains, joined, runs, without, zone_edges
+from ..model.missed_contact import overlaps
+from ..model.zones import common, contains, joined, without, zone_edges
 from ..threads import released
 from . import between
 from .body import Body
@@ -216,9 +218,9 @@ class FittedMesh:
             words = "could touch at this load where it is too high for that under a half-plane"
             above = solver.picture.allowed(place[~known]) + risen[~known] >= 0
             require(np.all(above), "obstacle", solver.contact.obstacle, words)
-            for first, last in runs(known & (problem.initial_gap(np.array(corner), x) + risen < 0)):
-                ends = x[max(first - 1, 0)], x[min(last + 1, len(x) - 1)]
-                yield between.Violation(corner, *map(float, ends), math.inf, math.inf)
+            gaps = np.where(known, problem.initial_gap(np.array(corner), x) + risen, np.inf)
+            for overlap in overlaps(corner, x, gaps, 1.0):
+                yield replace(overlap, worth=math.inf)
 
     def _closing(self):
         """Pressures that close the gaps and carry the load, array (corners, n)."""
@@ -295,11 +297,11 @@ class FittedMesh:
     def violations(self):
         """[Violation] away from edges, without depth where tension has to open."""
         solver, sites = self.solver, [x[~self.beside_tips(x)] for x in self._sites]
-        overlaps = between.overlaps(self.nodes.along, self.part, self.closed, sites)
+        pressed = between.overlaps(self.nodes.along, self.part, self.closed, sites)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * solver.solid.layer_length
         zones = unfolded(self.zones) if solver.symmetric else self.zones
         pulled = between.pulled_at_valleys(solver.problem, zones, self.x, self.pressures, tips, reach)
-        return [*overlaps, *pulled]
+        return [*pressed, *pulled]
 
     @cached_property
     def _sites(self):

@@ -7,13 +7,14 @@ from functools import cached_property, partial
 import numpy as np
 
 from .. import cost
-from ..corners.cell_solver import CellSolution, CellSolver
+from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
 from ..errors import SMALLEST, BadArgument, NotConverged, require
 from ..model import picture
 from ..model.deformable import second_solid, shape_of
 from ..model.law import levers, require_pure_force
+from ..model.missed_contact import PLACES, apart, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.problem import Problem
 from ..model.state import LineSolution
@@ -140,6 +141,7 @@ class LineSolver(CellSolver):
     followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
     rate, usual_history_rtol = "cells", 5e-2
+    sites = None  # of the picture of the obstacle, array (n,), where there is one
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -241,6 +243,7 @@ class LineSolver(CellSolver):
         if window is None:
             found = self.picture(load)
             window, self.coarsest = around(found, self.solid.ell), self._coarsest(found)
+            self.sites = found.sites
         return window
 
     def predicted(self, load, approach, rtol):
@@ -314,13 +317,48 @@ class LineSolver(CellSolver):
         return finer <= 8 and least > 4 * finer * goal
 
     def missed(self, state):
-        """Nothing; raises NotConverged if the contact goes on beyond the window."""
+        """No places, notes, and whether contact missed between cells is worth more than the estimate; raises
+        NotConverged if the contact goes on beyond the window.
+        """
         pressed, grid = state.pressures[:, [0, -1]] > 0, state.grid
         ends = grid.middle[0] + grid.side / 2 * np.array((-1, 1))
         outside = ends + grid.width / 2 * np.array((-1, 1))
         if self.period is None and np.any(pressed) and np.any(pressed & np.isfinite(self.gaps(outside))):
             raise NotConverged(f"the contact reaches the end of the window {tuple(ends.tolist())}; widen it")
-        return (), state.notes, False
+        missed = self._between_cells(state)
+        worth = total_worth(missed)
+        if worth <= (state.error_estimate or 0.0):
+            return (), state.notes, False
+        deepest = max(missed, key=lambda overlap: overlap.worth)
+        words = (
+            f"between cells the obstacle reaches {deepest.depth:.2g} into the surface at x = "
+            f"{deepest.place:.4g}: take more nodes"
+        )
+        return (), (*state.notes, words), True
+
+    def _between_cells(self, state):
+        """[Violation] of corners that are open on cells and their neighbours."""
+        unit = self.problem.E_star / np.sqrt(state.weights @ state.total**2)
+        least = EQUAL * np.ptp(state.displacement)
+        found = []
+        for corner, pressures in enumerate(state.pressures):
+            x = self._sites(state.grid, corner)
+            cells = np.clip(np.rint(state.grid.steps(x)[0]).astype(int), 0, state.grid.count - 1)
+            gaps = np.where(apart(pressures > 0)[cells], state.gap(corner, x), np.nan)
+            found += overlaps(corner, x, gaps, unit, least)
+        return found
+
+    def _sites(self, grid, corner):
+        """Contact points on a grid to look at, array (n,), ascending: sites of the picture, or where a window
+        is given many, and slope discontinuities.
+        """
+        left, right = grid.axes[0][[0, -1]]
+        if self.sites is None:
+            x = np.linspace(left, right, PLACES if grid.count < PLACES else 0)
+        else:
+            x = self.sites + self.problem.shifts[corner]
+        x = np.union1d(x, self.kinks[0])
+        return x[(x >= left) & (x <= right)]
 
     def completed(self, state, H, found):
         return state if H.counter is None else replace(state, opposite=H.counter @ found.forces)

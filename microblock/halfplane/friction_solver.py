@@ -14,6 +14,7 @@ from ..corners.friction_events import events
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
 from ..model.history import History, OfMoment, change
+from ..model.missed_contact import apart, overlaps
 from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule
@@ -132,15 +133,18 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def hidden(self):
-        """Places where a corner that is open would overlap a valley of the obstacle, which cells are too wide
-        to see.
-        """
-        found = []
-        for corner, shift in enumerate(self.problem.shifts):
-            x = self.problem.picture.minima + shift
-            x = x[contains(self.edges, x) & ~contains(self.edges[self.closed[corner]], x)]
-            found += x[self.gap(corner, x) < -EQUAL * np.ptp(self.moment.raised)].tolist()
-        return found
+        """Places where a corner that is open overlaps the obstacle, which cells are too wide to see."""
+        least = EQUAL * np.ptp(self.moment.raised)
+        places = []
+        for corner, closed in enumerate(self.closed):
+            x = self.problem.sites(corner)
+            x = x[contains(self.edges, x)]
+            valleys = self.problem.picture.minima + self.problem.shifts[corner]
+            looked_at = contains(self.edges[apart(closed)], x)
+            looked_at |= np.isin(x, valleys) & ~contains(self.edges[closed], x)
+            gaps = np.where(looked_at, self.gap(corner, x), np.nan)
+            places += [overlap.place for overlap in overlaps(corner, x, gaps, 1.0, least)]
+        return places
 
     @cached_property
     def spots(self):

@@ -7,6 +7,7 @@ import numpy as np
 from .. import cost
 from ..errors import NotConverged, out_of_reach
 from ..model import picture
+from ..model.missed_contact import total_worth
 from ..model.problem import half_line
 from ..model.refinement import Usual, best_or_raise, is_last
 from ..model.zones import joined, without, zone_edges
@@ -96,7 +97,7 @@ def _amended(state, tolerance):
     best, worth, idle = state, np.inf, 0
     while True:
         violations = survey(state)
-        size = float(np.linalg.norm([each.worth for each in violations]))
+        size = total_worth(violations)
         idle = 0 if size < worth / 2 else idle + 1
         if size < worth:
             best, worth = state.changed(estimate=replace(state.estimate, conditions=size)), size

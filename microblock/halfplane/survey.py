@@ -1,32 +1,18 @@
 """The conditions (26) on a fitted state, wherever a corner could touch.
 
-Displacement and rotation are interpolated out of contact on panels. An overlap d on a width w is worth ``E*
-d/sqrt(w)`` over the pressure in L2.
+Displacement and rotation are interpolated out of contact on panels. Overlaps are those of
+`microblock.model.missed_contact`.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from ..corners.rounding import TERMS
 from ..errors import BadArgument
+from ..model.missed_contact import Violation, overlaps
 from ..model.problem import half_line
 from ..model.zones import borders, contains, runs
 from .panels import panels_outside
-
-
-@dataclass(frozen=True)
-class Violation:
-    """An interval in which a corner overlaps the obstacle (depth > 0, a length) or is in tension (depth 0);
-    `worth` is its share of the error.
-    """
-
-    corner: int
-    left: float
-    right: float
-    depth: float
-    worth: float
 
 
 def survey(state):
@@ -111,15 +97,13 @@ def _overlaps(state, corner, x, gaps, noise, unit):
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
         gaps[doubtful] = state.gap(corner, x[doubtful])
-    for first, last in runs(gaps < -_rounding(state)):
-        before, after = max(first - 1, 0), min(last + 1, len(x) - 1)
+    least = _rounding(state)
+    for first, last in runs(gaps < -least):
+        beside = [max(first - 1, 0), min(last + 1, len(x) - 1)]
         # next to an edge, where the gap begins with 0
-        if doubtful[first : last + 1].all() and np.isnan(gaps[[before, after]]).any():
-            continue
-        left, right = float(x[before] + x[first]) / 2, float(x[last] + x[after]) / 2
-        depth = -float(gaps[first : last + 1].min())
-        if right > left:
-            yield Violation(corner, left, right, depth, float(unit * depth / np.sqrt(right - left)))
+        if doubtful[first : last + 1].all() and np.isnan(gaps[beside]).any():
+            gaps[first : last + 1] = np.nan
+    return overlaps(corner, x, gaps, unit, least)
 
 
 def _tensile(state, size):
