@@ -1,7 +1,8 @@
 """What a computation would take is estimated before it is begun.
 
 RATES are those of one core of a usual processor; `cases/benchmarks/choice.py` measures them. They are the
-same on every machine, so that a problem takes the same method everywhere.
+same on every machine, so that a problem takes the same method everywhere, but for bodies in space, where
+SciPy's SuperLU takes much longer than CHOLMOD.
 """
 
 import gc
@@ -55,8 +56,9 @@ RATES = {
     "condensed": Rate(0.02, 8e-6, 1.05, 3.5e3, 1.05),
     "refined": Rate(0.02, 4e-7, 1.5, 7e3, 1.05),
     "newton": Rate(0.02, 4e-5, 1.07, 5e3, 1.05),
-    "condensed in space": Rate(0.05, 4e-6, 1.4, 1e3, 1.33),
-    "newton in space": Rate(0.05, 4e-5, 1.3, 2e3, 1.1),
+    "condensed in space": Rate(0.05, 4e-6, 1.4, 1e3, 1.39),
+    "condensed in space by SuperLU": Rate(0.05, 1.9e-8, 2.08, 400, 1.515),
+    "newton in space": Rate(0.05, 4e-5, 1.3, 2.9e3, 1.1),  # memory times the order
     "cells in space": Rate(0.1, 3e-6, 1.08, 270, 1),
 }
 

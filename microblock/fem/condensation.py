@@ -19,7 +19,7 @@ from ..errors import require, require_kind
 from ..model.law import level_surface
 from ..model.types import LawLike
 from ..threads import bounded, released
-from . import supports
+from . import factors, supports
 from .body import Body, Fields
 from .bulk import Bulk
 from .facets import ContactNodes
@@ -94,6 +94,8 @@ class Condensed(ContactNodes):
         rows = space.FreeDofs(True).NumSet()
         if self.dim == 3:
             needed = of_factors(rows, LINKED * self.body.order) + 8 * 3 * (3 * count) ** 2
+            if factors.usual is factors.SuperLU:
+                needed = max(needed, cost.of("condensed in space by SuperLU", self.unknowns).memory)
         else:
             # of an element; of each all unknowns there are linked
             sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne

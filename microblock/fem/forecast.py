@@ -44,7 +44,7 @@ class OnGivenMesh(Solver):
     ----------
     refines : bool, whether it makes finer ones to an rtol
     no_rtol : str, why it does not
-    rate : str, of `cost.RATES`, in the plane
+    rate : str, of `cost.RATES`
     """
 
     verifies, refines, rate = True, False, "condensed"
@@ -66,7 +66,7 @@ class OnGivenMesh(Solver):
         self.require_given_mesh(rtol)
         body, order = self.body, self.body.order
         if rtol is None:
-            return cost.of(self.rate + " in space" * body.in_space, body.unknowns)
+            return cost.of(self.rate, body.unknowns)
         # elements at slope discontinuities are cut again and again, and those at ends of each corner more
         kinks, ends = (len(getattr(self.obstacle, name, ())) for name in ("kinks", "ends"))
         sharp = kinks + 3 * len(self.law.corners) * ends

@@ -72,6 +72,12 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
+    rate = "newton in space"
+    handicap = 1.0  # its states are those of Condensed()
+
+    def predicted(self, load, approach, rtol):
+        expected = super().predicted(load, approach, rtol)
+        return expected._replace(memory=self.body.order * expected.memory)
 
     def of(self, state):
         return self.solution(

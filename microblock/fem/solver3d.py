@@ -10,6 +10,7 @@ from ..errors import NOT_YET, require
 from ..model.obstacles import heights
 from ..model.solver import SOLVED
 from ..model.state import in_space
+from . import factors
 from .condensation import Flexibility3D
 from .facets import initial_gaps
 from .forecast import OnGivenMesh
@@ -28,6 +29,10 @@ class Solver3D(OnGivenMesh):
     def set_up(self):
         super().set_up()
         self.surface_law = on_surface(self.law)
+
+    @property
+    def rate(self):
+        return "condensed in space" + " by SuperLU" * (factors.usual is factors.SuperLU)
 
     @cached_property
     def initial_gaps(self):

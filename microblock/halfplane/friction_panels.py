@@ -272,7 +272,10 @@ class PanelFriction(OnPanels):
 
     @cached_property
     def shear_traction(self):
-        return sum((factor * one.pressure(0, self.x) for factor, one in self.parts), np.zeros_like(self.x))
+        return self.shear_at(self.x)
+
+    def shear_at(self, x):
+        return sum((factor * one.pressure(0, x) for factor, one in self.parts), np.zeros_like(x))
 
     @cached_property
     def zones_by_name(self):

@@ -80,9 +80,10 @@ class Plan:
 
 def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
     """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol, or to the usual one
-    of the first that has one: by their seconds if all predict them. Seconds of others count twice, since
-    states of the usual method know more: on a half-plane edges of zones and fields below the surface. What
-    would take more than MOST_MEMORY is refused. What is expected to miss rtol comes PATIENCE later.
+    of the first that has one: by their seconds if all predict them. Those of others count by their
+    `handicap`, since states of the usual method know more: on a half-plane edges of zones and fields below
+    the surface. What would take more than MOST_MEMORY is refused. What is expected to miss rtol comes
+    PATIENCE later.
     """
     able, refused = [], []
     if rtol is None:
@@ -95,7 +96,7 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
         except MicroblockError as failure:
             refused.append(Candidate(solver, refusal=str(failure)))
             continue
-        weighted = cost and cost.seconds * (2 if number else 1) + PATIENCE * cost.misses
+        weighted = cost and cost.seconds * (solver.handicap if number else 1) + PATIENCE * cost.misses
         able.append((weighted, Candidate(solver, cost)))
     if all(weighted for weighted, _ in able):
         able.sort(key=lambda pair: pair[0] or 0.0)

@@ -45,6 +45,8 @@ class Solver:
         Second bodies that it knows.
     in_space : "cells", "nodes" or None
         What its states have in three dimensions.
+    handicap : float
+        By how much longer than the usual method it may seem to take: states of that know more.
     verifies : bool
         Whether `require_solved` looks at the residual; else the error estimate speaks of it.
     """
@@ -57,6 +59,7 @@ class Solver:
     counter_bodies: tuple[type, ...] = ()
     in_space: str | None = None
     verifies = False
+    handicap = 2.0
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options

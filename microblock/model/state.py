@@ -210,6 +210,12 @@ class Solution:
         order = np.argsort(places)
         return np.interp(x, places[order], opposite.ravel()[order], period=self.period)
 
+    def shear_at(self, x: Array) -> Array:
+        """Returns q at x, array (n,), linear between the points, within what friction allows."""
+        pressures = sum(self.pressure(corner, x) for corner in range(len(self.pressures)))
+        bound = self.problem.law.friction * np.maximum(pressures, 0.0)  # a polynomial may fall below 0
+        return np.clip(np.interp(x, self.x, self.shear_traction), -bound, bound)
+
     def moment_at(self, x: Array) -> Array:
         """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
         prescribed.
@@ -542,6 +548,35 @@ class State(PlainData):
         numbers = range(len(self.pressures)) if corner is None else [self._number(corner)]
         return self._like(x, sum(self.solution.pressure(number, places) for number in numbers))
 
+    def shear_traction_at(self, x: ArrayLike) -> Array:
+        """Returns the shear traction along x1 at x, of a state of a history.
+
+        Parameters
+        ----------
+        x : float or array (n,)
+            Abscissae x1 (lengths).
+
+        Returns
+        -------
+        array (n,), or a float for one number
+            Stresses, at most the friction times the pressure; 0 outside the contact.
+
+        Raises
+        ------
+        BadArgument
+            As `pressure_at`, and without friction.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+        >>> state = problem.history([(1.0, 0.0), (1.0, 0.2)], rtol=0.05).states[-1]
+        >>> 0 < state.shear_traction_at(0.0) <= 0.3 * state.pressure_at(0.0), state.shear_traction_at(1.0)
+        (True, 0.0)
+        """
+        require(self.shear is not None, "law", self.law, "has no friction, and so no shear traction")
+        return self._like(x, self.solution.shear_at(self._places(x)))
+
     def micromoment_at(self, x: ArrayLike) -> Array:
         """Returns the micromoment (29) at x, or the reaction to psi where the law prescribes it.
 
@@ -843,8 +878,10 @@ class State(PlainData):
         Raises
         ------
         BadArgument
-            If the state is one on cells, or the field unknown.
+            If the state is one on cells or in three dimensions, or the field unknown.
         """
+        words = "has no picture below its surface in three dimensions; to_vtk writes the fields of a mesh"
+        require(self.flat, "method", self.method, words)
         self._offered("fields_below", "method", self.method, NO_FIELDS)
         from ..view.below import draw_below
 

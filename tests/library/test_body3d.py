@@ -11,7 +11,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import microblock as mb
-from microblock.fem import meshes3d
+from microblock import cost
+from microblock.fem import factors, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -161,6 +162,14 @@ def step(x1, x2):
     return np.where(x1 > 0, 0.25, 0.0) + (x1**2 + x2**2) / 20
 
 
+def test_a_picture_below_the_surface_is_one_of_the_plane(tmp_path):
+    """It said that finite elements have fields, of finite elements."""
+    state = mb.Contact(box(), SPHERE, mb.Unilateral()).solve(load=1.0)
+    with pytest.raises(mb.BadArgument, match="in three dimensions; to_vtk writes the fields"):
+        state.plot_below()
+    assert len(mb.to_vtk(state, tmp_path / "state")) == 2
+
+
 def test_a_penalty_leads_back_from_the_approach_to_the_load():
     """The first residual is measured against pressures of the penalty, far beyond those at rest."""
     x = np.linspace(0, 1, 6)
@@ -168,6 +177,42 @@ def test_a_penalty_leads_back_from_the_approach_to_the_load():
     problem = mb.Contact(body, lambda x1, x2: 0 * x1, mb.Microblock(), mb.Newton("penalty"))
     pressed = problem.solve(load=1.0)
     assert problem.solve(approach=pressed.approach).load == pytest.approx(1.0, rel=1e-8)  # of the residual
+
+
+@pytest.mark.parametrize(
+    "rate, measured",
+    [
+        # hexahedra of order 1 and 2, tetrahedra: unknowns, seconds of a busy core, bytes over those before
+        (
+            "condensed in space",
+            [(3888, 0.3, 87e6), (12168, 2.1, 515e6), (27744, 4.9, 1.45e9), (27744, 4.4, 1.05e9)],
+        ),
+        (
+            "condensed in space by SuperLU",
+            [(3888, 0.5, 110e6), (6610, 1.8, 251e6), (12168, 6.1, 621e6), (12168, 5.2, 496e6)],
+        ),
+        (
+            "newton in space",
+            [(3888, 1.6, 25e6), (12168, 5.0, 86e6), (27744, 19.0, 239e6), (27744, 17.0, 147e6)],
+        ),
+    ],
+)
+def test_what_bodies_in_space_are_expected_to_take(rate, measured):
+    """Within twice of the seconds and half as much of the memory: 0.8 GB were expected for 1.4 and 2.1."""
+    for unknowns, seconds, memory in measured:
+        expected = cost.of(rate, unknowns)
+        assert 1 / 2 < expected.seconds / seconds < 2 and 1 / 1.5 < expected.memory / memory < 1.75
+
+
+@pytest.mark.parametrize("usual, taken", [(factors.Cholmod, "condensed"), (factors.SuperLU, "newton")])
+def test_the_better_method_of_a_body_in_space_is_taken(monkeypatch, memory, usual, taken):
+    """SuperLU takes 33 s where Newton's method takes 19 and CHOLMOD 5; without memory none is begun."""
+    monkeypatch.setattr(factors, "usual", usual)
+    problem = mb.Contact(box(16), SPHERE, mb.Unilateral())
+    assert problem.plan(load=1.0).candidates[0].name == taken
+    memory(1.4e9)
+    with pytest.raises(mb.NotConverged, match="GB of memory"):
+        problem.with_(method=mb.Condensed()).solve(load=1.0)
 
 
 def test_the_memory_of_systems_in_space_is_that_of_matrices_and_factors(memory):

@@ -383,3 +383,36 @@ def test_the_average_over_a_cell_is_that_of_a_logarithm(width):
     solid = mb.Cosserat(E=100, nu=0.3, ell=1.0, beta=0)
     average = averaged(solid, np.zeros(1), width, width, (0,)).item() * solid.mu / (1 - solid.nu)
     assert average == pytest.approx((1.5 - np.log(width)) / np.pi, abs=1e-12)
+
+
+# --- the shear traction at places
+
+
+@pytest.mark.parametrize(
+    "problem, rtol",
+    [
+        (contact(LAWS[0]), 0.05),
+        (contact(BLOCKS), 0.05),
+        (contact(LAWS[0], second=True, method=mb.Panels()), 1e-4),
+        (
+            contact(BLOCKS).with_(body=mb.Block(half_plane().solid, 8.0), method=mb.Uniform(h=0.2, order=2)),
+            None,
+        ),
+    ],
+    ids=["cells", "cells with blocks", "panels", "mesh"],
+)
+def test_shear_tractions_at_places_are_those_of_the_points(problem, rtol):
+    """And keep to the friction between them, on panels to their tolerance."""
+    state = problem.history(PAIRS[:2], rtol=rtol).states[-1]
+    size = np.abs(state.shear_traction).max()
+    assert state.shear_traction_at(state.x) == pytest.approx(state.shear_traction, abs=1e-9 * size)
+    x = np.linspace(-1.5, 1.5, 2001)
+    q, p = state.shear_traction_at(x), state.pressure_at(x)
+    assert q.max() > 0.9 * size and np.all(np.abs(q) <= F * np.maximum(p, 0) + (rtol or 1e-9) * size)
+    assert np.all(q[p == 0] == 0) and isinstance(state.shear_traction_at(0.1), float)
+
+
+def test_without_friction_there_is_no_shear_traction():
+    state = contact(mb.Unilateral()).solve(load=P)
+    with pytest.raises(mb.BadArgument, match="law = .*has no friction"):
+        state.shear_traction_at(0.0)
