@@ -413,8 +413,7 @@ def stick(step: int) -> Callable[[mb.History], float]:
 
 def shear_in_the_middle(step: int) -> Callable[[mb.History], float]:
     def shear(history: mb.History) -> float:
-        state = history.states[step]
-        return float(np.interp(0.0, state.x, state.shear_traction))
+        return float(history.states[step].shear_traction_at(0.0))
 
     return shear
 
@@ -438,16 +437,15 @@ STICK_AT_THE_TURN = A_PAD * math.sqrt(1 - TURN)
 STICK_ON_THE_WAY = A_PAD * math.sqrt(1 - TURN / 2)
 SHEAR_AT_THE_TURN = FRICTION * P0_PAD * (1 - STICK_AT_THE_TURN / A_PAD)
 SHEAR_ON_THE_WAY = FRICTION * P0_PAD * (2 * STICK_ON_THE_WAY - STICK_AT_THE_TURN - A_PAD) / A_PAD
-NODE = "between the nodes beside the middle"
 
 LOOPS = [
     Row(FRETTING, fretting_loop, stick(1), STICK_AT_THE_TURN, 1e-4, ESTIMATE),
     Row(FRETTING, fretting_loop, stick(2), STICK_ON_THE_WAY, 1e-4, ESTIMATE),
     Row(FRETTING, fretting_loop, stick(3), STICK_AT_THE_TURN, 1e-4, ESTIMATE),
     Row(JAEGER, rounded_pad, stick(1), 5.4e-3, 2e-4, ESTIMATE),
-    Row(FRETTING, fretting_loop, shear_in_the_middle(1), SHEAR_AT_THE_TURN, 2e-3, NODE),
-    Row(FRETTING, fretting_loop, shear_in_the_middle(2), SHEAR_ON_THE_WAY, 2e-3, NODE),
-    Row(FRETTING, fretting_loop, shear_in_the_middle(3), -SHEAR_AT_THE_TURN, 2e-3, NODE),
+    Row(FRETTING, fretting_loop, shear_in_the_middle(1), SHEAR_AT_THE_TURN, 1e-4, ESTIMATE),
+    Row(FRETTING, fretting_loop, shear_in_the_middle(2), SHEAR_ON_THE_WAY, 1e-4, ESTIMATE),
+    Row(FRETTING, fretting_loop, shear_in_the_middle(3), -SHEAR_AT_THE_TURN, 1e-4, ESTIMATE),
 ]
 
 
