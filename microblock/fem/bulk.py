@@ -61,7 +61,9 @@ class Bulk:
         vector = state.vec.FV().NumPy()
         vector[:] = self._factors.solve(right)
         left = np.where(self._free, right - self.matrix @ vector, 0.0)
-        if not np.linalg.norm(left) <= SOLVED * np.linalg.norm(right):
+        # forces and moments have units of their own: over the roots of the diagonal they have one
+        sizes = np.sqrt(self.matrix.diagonal()[self._free])
+        if not np.linalg.norm(left[self._free] / sizes) <= SOLVED * np.linalg.norm(right[self._free] / sizes):
             raise NotConverged(f"singular matrix of the bulk; {self._held}")
         vector += self._factors.solve(left)  # one step of refinement
         forces = self.matrix @ vector - right  # nothing acts on what is eliminated

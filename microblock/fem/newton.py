@@ -126,6 +126,10 @@ class MonolithicNewton:
             self.free[int(np.flatnonzero(np.array(self.free)[u1])[0])] = False
         self._balanced = np.array(self.free)  # unknowns on which forces act
         self._balanced[body.space.ndof : -1] = False
+        self._arms = np.ones(self.space.ndof)  # of moments, which count as forces
+        for name in body.names:
+            if name.startswith("psi"):
+                self._arms[body.unknowns_of(name)] = body.solid.ell
 
     @bounded
     def solve(self, level, start=None):
@@ -231,8 +235,9 @@ class MonolithicNewton:
         self._contact.Apply(kept.vec, vector.vec)
         vector.vec.data += internal
         exerted, internal = (part.FV().NumPy() for part in (vector.vec, internal))
-        unbalanced = np.linalg.norm(exerted[self._balanced])
-        balance, left = _ratio(unbalanced, max(np.linalg.norm(internal[:count]), unbalanced)), 0.0
+        unbalanced = np.linalg.norm((exerted / self._arms)[self._balanced])
+        acting = np.linalg.norm((internal / self._arms)[:count])
+        balance, left = _ratio(unbalanced, max(acting, unbalanced)), 0.0
         if self.method == "al":
             length = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
             left = max(_ratio(gaps[closed], length), _ratio(own[~closed], np.abs(stresses).max()))

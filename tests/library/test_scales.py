@@ -73,3 +73,10 @@ def test_a_loaded_state_has_the_length_of_its_contact(tmp_path):
 def test_no_length_is_asked_of_what_falls_without_end():
     with pytest.raises(mb.BadArgument, match="must have a lowest place.*towards x = -inf"):
         mb.Contact(mb.HalfPlane(ELASTIC), lambda x: 1e-9 * x, UNILATERAL)
+
+
+@pytest.mark.parametrize("seed", [133, 147])
+def test_a_block_in_micrometres_is_supported_as_in_metres(seed):
+    """Forces beside moments, which were 1e8 times as many: "singular matrix of the bulk"."""
+    row = judging.outcome(scales.case(seed), seconds=120)
+    assert row["class"] == "right", row["message"]
