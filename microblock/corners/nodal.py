@@ -264,36 +264,58 @@ class NodalPath(LoadPath):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        `load_error` adds the way back to the nodal event before to a share h/a of the load (h the distance of
-        nodes, a the half-width), or 1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners
-        cross. x is good to h.
+        Nodes see an event off by a share h/a of its load (h the distance of nodes, a the half-width then), or
+        1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners cross; `load_error` reaches
+        from the nodal change before to the last load whose event may be seen here. First touch is exact. x is
+        good to h.
         """
-        solver, law = self._solver, self.problem.law
+        law, before, found = self.problem.law, {}, []
+        kept(found)
+        loads, zones, unseen, _ = self._followed
+        # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
+        crossing = np.minimum(1, 1.7 * unseen**self._solver.crossing) if len(law.corners) > 1 else unseen
+        for number, (load, after) in enumerate(zip(loads, zones)):
+            for zone, intervals in after.items():
+                share = crossing if zone in ("full", "contact") else unseen
+                below = load - loads[max(number - 1, 0)] + share[number] * load
+                seen_here = np.divide(load, 1 - share, out=np.full(len(share), np.inf), where=share < 1)
+                above = np.minimum(seen_here, loads[1:])[seen_here >= loads[:-1]].max() - load
+                error = 0.0 if load == 0 and zone != "full" else max(below, above)
+                happened = zone_changes(before.get(zone, ()), intervals)
+                found += [Event(load, error, kind, zone, x) for kind, x in happened]
+            before = after
+        return found
+
+    @cached_property
+    def _followed(self):
+        """Loads at which nodes close or open, and the last one; zones after each; the largest distance of
+        nodes over the half-width of the contact, array, and over that of its narrowest zone at the end.
+        """
+        solver, loads, zones = self._solver, [], []
         flexibility, gaps, share = solver.system
         x, apart = solver.compliance.points[:, 0], solver.compliance.apart
-        closed, previous, before, found = np.zeros(len(gaps), bool), 0.0, {}, []
-        kept(found)
+        closed = np.zeros(len(gaps), bool)
         followed = active_set.path(flexibility, gaps, self.last, c=share)
         for load, changes in groupby(followed, key=lambda event: event.load):
             counted(load=load)
             for change in changes:
                 closed[change.corner] ^= True
-            after = zones_of(x, solver.together(closed), law, apart)
-            unseen = _unseen(x, apart, after["contact"])
-            # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
-            crossing = min(1.0, 1.7 * unseen**solver.crossing) if len(law.corners) > 1 else unseen
-            for zone, intervals in after.items():
-                error = load - previous + load * (crossing if zone in ("full", "contact") else unseen)
-                happened = zone_changes(before.get(zone, ()), intervals)
-                found += [Event(load, error, kind, zone, place) for kind, place in happened]
-            before, previous = after, load
-        return found
+            loads.append(load)
+            zones.append(zones_of(x, solver.together(closed), self.problem.law, apart))
+        unseen = np.array([_unseen(x, apart, own["contact"]) for own in zones])
+        narrowest = max(_unseen(x, apart, [interval]) for interval in zones[-1]["contact"])
+        return np.array([*loads, self.last]), zones, unseen, narrowest
 
     @cached_property
     def warnings(self):
-        blurred = (event.load for event in self.events if event.load_error > 0.1 * event.load)
-        last = max(blurred, default=0.0)
-        words = f"up to load {last:.2g} the contact has few nodes: events there may be missing; "
+        blurred = [
+            event.load + event.load_error for event in self.events if event.load_error > 0.1 * event.load
+        ]
+        few = self._followed[3] >= 0.25  # 8 nodes, of which a state warns as well
+        last = max(blurred + [self.last] * few, default=0.0)
+        words = (
+            f"up to load {min(last, self.last):.2g} the contact has few nodes: events there may be missing; "
+        )
         return [words + "take smaller elements"] * bool(last)
 
 

@@ -161,3 +161,50 @@ def test_an_approach_that_is_rounding_presses_nothing_on_any_body(name):
             mb.BadArgument, match=f"^approach = {approach}: must be larger: the obstacle touches no"
         ):
             problem.solve(approach=approach)
+
+
+BLOCKY = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2)
+MERGED = 0.44  # the load at which two contacts merge under the cylinder, of fitted blocks of the same size
+
+
+@pytest.mark.parametrize("squares", [8, 16, 32, 64])
+def test_events_on_coarse_meshes_say_how_far_they_may_be_off(squares):
+    """A full zone was born at load 0, with an error of 0 and without a warning, on the coarsest of them."""
+    body = mb.Body(slab(squares), BLOCKY, order=2, fixed="bottom")
+    path = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
+    (full,) = [event for event in path.events if event.zone == "full"]
+    assert abs(full.load - MERGED) <= full.load_error
+    first = [event for event in path.events if event.load == 0 and event.zone != "full"]
+    assert first and all(event.load_error == 0 for event in first)
+    (words,) = path.warnings
+    last = float(words.split("up to load ")[1].split()[0])
+    assert last >= 0.99 * MERGED  # two digits
+    assert squares > 16 or last == 1
+
+
+def test_the_load_at_which_zones_merge_is_that_of_fitted_blocks():
+    path = mb.Contact(mb.Block(BLOCKY, 2.0), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
+    (merged,) = [event for event in path.events if event.kind == "merged"]
+    assert abs(merged.load - MERGED) <= merged.load_error < 0.1
+
+
+@pytest.mark.nightly(40)
+def test_errors_of_events_on_meshes_hold_against_fitted_blocks(seed):
+    rng = np.random.default_rng(seed)
+    solid = mb.Cosserat(
+        100, 0.3, ell=float(rng.choice([0.05, 0.1, 0.2, 0.4])), beta=float(rng.choice([0.3, 1, 1.7]))
+    )
+    cylinder, waves = mb.Cylinder(float(rng.uniform(3, 30))), float(rng.choice([0, 0, 3e-4]))
+    obstacle = (lambda x: cylinder.height(x) + waves * np.cos(12 * x)) if waves else cylinder
+    law = mb.Microblock(psi0=float(rng.choice([0, 0, 0.002])))
+    order, quads, squares = int(rng.integers(1, 5)), bool(rng.integers(2)), 2 * int(rng.integers(4, 40))
+    body = mb.Body(slab(squares, quads), solid, order, fixed="bottom")
+    try:
+        fitted = mb.Contact(mb.Block(solid, 2.0), obstacle, law).path(1.0).events
+    except mb.NotConverged:
+        return
+    for event in mb.Contact(body, obstacle, law).path(1.0).events:
+        alike = [other for other in fitted if (other.kind, other.zone) == (event.kind, event.zone)]
+        for other in sorted(alike, key=lambda other: abs(other.x - event.x))[:1]:
+            # 1e-9 is rounding
+            assert abs(event.load - other.load) <= event.load_error + other.load_error + 1e-9
