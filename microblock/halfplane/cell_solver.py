@@ -325,7 +325,7 @@ class LineSolver(CellSolver):
         outside = ends + grid.width / 2 * np.array((-1, 1))
         if self.period is None and np.any(pressed) and np.any(pressed & np.isfinite(self.gaps(outside))):
             raise NotConverged(f"the contact reaches the end of the window {tuple(ends.tolist())}; widen it")
-        missed = self._between_cells(state)
+        missed = self._between_cells(state) if state.total.any() else []  # an approach may press nothing
         worth = total_worth(missed)
         if worth <= (state.error_estimate or 0.0):
             return (), state.notes, False
