@@ -509,8 +509,12 @@ def scales(ell: float) -> Array:
 
 
 def named_places(obstacle: ObstacleLike) -> Array:
-    """Returns the finite slope discontinuities and ends that an obstacle names, array (k,)."""
-    places = [*getattr(obstacle, "kinks", ()), *(getattr(obstacle, "ends", ()) or ())]
+    """Returns the finite slope discontinuities and ends that an obstacle names, and the middles between ends,
+    where there is an obstacle whatever rounding makes of its ends, array (k,).
+    """
+    ends = getattr(obstacle, "ends", ()) or ()
+    middles = [left + (right - left) / 2 for left, right in zip(ends[::2], ends[1::2])]
+    places = [*getattr(obstacle, "kinks", ()), *ends, *middles]
     return np.array([place for place in places if np.isfinite(place)], float)
 
 
@@ -543,13 +547,12 @@ def returned(obstacle: Any, *x: Array) -> Array:
     require(callable(height), "obstacle", obstacle, words)
 
     def above(*x: Array) -> Array:
-        found, shape = real_numbers(height(*x), masked=np.inf), np.shape(x[0])
+        shape, ends = np.shape(x[0]), getattr(obstacle, "ends", None) or (-np.inf, np.inf)
+        # an odd number of ends, those of its own piece, lies on the left; of a place, which height may change
+        inside = sum(np.searchsorted(ends, x[0], side) % 2 for side in ("left", "right")) > 0
+        found = real_numbers(height(*x), masked=np.inf)
         if not line:
             return np.array(np.broadcast_to(found, shape))
-        ends = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
-        inside = np.logical_or.reduce(
-            [(left <= x[0]) & (x[0] <= right) for left, right in zip(ends[::2], ends[1::2])]
-        )
         return np.where(inside, found, np.inf) if found.shape == shape else found
 
     return evaluated(

@@ -94,6 +94,8 @@ def picture(problem: Problem, load: float) -> Picture:
     nearest, farthest, centres = _range_of_places(problem, load)
     while True:
         x, h = _everywhere(obstacle, nearest, per_decade, farthest, centres)
+        words = f"has no finite height at places up to x = {farthest:.2g}: move it near 0, or name its ends"
+        require(np.isfinite(h).any(), "obstacle", obstacle, words)
         lowest = float(x[np.argmin(h)])
         half, rise = classical(problem, load, lowest)
         # as wide as the lowest part up to the rise, which may be a flat bottom

@@ -7,13 +7,14 @@ friction                   20 histories
 shapes                     100 standard shapes without an rtol, beside closed forms
 units                      every tenth of panels and cells in other units, moved and mirrored
 scales                     200 problems of every kind in four systems of units
+doors                      300 obstacles as users hand them over
 """
 
 import argparse
 
 import numpy as np
 
-from . import SEED, friction, judging, lines, scales, shapes, space_problems, units
+from . import SEED, doors, friction, judging, lines, scales, shapes, space_problems, units
 
 SETS = {
     **dict.fromkeys(lines.METHODS, 60),
@@ -23,6 +24,7 @@ SETS = {
     "units": 6,
     "scales": 200,
     "shapes": 100,
+    "doors": 300,
 }
 
 
@@ -41,6 +43,7 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
                 "space": space_problems.case,
                 "scales": scales.case,
                 "shapes": shapes.case,
+                "doors": doors.case,
             }
             yield k, of.get(name, friction.case)(k)
 
