@@ -18,6 +18,7 @@ from ..corners.surface_law import on_surface
 from ..errors import require, require_kind
 from ..model import law as laws
 from ..model.fields import squares
+from ..model.obstacles import STEEPEST
 from . import contact_term, supports
 from .between import Facets
 from .body import PLACES, Body
@@ -111,6 +112,10 @@ class ContactNodes:
         if self.dim == 3:
             self._require_upwards()
         self._number_nodes()
+        upwards = min(self.normals[:, -1].max(), 1.0)  # which rounding exceeds
+        tilt = np.degrees(np.arccos(upwards))
+        words = f"must face upwards: it is tilted by {tilt:.0f} degrees, and from 60 on no surface can touch"
+        require(upwards > STEEPEST, "contact", body.contact, words)
         require(
             self.dim < 3 or self.free["u3"].any(),
             "contact",
@@ -302,23 +307,17 @@ class ContactNodes:
         cut = squares(place.T)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
         return np.concatenate([own[cut] if len(own) > 3 else own[None] for own in self.facets])
 
-    def on_triangles(self, x1, x2):
-        """Numbers of the triangles at places, array (k,), -1 beyond them, and the values there of functions
-        that are 1 at one of their corners, array (k, 3).
-        """
-        from matplotlib.tri import Triangulation  # here: it takes its time
+    def interpolated(self, values, x1, x2):
+        """Nodal values, array (m, n), at places: array (m, k), linear on triangles, nan beyond."""
+        from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
-        points = self.points
-        steps = np.rint(points[self.triangles[:, 0], 2] / (FLAT * np.ptp(points)))
-        found = np.full(len(x1), -1)
-        for step in np.unique(steps):  # its nodes may lie below those of another
-            own = np.flatnonzero(steps == step)
-            there = Triangulation(*points[:, :2].T, self.triangles[own]).get_trifinder()(x1, x2)
-            found = np.where(there >= 0, own[there], found)
-        corners = points[self.triangles[found], :2]
-        sides = (corners[:, 1:] - corners[:, :1]).swapaxes(1, 2)
-        along = np.linalg.solve(sides, (np.column_stack((x1, x2)) - corners[:, 0])[..., None])[..., 0]
-        return found, np.column_stack((1 - along.sum(axis=1), along))
+        points, found = self.points, np.nan
+        levels = np.rint(points[self.triangles[:, 0], 2] / (FLAT * np.ptp(points)))
+        for level in np.unique(levels):  # at a step nodes lie one above the other
+            surface = Triangulation(*points[:, :2].T, self.triangles[levels == level])
+            there = [LinearTriInterpolator(surface, nodal)(x1, x2).filled(np.nan) for nodal in values]
+            found = np.where(np.isnan(there), found, there)
+        return found
 
     # what the contact term asks for
 
@@ -341,6 +340,16 @@ class ContactNodes:
             return function
         parts = [self.field(part) if part.any() else ng.CF(0) for part in values.T]
         return ng.CF((*parts, 0)[:3])
+
+    def within(self, values):
+        """A function in the body with nodal values, array (n,), at the boundary: NGSolve finds elements at
+        places, and facets not.
+        """
+        function = ng.GridFunction(self.body.scalar(self.orders[0]))
+        dofs = [function.space.GetDofNrs(facet) for facet in self.region.Elements()]
+        used = np.unique(np.concatenate(dofs))  # in the order of `multipliers`
+        function.vec.FV().NumPy()[used] = self.field(values).vec.FV().NumPy()
+        return function
 
     def multiplier(self, unknowns):
         return self._multiplier[0] @ unknowns

@@ -75,10 +75,6 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     rate = "newton in space"
     handicap = 1.0  # its states are those of Condensed()
 
-    def predicted(self, load, approach, rtol):
-        expected = super().predicted(load, approach, rtol)
-        return expected._replace(memory=self.body.order * expected.memory)
-
     def of(self, state):
         return self.solution(
             state.load,

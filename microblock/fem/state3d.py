@@ -40,8 +40,7 @@ class SurfaceNodes(OnMesh):
 
     def between(self, values, places):
         """Returns nodal values at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
-        triangle, shares = self.nodes.on_triangles(*places.T[:2])
-        return np.sum(values[self.nodes.triangles[triangle]] * shares, axis=1) * (triangle >= 0)
+        return np.nan_to_num(self.nodes.interpolated(values[None], *places.T[:2])[0])
 
     @property
     def gaps(self):
@@ -73,16 +72,19 @@ class SurfaceNodes(OnMesh):
         """How deep a low place of the obstacle reaches into the contact boundary, and this place, (2,)."""
         nodes, law, ell = self.nodes, self.solver.surface_law, self.solver.solid.ell
         low = self.solver.low_places
-        deepest = []
+        moved = [nodes.within(values) for values in (self.displacement, *self.psi)]
+        deepest = [(0.0, [np.nan, np.nan])]
         for number, offset in enumerate(law.offsets):
             x1, x2 = low[:2] - ell / 2 * offset[:, None]
-            triangle, shares = nodes.on_triangles(x1, x2)
-            values = np.vstack((nodes.points[:, 2], self.displacement, self.psi))
-            level, *moved = np.sum(values[:, nodes.triangles[triangle]] * shares, axis=2)
-            gaps = low[2] - law.raised(ell, x1, x2)[number] - level - self.approach
-            gaps += self.added(np.column_stack((x1, x2, level)), moved)[number]
-            depths = np.where(triangle >= 0, -gaps, 0.0)
-            deepest.append((depths.max(), low[:2, np.argmax(depths)].tolist()))
+            (level,) = nodes.interpolated(nodes.points[None, :, 2], x1, x2)
+            depths = self.approach + level + law.raised(ell, x1, x2)[number] - low[2]
+            near = np.flatnonzero(depths > 0)  # nan beside the contact boundary
+            if len(near):
+                places = np.column_stack((x1, x2, level))[near]
+                at = nodes.body.mesh(*places.T)
+                added = self.added(places, [function(at).ravel() for function in moved])
+                depths = depths[near] - added[number]
+                deepest.append((depths.max(), low[:2, near[np.argmax(depths)]].tolist()))
         return max(deepest)
 
     def _beside(self):

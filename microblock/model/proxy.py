@@ -76,8 +76,9 @@ def proxy(
         rough = _rough(function, left, right, x, h, np.where(short, 0.0, floor)) > 1
         short &= rough
         budget -= len(left)
+        most = np.median(left[rough]) if rough.any() else left[0]  # others may be single places
         words = (
-            f"must be smooth but for some places: it changes ever more quickly, next to x = {left[0]:.4g}; "
+            f"must be smooth but for some places: it changes ever more quickly, next to x = {most:.4g}; "
             "Cells(nodes=..., window=...) take it as their centres see it"
         )
         require(budget >= 0 and np.count_nonzero(short) <= 200, name, given, words)

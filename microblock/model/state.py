@@ -880,8 +880,7 @@ class State(PlainData):
         BadArgument
             If the state is one on cells or in three dimensions, or the field unknown.
         """
-        words = "has no picture below its surface in three dimensions; to_vtk writes the fields of a mesh"
-        require(self.flat, "method", self.method, words)
+        self._require_flat("picture below the surface (to_vtk writes the fields of a mesh)")
         self._offered("fields_below", "method", self.method, NO_FIELDS)
         from ..view.below import draw_below
 

@@ -165,7 +165,7 @@ def step(x1, x2):
 def test_a_picture_below_the_surface_is_one_of_the_plane(tmp_path):
     """It said that finite elements have fields, of finite elements."""
     state = mb.Contact(box(), SPHERE, mb.Unilateral()).solve(load=1.0)
-    with pytest.raises(mb.BadArgument, match="in three dimensions; to_vtk writes the fields"):
+    with pytest.raises(mb.BadArgument, match="no picture .*to_vtk.* in three dimensions"):
         state.plot_below()
     assert len(mb.to_vtk(state, tmp_path / "state")) == 2
 
@@ -193,7 +193,7 @@ def test_a_penalty_leads_back_from_the_approach_to_the_load():
         ),
         (
             "newton in space",
-            [(3888, 1.6, 25e6), (12168, 5.0, 86e6), (27744, 19.0, 239e6), (27744, 17.0, 147e6)],
+            [(3888, 1.6, 25e6), (12168, 5.0, 86e6), (27744, 19.0, 239e6), (27744, 22.0, 415e6)],
         ),
     ],
 )

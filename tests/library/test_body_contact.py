@@ -546,3 +546,19 @@ def test_a_hill_narrower_than_a_tenth_of_an_element_is_not_missed():
     plain, state = (mb.Contact(body, hills, mb.Unilateral()).solve(load=1.0, rtol=5e-2) for body in bodies)
     shares = [float(one.weights[one.x > 0] @ one.pressure[one.x > 0]) for one in (plain, state)]
     assert shares[0] > 0.3 and shares[1] == pytest.approx(shares[0], abs=0.02)
+
+
+@pytest.mark.parametrize("method", [mb.Condensed(), mb.Newton()], ids=str)
+@pytest.mark.parametrize("angle", [61, 120])
+def test_a_surface_that_is_too_steep_is_named(angle, method):
+    """The obstacle was, which is the same at 59 degrees."""
+    turn = np.exp(1j * math.radians(angle))
+
+    def place(x, y):
+        turned = turn * complex(x - 0.5, y - 1)
+        return turned.real, turned.imag
+
+    mesh = MakeStructured2DMesh(nx=2, ny=2, mapping=place)
+    body = mb.Body(mesh, mb.Elastic(E=100, nu=0.3), fixed="bottom", contact="top")
+    with pytest.raises(mb.BadArgument, match=f"contact = 'top': .* tilted by {angle} degrees"):
+        mb.Contact(body, mb.Cylinder(10.0), mb.Unilateral(), method).solve(load=0.01)

@@ -2,6 +2,7 @@
 zones that are born far from the others, on states and on paths.
 """
 
+import re
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -434,6 +435,19 @@ def test_singular_points_are_found_where_they_are(name):
     assert found.singular[corners] == pytest.approx(np.array(places)[corners], abs=1e-11)
     # differences of 1e-6
     assert found.jumps == pytest.approx(jumps, rel=1e-6, abs=0.0, nan_ok=True)
+
+
+def test_a_height_that_is_refused_is_named_where_it_is_rough():
+    """One kink elsewhere was named, x = -0.00056, where the height is a parabola but for that."""
+
+    def height(x):
+        spike = np.abs(x - 1.7) < 0.03
+        return np.where(spike, 1e-3 * np.sin(1e9 * x), x**2 / 20 + 1e-4 * np.abs(x + 5e-4))
+
+    with pytest.raises(mb.BadArgument, match="ever more quickly") as caught:
+        proxy(height, np.linspace(-2, 2, 1001))
+    named = float(re.search(r"next to x = ([-\d.e]+);", str(caught.value))[1])
+    assert named == pytest.approx(1.7, abs=0.03)
 
 
 @pytest.mark.parametrize("p", [1.2, 1.35, 1.7])
