@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import LARGEST, BadArgument, require, require_whole, shown
+from ..errors import LARGEST, BadArgument, require, require_values, require_whole, shown
 from ..model.obstacles import Obstacle
 
 # cells without a number
@@ -111,12 +111,12 @@ def read_profile(path, name="path", columns=None, unit=None, skip=0):
     require(unit is None or target, "unit", unit, f"must be one of {', '.join(METRES)}")
     table = _table(_text(path, wrong).splitlines(), skip, wrong, columns is not None)
     numbers, units = [], []
-    for entry in _clear_columns(table, wrong) if columns is None else columns:
+    for entry in _clear_columns(table, wrong) if columns is None else require_values(columns=columns):
         number, own = _column(table, str(entry))
         letter = "xz"[len(numbers) % 2]
         numbers.append(number)
         units.append(own or _unit(table.titles[number]) or _unit_above(table.above, letter))
-    require(len(numbers) == 2, "columns", columns, "must be two, those of x and height")
+    require(len(numbers) == len({*numbers}) == 2, "columns", columns, "must be two, those of x and height")
     if (units[0] is None) != (units[1] is None):
         words = f"names a unit of one column alone, {units[0] or units[1]}: say both by columns, such as "
         raise wrong(words + f"{numbers[0] + 1}:mm {numbers[1] + 1}:um")
@@ -160,7 +160,7 @@ def _text(path, wrong):
         text = content.decode("latin-1")
     if re.search(r"[\x00-\x08\x0e-\x1f]", text.rstrip("\x1a")):
         raise wrong("is no text that can be read: save it as UTF-8")
-    return unicodedata.normalize("NFKC", text)
+    return unicodedata.normalize("NFKC", text).replace("\u2212", "-")  # a minus of typesetters
 
 
 def _table(lines, skip, wrong, settled):
@@ -253,8 +253,9 @@ def _column(table, entry):
 def _unit(text):
     """Returns the unit of length that a text ends with or has in brackets, or None."""
     lower = unicodedata.normalize("NFKC", text).lower()
-    words = re.findall(r"[\[(<]\s*([^\W\d_]+)\s*[\])>]", lower) + re.findall(r"[^\W\d_]+", lower)[-1:]
-    units = [SPELT.get(word, word) for word in words]
+    brackets = re.findall(r"[\[(<]\s*([^\W\d_]+)\s*[\])>]", lower)
+    units = [SPELT.get(word, word) for word in brackets + re.findall(r"[^\W\d_]+", lower)[-1:]]
+    units = ["inch" if unit == "in" and brackets else unit for unit in units]
     return next((unit for unit in units if unit in METRES), None)
 
 

@@ -192,8 +192,15 @@ def test_lengths_are_brought_to_the_unit_that_is_asked_for(written):
     assert "taken in nm" in read_profile(written(rows(" ")), unit="nm").understood
     with pytest.raises(mb.BadArgument, match="unit = 'V': must be one of"):
         read_profile(file, unit="V")
-    with pytest.raises(mb.BadArgument, match="columns = '3'"):
-        read_profile(file, columns=(1, 3))
+    for columns, words in (
+        ((1, 3), "'3'"),
+        (5, "5"),
+        ((1, 1), ".*must be two"),
+        ((1, 2, 1), ".*must be two"),
+    ):
+        with pytest.raises(mb.BadArgument, match=f"columns = {words}"):
+            read_profile(file, columns=columns)
+    assert read_profile(written("x (in),z (mil)\n\u22121,5\n0,0\n1,5\n")).unit == "inch"
 
 
 def test_the_command_says_what_it_has_understood(run, answer, written):
