@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from cases.benchmarks.verification import named
 from microblock.halfplane.cell_solver import LineSolver
 
 SOLID = mb.Elastic(E=100, nu=0.3)
@@ -112,3 +113,13 @@ def test_a_number_of_cells_that_misses_a_tooth_says_so(cells):
 def test_cells_without_a_tooth_do_not_speak_of_one():
     state = mb.Contact(HALF_PLANE, mb.Cylinder(R=100), mb.Unilateral(), mb.Cells(nodes=700)).solve(load=1.0)
     assert not [words for words in state.warnings if "between" in words]
+
+
+# ---- named discretisations
+
+
+@pytest.mark.nightly(200)
+def test_a_named_discretisation_is_verified(seed):
+    """Load, complementarity between the unknowns and equilibrium hold, or a warning or an error says so."""
+    name, words, off = named.outcome(seed)
+    assert name in ("right", "warned", "error"), (words, off)
