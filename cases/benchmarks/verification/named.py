@@ -92,7 +92,8 @@ def waves(rng, half, size):
 
     def height(x):
         smooth = sizes @ np.cos(np.pi * np.outer(m, x) / size)
-        return smooth - deep * np.exp(-(((x - place) / width) ** 2))
+        away = 2 * size / np.pi * np.sin(np.pi * (x - place) / (2 * size))
+        return smooth - deep * np.exp(-((away / width) ** 2))
 
     return height
 
