@@ -269,7 +269,8 @@ class Contact:
         def shortfall(state: State) -> str:
             return "" if state.solution.data_exhausted else _shortfall(problem.solver.goal(rtol), state)
 
-        return first_answer(problem._ordered(load, approach, rtol), answer, shortfall)
+        candidates = problem._ordered(load, approach, rtol)
+        return first_answer(candidates, answer, shortfall if rtol is None else None)
 
     def states(
         self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None

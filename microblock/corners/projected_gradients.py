@@ -78,13 +78,17 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
 
 class _Problem:
-    """(c) in the corners that can touch, g0 less a given approach; counts products with H."""
+    """(c) in the corners that can touch, g0 less a given approach or the least of them; counts products with
+    H.
+    """
 
     def __init__(self, flexibility, g0, load, approach):
         self.all_gaps = g0 = require_given(g0, load, approach)
         self.H, self.load, self.approach, self.products = flexibility, load, approach, 1
         self.touch = np.isfinite(g0)
-        self.g0, one = g0[self.touch] - (approach or 0.0), np.zeros(g0.shape)
+        # a load leaves the level free: a large one would take digits from small displacements
+        self.lowest = float(g0[self.touch].min()) if approach is None else approach
+        self.g0, one = g0[self.touch] - self.lowest, np.zeros(g0.shape)
         one.ravel()[np.argmax(self.touch)] = 1
         self.unit = float(np.ptp(flexibility @ one))  # range of the displacement under a unit force
 
@@ -177,7 +181,7 @@ class _Problem:
         level = self.level(forces, slope)
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
-        approach = self.approach if self.load is None else level
+        approach = self.approach if self.load is None else self.lowest + level
         whole, load = self.spread(forces), float(forces.sum())
         return ContactState(whole, gaps, whole > 0, approach, load, self.products, float(kkt))
 

@@ -106,16 +106,19 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
 def first_answer(
     candidates: Iterable[Candidate],
     answer: Callable[[Candidate], Any],
-    shortfall: Callable[[Any], str] = lambda result: "",
+    shortfall: Callable[[Any], str] | None = None,
 ) -> Any:
     """Returns the answer of the first Candidate that converges, which notes those before that did not; raises
-    NotConverged if none does. Of answers with a `shortfall`, in words, the one with the smallest error
-    estimate is returned, and notes it; after the first of them only cheap candidates are tried.
+    NotConverged if none does. Where no rtol was asked for, `shortfall` says in words what an answer lacks: of
+    such answers the one with the smallest error estimate is returned, and notes it, and what takes long is
+    not tried: SECONDS after an answer, ten times that after failures alone.
     """
     failures: dict[str, NotConverged] = {}
     answers: list[Any] = []
     for candidate in candidates:
-        if answers and candidate.cost and candidate.cost.seconds > SECONDS:
+        longest = SECONDS if answers else 10 * SECONDS
+        tried = bool(answers or failures)
+        if shortfall and tried and candidate.cost and candidate.cost.seconds > longest:
             continue
         try:
             result = answer(candidate)
@@ -124,10 +127,10 @@ def first_answer(
             continue
         before = "; ".join(f"{other} ({why})" for other, why in failures.items())
         result = result.noting(f"{candidate.name} instead of {before}") if before else result
-        if not shortfall(result):
+        if not shortfall or not shortfall(result):
             return result
         answers.append(result)
-    if answers:
+    if answers and shortfall:
         best = min(answers, key=lambda result: result.error_estimate)
         return best.noting(shortfall(best))
     first, *others = failures.values()

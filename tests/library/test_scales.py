@@ -80,3 +80,15 @@ def test_a_block_in_micrometres_is_supported_as_in_metres(seed):
     """Forces beside moments, which were 1e8 times as many: "singular matrix of the bulk"."""
     row = judging.outcome(scales.case(seed), seconds=120)
     assert row["class"] == "right", row["message"]
+
+
+@pytest.mark.parametrize("level", [0.0, 1e8])
+@pytest.mark.parametrize("method", [None, mb.Cells()], ids=str)
+def test_the_level_of_an_obstacle_takes_no_digits(level, method):
+    """Heights of a map over sea level, say: gradient projection stalled, and panels went on for an hour."""
+    x = np.linspace(-1, 1, 801)
+    for obstacle in (mb.Obstacle.from_samples(x, x**2 / 20 + level), lambda x: x**2 / 20 + level):
+        state = mb.Contact(mb.HalfPlane(ELASTIC), obstacle, UNILATERAL, method).solve(load=1.0)
+        # heights of 1e8 are rounded by 1e-8, a millionth of what the obstacle rises
+        assert state.half_width == pytest.approx(0.34039, rel=3e-3)
+        assert state.error_estimate < 1e-2
