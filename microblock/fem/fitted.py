@@ -118,26 +118,17 @@ class FittedSolver(MeshFitter):
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and not self.fixed:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
-                mesh, passes = self._refined(load, rtol, near.zones, self.options.even, rtol)
-                if mesh.estimate.total <= rtol:
-                    return mesh, passes
-        zones, answers, failures = self.inside(load, self.first_zones(load, rtol)), [], []
-        hopeless = self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
+                return self._refined(load, rtol, near.zones, self.options.even, rtol)
+        zones, failures = self.inside(load, self.first_zones(load, rtol)), []
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
-                mesh, passes = self._refined(load, rtol, zones, even, rtol)
+                return self._refined(load, rtol, zones, even, rtol)
             except NotConverged as failure:
                 failures.append(failure)
-                # no orders help, or a mesh was too large
-                if (failure.rtol_reached and hopeless) or failure.__cause__:
+                hopeless = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
+                if hopeless or failure.__cause__:  # no orders help, or a mesh was too large
                     break
-                continue
-            answers.append((mesh, passes))
-            if self.fixed or hopeless or mesh.estimate.total <= rtol:
-                break
-        if answers:
-            return min(answers, key=lambda answer: answer[0].estimate.total)
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):

@@ -12,6 +12,7 @@ Samples lie in squares about the lowest place, each twice as wide, in rows and c
 """
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from ..corners.cell_solver import EQUAL
 from ..errors import BOUNDED, BadArgument, require
@@ -22,6 +23,7 @@ WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 SAME = 0.25  # of the disc's radius, between two valleys
+INSIDE = 4  # rows and columns of a square to an edge of the obstacle: fewer do not show how far it is
 
 RISES = "rise in every direction"
 UNSEEN = (
@@ -65,6 +67,7 @@ class Picture:
         self.samples, self.valleys, self._starts = np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 4))
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
         self._draw, self._widest = np.random.default_rng(0), 0.0
+        self._middle, self._half_width = None, 0.0  # of an obstacle with edges
         if window is not None:
             for times in 2.0 ** np.arange(2, 1 if repeats else 7):
                 self.look(window.middle, times * window.side, COARSE)
@@ -121,6 +124,11 @@ class Picture:
         rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
         f = self._least(x1, x2)
+        depths = distance_transform_edt(np.isfinite(f))
+        deepest = np.unravel_index(np.argmax(depths), depths.shape)
+        half_width = depths[deepest] * side / count
+        if np.isinf(f).any() and depths[deepest] >= INSIDE and half_width > self._half_width:
+            self._middle, self._half_width = (x1[deepest], x2[deepest]), half_width
         padded, lower = np.pad(f, 1, constant_values=np.inf), np.isfinite(f)
         for number in np.delete(np.arange(9), 4):  # of a level face one sample, or few
             other = padded[number // 3 :, number % 3 :][:count, :count]
@@ -213,19 +221,22 @@ class Picture:
             self.follow()
 
     def _bound(self, widest):
-        """Sets bound and radius by discs up to a width."""
+        """Sets bound and radius by discs up to a width about the lowest place, which may be at an edge of the
+        obstacle, and about the place farthest from all edges.
+        """
         self._widest, lowest = widest, self.lowest
         radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)
         (z, weights), turns = gauss_rule(8), 2 * np.pi * (np.arange(16) + 0.5) / 16
         r, shares = np.sqrt(1 - z**2), np.repeat(weights, len(turns)) / len(turns)
+        middles = np.array([lowest[:2], *([self._middle] if self._middle else [])])
         x1, x2 = (
-            lowest[axis] + radii[:, None] * np.outer(r, way(turns)).ravel()
+            middles[:, axis, None, None] + radii[:, None] * np.outer(r, way(turns)).ravel()
             for axis, way in enumerate((np.cos, np.sin))
         )
         with np.errstate(all="ignore"):
             means = self.gaps(x1, x2) @ shares - lowest[2]
         corners = len(means) > 1
-        means = np.array((means.mean(axis=0), means.min(axis=0)))
+        means = np.array((means.mean(axis=0), means.min(axis=0))).min(axis=1)  # of the better disc
         if np.ndim(self.needed):
             sums = (np.array(self.needed)[:, None] / radii + means).min(axis=0)
             best = int(np.argmin(sums))

@@ -128,11 +128,14 @@ def radius(obstacle: ObstacleLike, square: float | None, approach: float | None)
         return None
     scales = all_scales(unit)
     middle = _lowest_over_surface(obstacle, scales, ways)
+    lowest = quiet_heights(obstacle, *middle[:, None])
+    if not np.isfinite(lowest[0]):  # it was not seen
+        return None
 
     def missing(radii: Array) -> Array:
         """Returns what the mean height lacks, array (n,) (lengths)."""
         circles = middle[:, None, None] + ways[:, None, :] * radii[:, None]
-        rises = quiet_heights(obstacle, *circles).mean(axis=1) - quiet_heights(obstacle, *middle[:, None])
+        rises = quiet_heights(obstacle, *circles).mean(axis=1) - lowest
         return (unit if square is None else square / radii) - rises
 
     def is_low(radii: Array) -> Flags:

@@ -81,6 +81,20 @@ def test_flat_punches_in_space_have_an_rtol():
     assert state.approach == pytest.approx(approach, rel=3e-3)
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0), (30.0, -2.0)])
+def test_a_tilted_punch_is_answered(place):
+    """Its lowest place is at its edge, about which no disc lies on the face: that did not end. In full
+    contact the approach at the middle is that of a flat punch, P/(2 E* a).
+    """
+
+    def face(x1, x2):
+        inside = np.hypot(x1 - place[0], x2 - place[1]) <= 0.5
+        return np.where(inside, 1e-3 * (x1 - place[0]), np.inf)
+
+    state = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), face, PLAIN).solve(load=1.0)
+    assert state.approach == pytest.approx(0.91 / 100, rel=2e-3) and state.error_estimate < 0.02
+
+
 @pytest.mark.parametrize("name", ["panels", "cells"])
 def test_states_of_a_path_aim_at_the_usual_rtol(name, no_time):
     assert METHODS[name].with_(law=PLAIN).path(load=0.5).at(0.4).error_estimate > 1e-12
