@@ -183,7 +183,7 @@ NAMED = {
     "pair": "window waves",
     "array": (
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
-        "State.micromoment_at.x "
+        "State.micromoment_at.x State.shear_traction_at.x "
         "State.counter_displacement.x"
     ),
     "place": "path records file",
@@ -250,6 +250,7 @@ CALLS = {
     **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
     "state('half-space').pressure_at": "x=np.zeros((1, 2))",
     "state('panels').micromoment_at": "x=0.0",
+    "state('rubbed').shear_traction_at": "x=0.0",
     "state('half-space').along": "direction='x1'",
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},

@@ -9,6 +9,7 @@ from ..model.progress import counting
 from .body import Body
 from .condensation import require_pressed
 from .counter_body import CounterBody
+from .facets import require_upwards
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
@@ -47,6 +48,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     @cached_property
     def system(self):
         """(flexibility, initial gaps, shares in the load) of the law's corners on both bodies."""
+        require_upwards(self.nodes)
         flexibility, gaps, share = super().system
         more = 0.0 if self.counter is None else self.counter.flexibility(gaps)
         return flexibility + more, gaps, share

@@ -112,10 +112,6 @@ class ContactNodes:
         if self.dim == 3:
             self._require_upwards()
         self._number_nodes()
-        upwards = min(self.normals[:, -1].max(), 1.0)  # which rounding exceeds
-        tilt = np.degrees(np.arccos(upwards))
-        words = f"must face upwards: it is tilted by {tilt:.0f} degrees, and from 60 on no surface can touch"
-        require(upwards > STEEPEST, "contact", body.contact, words)
         require(
             self.dim < 3 or self.free["u3"].any(),
             "contact",
@@ -444,6 +440,14 @@ class ContactFacets(ContactNodes):
         return contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
 
 
+def require_upwards(nodes):
+    """BadArgument where a contact boundary in the plane is too steep for any obstacle."""
+    upwards = min(nodes.normals[:, 1].max(), 1.0)  # which rounding exceeds
+    tilt = np.degrees(np.arccos(upwards))
+    words = f"must face upwards: it is tilted by {tilt:.0f} degrees, and from 60 on no surface can touch"
+    require(upwards > STEEPEST, "contact", nodes.body.contact, words)
+
+
 def initial_gaps(law, nodes, obstacle):
     """Initial gaps of all corners, array (corners, n), inf where no obstacle is above, and in space where u3
     is held; BadArgument if all are.
@@ -453,6 +457,7 @@ def initial_gaps(law, nodes, obstacle):
         gaps = on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
         gaps[:, ~nodes.free["u3"]] = np.inf
     else:
+        require_upwards(nodes)
         gaps = laws.initial_gaps(law, points, nodes.normals, ell, obstacle)
     require(np.isfinite(gaps).any(), "obstacle", obstacle, "lies over no node of the contact boundary")
     return gaps
