@@ -89,6 +89,8 @@ class FrictionalContact:
         M[:m, :m], M[m:-2, :m], M[m:-2, m:-2] = self.normal, self.cross, self.tangential
         M[:m, m:-2] = self.cross.T * self.coupled
         M /= self.size
+        held = m + np.flatnonzero(np.diag(self.tangential) == 0)  # which could not stick alone
+        M[held, held] = np.sqrt(np.finfo(float).eps)
         M[:-2, -2:], M[-2:, :-2] = -B, B.T
         return M
 
