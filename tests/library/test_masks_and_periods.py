@@ -68,6 +68,16 @@ def test_a_mask_is_no_obstacle_over_a_surface():
     assert area == pytest.approx(np.pi * 0.04, rel=0.1)  # cells of 1/64 along the edge of the disc
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_obstacle_that_is_nowhere_is_refused_without_a_warning_of_numpy():
+    method = mb.Cells(64, window=(-0.5, 0.5))
+    problem = mb.Contact(mb.HalfSpace(CLASSICAL), lambda x, y: np.ma.masked_all(x.shape), LAW, method)
+    with pytest.raises(mb.BadArgument, match="finite height"):
+        problem.solve(1.0)
+    with pytest.raises(mb.BadArgument, match="no finite height at places up to"):
+        mb.Contact(PLANE, lambda x: np.full(len(x), np.inf), LAW).solve(1.0)
+
+
 def test_a_mask_of_a_rotation_is_refused():
     law = mb.Microblock(lambda x: np.ma.masked_where(abs(x) > 0.1, 0.01 + 0 * x))
     with pytest.raises(mb.BadArgument, match="psi0 = .*must be finite"):
