@@ -17,6 +17,7 @@ from ..model.law import levers, require_pure_force
 from ..model.missed_contact import PLACES, apart, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.problem import Problem
+from ..model.refinement import Usual
 from ..model.state import LineSolution
 from ..model.zones import distance, distance_to_ends, runs
 from .carried import sizes_at
@@ -142,6 +143,7 @@ class LineSolver(CellSolver):
     cheap = 2**13  # cells, which take .1 to .5 s
     rate, usual_history_rtol = "cells", 5e-2
     sites = None  # of the picture of the obstacle, array (n,), where there is one
+    steps = ()  # places at which its height jumps
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -244,6 +246,7 @@ class LineSolver(CellSolver):
             found = self.picture(load)
             window, self.coarsest = around(found, self.solid.ell), self._coarsest(found)
             self.sites = found.sites
+            self.steps = found.steps
         return window
 
     def predicted(self, load, approach, rtol):
@@ -254,12 +257,12 @@ class LineSolver(CellSolver):
         # that of panels, where they are the usual method, is made only once
         source = self if load is None else self.contact.solver
         known = getattr(source, "picture", self.picture)(load)
-        steps = f"must not jump, as its height does at x = {known.steps[0]:g}" if known.steps else ""
-        require(not steps, "obstacle", self.obstacle, steps)
         sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
         most = 4 * self.cheap if sampled else np.inf
         # every second sample is left out once
         expected = cells_cost(known, rtol, 4 * self._coarsest(known), most, 1 + sampled)
+        if isinstance(rtol, Usual) and expected.unknowns > self.most:
+            return cost.of("cells", len(self.offsets) * self.most)._replace(misses=True)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected
@@ -298,7 +301,8 @@ class LineSolver(CellSolver):
         x = grid.axes[0]
         if self.period is not None:
             x = self.shape.original(x, self.shape.windows[0])
-        return distance_to_ends(x, self.ends, self.law.shifts(self.solid.ell))
+        ends = (*(self.ends or (-np.inf, np.inf)), *self.steps)
+        return distance_to_ends(x, ends, self.law.shifts(self.solid.ell))
 
     def estimate(self, changes, before, state):
         """Error from the residual and the changes from grid to grid, a geometric series."""

@@ -44,7 +44,7 @@ def bends(picture):
     x, index = np.unique(picture.sites, return_index=True)
     slopes, middles = np.diff(picture.heights[index]) / np.diff(x), (x[1:] + x[:-1]) / 2
     curvature, lengths = np.diff(slopes) / np.diff(middles), np.diff(middles)
-    kinks = np.array((-np.inf, *picture.kinks, np.inf))
+    kinks = np.sort((-np.inf, *picture.kinks, *picture.steps, np.inf))
     after = np.searchsorted(kinks, x[1:-1])
     away = np.minimum(x[1:-1] - kinks[after - 1], kinks[after] - x[1:-1])
     bent = (curvature > 0) & low(picture, x[1:-1]) & (away > 1e-3 * picture.half_width)
@@ -54,7 +54,8 @@ def bends(picture):
 
 def cells_cost(picture, rtol, fewest, most, times):
     """The Cost of equal cells under a picture, between `fewest` and `most`, solved for so many times."""
-    valleys, ends = (np.count_nonzero(low(picture, x)) for x in (picture.minima, picture.ends))
+    edges = *picture.ends, *picture.steps
+    valleys, ends = (np.count_nonzero(low(picture, x)) for x in (picture.minima, edges))
     peaks, jumps = np.reshape([pair for pair in jumps_of(picture) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(picture, peaks)] * picture.half_width / picture.rise
     width = (picture.stretches[-1][1] - picture.stretches[0][0]) / picture.half_width

@@ -98,8 +98,7 @@ class PanelSolver(Solver):
             raise BadArgument(
                 "obstacle",
                 self.obstacle,
-                f"must not jump, as its height does at x = {found.picture.steps[0]:g}: "
-                "pressures have no norm there that an rtol could refer to; Cells(nodes=...) take it",
+                f"must not jump on panels, as its height does at x = {found.picture.steps[0]:g}: Cells() take it",
             )
         return found
 

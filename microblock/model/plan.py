@@ -87,7 +87,7 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
     """
     able, refused = [], []
     if rtol is None:
-        rtol = next((solver.usual_rtol for solver in solvers if solver.usual_rtol), None)
+        rtol = next((solver.goal(None) for solver in solvers if solver.usual_rtol), None)
     for number, solver in enumerate(solvers):
         try:
             cost = solver.predicted(load, approach, rtol)
