@@ -10,7 +10,7 @@ from .. import cost
 from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
 from ..corners.on_cells import Flexibility, Grid
 from ..corners.rounding import PATHS
-from ..errors import SMALLEST, BadArgument, NotConverged, require
+from ..errors import SMALLEST, BadArgument, NotConverged
 from ..model import picture
 from ..model.deformable import second_solid, shape_of
 from ..model.law import levers, require_pure_force

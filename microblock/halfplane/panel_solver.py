@@ -98,7 +98,8 @@ class PanelSolver(Solver):
             raise BadArgument(
                 "obstacle",
                 self.obstacle,
-                f"must not jump on panels, as its height does at x = {found.picture.steps[0]:g}: Cells() take it",
+                f"must not jump on panels, as its height does at x = {found.picture.steps[0]:g}: "
+                "Cells() take it",
             )
         return found
 
