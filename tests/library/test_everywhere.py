@@ -220,9 +220,9 @@ def test_the_next_method_answers_where_the_first_does_not(monkeypatch):
 
 def test_two_punches_that_nobody_has_named_have_their_closed_form():
     """Pressures |x|/sqrt((x^2 - a^2) (b^2 - x^2)) P/pi (Muskhelishvili), of a solid without blocks."""
-    state = contact(
-        lambda x: np.where(abs(abs(x) - 1) < 0.3, 0.0, np.inf), solid=mb.Elastic(100, 0.3)
-    ).solve(load=1.0)
+    state = contact(lambda x: np.where(abs(abs(x) - 1) < 0.3, 0.0, np.inf), solid=mb.Elastic(100, 0.3)).solve(
+        load=1.0
+    )
     x = np.linspace(0.72, 1.28, 15) * np.array((-1, 1))[:, None]
     right = np.abs(x) / np.sqrt((x**2 - 0.7**2) * (1.3**2 - x**2)) / np.pi
     assert state.pressure_at(x.ravel()) == pytest.approx(right.ravel(), rel=1e-3)  # the usual rtol
