@@ -291,7 +291,7 @@ LEFT_OUT = {
         "Body.energy",
         # parts of solvers, which call them with what is checked
         "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
-        "Body.once Body.on.changes State.noting History.noting "
+        "Body.once Body.on.changes State.noting History.noting Cosserat.with_length Elastic.with_length "
         "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
