@@ -143,7 +143,7 @@ class LineSolver(CellSolver):
     cheap = 2**13  # cells, which take .1 to .5 s
     rate, usual_history_rtol = "cells", 5e-2
     sites = None  # of the picture of the obstacle, array (n,), where there is one
-    steps = ()  # places at which its height jumps
+    steps = ()  # places at which its height jumps, or ends unnamed
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -246,7 +246,8 @@ class LineSolver(CellSolver):
             found = self.picture(load)
             window, self.coarsest = around(found, self.solid.ell), self._coarsest(found)
             self.sites = found.sites
-            self.steps = found.steps
+            hidden = set(found.ends) - {*self.ends, -np.inf, np.inf}
+            self.steps = (*found.steps, *sorted(hidden))
         return window
 
     def predicted(self, load, approach, rtol):

@@ -17,6 +17,7 @@ from .. import __version__
 from ..errors import BadArgument, MissingExtra, Named, replacing, require_place, shown
 from .events import LoadPath
 from .history import History
+from .refinement import Usual
 from .state import State, Surface
 from .types import AnyArray, Interval
 
@@ -120,6 +121,7 @@ def _packed(value: Any, arrays: dict[str, Any]) -> Any:
         arrays[name] = value
         return {"array": name}
     value = value.item() if isinstance(value, np.generic) else value
+    value = None if isinstance(value, Usual) else value  # which nobody has asked for
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, (list, tuple)):

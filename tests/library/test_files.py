@@ -428,3 +428,14 @@ def test_a_material_near_the_largest_coupling_is_written_so_that_it_can_be_read(
     near = mb.Cosserat(E=1, nu=0.3, ell=1, beta=2 - 1e-8)
     assert "eta=" in repr(near) and "beta=" not in repr(near)
     assert "beta=1.9," in repr(mb.Cosserat(E=1, nu=0.3, ell=1, beta=1.9))
+
+
+def test_a_loaded_path_asks_for_no_rtol_that_nobody_has_asked_for(tmp_path):
+    """The usual one came back as a number, which is obtained or refused."""
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+    for rtol in (None, 1e-5):
+        path = problem.path(load=0.1, rtol=rtol)
+        path.save(tmp_path / "path.npz")
+        loaded = mb.load(tmp_path / "path.npz")
+        assert loaded.rtol == rtol and loaded.events == path.events
