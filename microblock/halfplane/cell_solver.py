@@ -307,8 +307,8 @@ class LineSolver(CellSolver):
 
     def estimate(self, changes, before, state):
         """Error from the residual and the changes from grid to grid, a geometric series."""
-        # next to ends errors fall by the root of the cells
-        fastest = 1.4 if len(self.ends) else 1.75
+        # next to ends and steps errors fall by the root of the cells
+        fastest = 1.4 if self.ends or self.steps else 1.75
         own = changes[-4:]  # one change that is much less than the one before is luck
         ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
         ratio = float(np.clip(ratio, 1.4, fastest))
