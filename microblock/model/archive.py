@@ -121,7 +121,8 @@ def _packed(value: Any, arrays: dict[str, Any]) -> Any:
         arrays[name] = value
         return {"array": name}
     value = value.item() if isinstance(value, np.generic) else value
-    value = None if isinstance(value, Usual) else value  # which nobody has asked for
+    if isinstance(value, Usual):
+        return {"usual": float(value)}
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, (list, tuple)):
@@ -145,6 +146,8 @@ def _unpacked(arrays: dict[str, AnyArray], tree: dict[str, Any]) -> Any:
     """Returns what an object of JSON stands for, whose parts are unpacked."""
     if "array" in tree:
         return arrays[tree["array"]]
+    if "usual" in tree:
+        return Usual(tree["usual"])
     if "lost" in tree:
         return Absent(tree["lost"])
     if "dict" in tree:
