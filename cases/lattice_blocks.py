@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 import microblock as mb
-from microblock.corners.compliance import Compliance
+from microblock.contact_solvers.compliance import Compliance
 from microblock.errors import require_positive
 from microblock.model.methods import GivenCompliance
 

@@ -65,7 +65,7 @@ def bounded(function: Function) -> Function:
     return _entered(inside=1)(function)
 
 
-def released(rows: int) -> AbstractContextManager[None]:
+def with_outer_threads(rows: int) -> AbstractContextManager[None]:
     """The threads from outside, for dense matrices of so many rows, if they gain: 1.4 to 2 at 2400 rows."""
     return _entered(large=int(rows >= 2000))
 

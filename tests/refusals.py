@@ -32,7 +32,7 @@ from scipy.interpolate import CubicSpline
 import cases.__main__ as commands
 import microblock as mb
 from microblock.command import flag, options
-from microblock.corners import active_set, projected_gradients
+from microblock.contact_solvers import active_set, projected_gradients
 from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton
 from microblock.halfplane import kernels
 

@@ -11,11 +11,11 @@ import ngsolve as ng
 import numpy as np
 
 import microblock as mb
-from microblock.corners import active_set
+from microblock.contact_solvers import active_set
 from microblock.fem import meshes, meshes3d
 from microblock.fem.body import Loads
+from microblock.model.intervals import distance, zone_edges
 from microblock.model.solver import SOLVED
-from microblock.model.zones import distance, zone_edges
 
 from .. import layers
 from .. import strip as script

@@ -23,8 +23,8 @@ import pandas as pd
 from tqdm import tqdm
 
 import microblock as mb
-from microblock.corners.cell_solver import halvings
-from microblock.corners.on_cells import Grid
+from microblock.contact_solvers.cell_solver import halvings
+from microblock.contact_solvers.fft_compliance import Grid
 from microblock.data.records import versions
 from microblock.errors import require_choice
 from microblock.halfplane.kernels import gap_kernel, kernels

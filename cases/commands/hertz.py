@@ -17,7 +17,7 @@ import numpy as np
 import microblock as mb
 from cases import hertz as script
 from microblock.errors import BadArgument, at_most
-from microblock.model.zones import least_beside
+from microblock.model.intervals import least_beside
 
 from . import MATERIAL, OPEN, POSITIVE, refine, require_ranges
 

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 import microblock as mb
-from microblock.corners import active_set
+from microblock.contact_solvers import active_set
 from microblock.halfplane.kernels import coalescence_exponent
 
 from .. import size_effect

@@ -12,8 +12,8 @@ from scipy.spatial import Delaunay
 from ..errors import BadArgument, MissingExtra, require_kind, require_place, writing
 from ..model.events import Event, LoadPath
 from ..model.history import History
+from ..model.intervals import contains
 from ..model.state import State
-from ..model.zones import contains
 from .records import write_records
 
 

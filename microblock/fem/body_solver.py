@@ -2,18 +2,18 @@
 
 from functools import cached_property
 
-from ..corners.nodal import NodalPath, NodalSolver
+from ..contact_solvers.nodal import NodalPath, NodalSolver
 from ..halfplane.kernels import coalescence_exponent
 from ..model.deformable import body_of
 from ..model.progress import counting
 from .body import Body
 from .condensation import require_pressed
-from .counter_body import CounterBody
 from .facets import require_upwards
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .recovery import refine_until
+from .second_body import CounterBody
 
 
 class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):

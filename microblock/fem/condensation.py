@@ -14,11 +14,11 @@ from scipy.linalg.lapack import dpotri
 from scipy.sparse.linalg import splu
 
 from .. import cost
-from ..corners.compliance import Compliance
+from ..contact_solvers.compliance import Compliance
 from ..errors import require, require_kind
 from ..model.law import level_surface
 from ..model.types import LawLike
-from ..threads import bounded, released
+from ..threads import bounded, with_outer_threads
 from . import factors, supports
 from .body import Body, Fields
 from .bulk import Bulk
@@ -107,7 +107,7 @@ class Condensed(ContactNodes):
 
     def response(self, rows):
         """Displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""
-        with released(len(self.factor)):
+        with with_outer_threads(len(self.factor)):
             upper, _ = dpotri(self.factor.T)  # of S^-1; what is below the diagonal stays 0
         inverse, rows = upper + upper.T, rows[:, self._bulk.contact]
         np.fill_diagonal(inverse, np.diag(upper))

@@ -13,16 +13,16 @@ from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
-from ..corners.compliance import nearest_alone
-from ..corners.surface_law import on_surface
+from ..contact_solvers.compliance import nearest_alone
+from ..contact_solvers.surface_law import on_surface
 from ..errors import require, require_kind
 from ..model import law as laws
 from ..model.fields import squares
 from ..model.obstacles import STEEPEST
 from . import contact_term, supports
-from .between import Facets
 from .body import PLACES, Body
 from .meshes import elements_at
+from .off_node_violations import Facets
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order

@@ -21,15 +21,15 @@ from .. import cost
 from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach, require
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
-from ..halfplane.search import CONDITIONS_SHARE
-from ..model import picture
+from ..halfplane.zone_search import CONDITIONS_SHARE
+from ..model import contact_candidates
+from ..model.contact_candidates import low
+from ..model.intervals import common, zone_edges
 from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights, jumps_of
-from ..model.picture import low
 from ..model.problem import Problem
 from ..model.progress import counted, kept
 from ..model.refinement import Usual, best_or_raise, is_last
-from ..model.zones import common, zone_edges
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .forecast import fitted_cost
@@ -51,10 +51,10 @@ class FittedSolver(MeshFitter):
     usual_rtol = 1e-3
 
     def __init__(self, contact, options, known=None):
-        self.picture = known
+        self.candidates = known
         super().__init__(contact, options)
         if known is not None:
-            self.obstacle = picture.seen(self.obstacle, known)
+            self.obstacle = contact_candidates.seen(self.obstacle, known)
 
     @property
     def fixed(self):
@@ -103,7 +103,7 @@ class FittedSolver(MeshFitter):
         """The solver with its obstacle's picture for a load."""
         obstacle = Within(self.obstacle, self.domain)
         problem = Problem(self.solid, self.law, obstacle, self.symmetric)
-        found = obstacle.forgotten(picture.picture(problem, load))
+        found = obstacle.forgotten(contact_candidates.find_candidates(problem, load))
         if found.steps:
             raise NotConverged(
                 f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound"
@@ -126,14 +126,14 @@ class FittedSolver(MeshFitter):
                 return self._refined(load, rtol, zones, even, rtol)
             except NotConverged as failure:
                 failures.append(failure)
-                hopeless = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
-                if hopeless or failure.__cause__:  # no orders help, or a mesh was too large
+                cannot_reach = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
+                if cannot_reach or failure.__cause__:  # no orders help, or a mesh was too large
                     break
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
     def first_zones(self, load, rtol=usual_rtol):
         """Zones of a half-plane."""
-        if self.picture.simple:
+        if self.candidates.simple:
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
                 contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels())
                 # edges that move on need no more, and panels that miss it would look for what is in reach
@@ -143,7 +143,7 @@ class FittedSolver(MeshFitter):
 
     def left(self, depth):
         """What levels leave at ends and peaks in the contact, about: 0.4 to 1.8 of that were seen."""
-        known = self.picture
+        known = self.candidates
         sizes = [(x, jump * known.half_width / known.rise / 2) for x, jump in jumps_of(known)]
         sizes += [(end, 1.0) for end in known.ends]
         return max((size for x, size in sizes if low(known, x)), default=0.0) * RATIO ** (depth / 2)
@@ -179,7 +179,7 @@ class FittedSolver(MeshFitter):
                     cause = failure
                     break
                 # no level is smaller, or memory is short
-                if aim >= 0.01 or self.fixed or self.picture.simple:
+                if aim >= 0.01 or self.fixed or self.candidates.simple:
                     raise
                 # the last two levels are those of all smaller ones
                 return self._refined(load, rtol, zones, even, max(10 * aim, 1e-5))

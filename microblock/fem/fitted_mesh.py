@@ -6,12 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..corners import active_set
+from ..contact_solvers import active_set
 from ..errors import NotConverged, require
+from ..model.intervals import common, contains, joined, without, zone_edges
 from ..model.missed_contact import overlaps
-from ..model.zones import common, contains, joined, without, zone_edges
-from ..threads import released
-from . import between
+from ..threads import with_outer_threads
+from . import off_node_violations
 from .body import Body
 from .condensation import Condensed, without_idle_rotation
 from .ground import FAR, WITHIN, GroundSolver
@@ -63,7 +63,7 @@ class MeshFitter(GroundSolver):
         """The Body on a graded mesh; NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         count = (along_surface(tips, parts, levels) + len(sizes) / 2) * order
-        if count > MOST_NODES and not self.picture.simple:
+        if count > MOST_NODES and not self.candidates.simple:
             instead = "take HalfPlane(solid) with Cells()"
             if self.domain < math.inf:
                 instead = "ask for a larger rtol, or take a Body on a mesh of yours"
@@ -173,7 +173,9 @@ class FittedMesh:
         square = sum(each.worth**2 for each in self.violations)
         law, obstacle = self.solver.law, self.solver.obstacle
         if not getattr(obstacle, "formulas", False):
-            square += between.missed(self.nodes.along, self.closed, law, obstacle, self._sites).sum()
+            square += off_node_violations.missed(
+                self.nodes.along, self.closed, law, obstacle, self._sites
+            ).sum()
         return Estimate(discretisation, self.step, truncation, math.sqrt(square) / self._size)
 
     @property
@@ -214,9 +216,9 @@ class FittedMesh:
             turned = problem.ell / 2 * problem.levers(x)[corner] * at.psi
             risen = turned - self.part.approach - at.u[1]
             place = x - problem.shifts[corner]
-            known = contains(solver.picture.stretches, place)
+            known = contains(solver.candidates.stretches, place)
             words = "could touch at this load where it is too high for that under a half-plane"
-            above = solver.picture.allowed(place[~known]) + risen[~known] >= 0
+            above = solver.candidates.allowed(place[~known]) + risen[~known] >= 0
             require(np.all(above), "obstacle", solver.contact.obstacle, words)
             gaps = np.where(known, problem.initial_gap(np.array(corner), x) + risen, np.inf)
             for overlap in overlaps(corner, x, gaps, 1.0):
@@ -227,7 +229,7 @@ class FittedMesh:
         (flexibility, gaps, share), closed = self.system, self.closed.ravel()
         c, forces = share[closed], np.zeros(len(gaps))
         try:
-            with released(len(c)):
+            with with_outer_threads(len(c)):
                 H = flexibility[np.ix_(closed, closed)]
                 rigid, elastic = np.linalg.solve(H, np.column_stack((c, -gaps[closed]))).T
         except np.linalg.LinAlgError as failure:
@@ -297,10 +299,12 @@ class FittedMesh:
     def violations(self):
         """[Violation] away from edges, without depth where tension has to open."""
         solver, sites = self.solver, [x[~self.beside_tips(x)] for x in self._sites]
-        pressed = between.overlaps(self.nodes.along, self.part, self.closed, sites)
+        pressed = off_node_violations.overlaps(self.nodes.along, self.part, self.closed, sites)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * solver.solid.layer_length
         zones = unfolded(self.zones) if solver.symmetric else self.zones
-        pulled = between.pulled_at_valleys(solver.problem, zones, self.x, self.pressures, tips, reach)
+        pulled = off_node_violations.pulled_at_valleys(
+            solver.problem, zones, self.x, self.pressures, tips, reach
+        )
         return [*pressed, *pulled]
 
     @cached_property

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import cached_property
 
-from ..corners.nodal import NodalPath
+from ..contact_solvers.nodal import NodalPath
 from ..halfplane.kernels import coalescence_exponent
 from ..model.events import SeenTwice, following
 

@@ -8,8 +8,8 @@ import numpy as np
 from .. import cost
 from ..errors import require
 from ..halfplane.forecast import likely_zones
+from ..model.intervals import zone_edges
 from ..model.solver import Solver
-from ..model.zones import zone_edges
 from .condensation import condensed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
 
@@ -21,7 +21,7 @@ def fitted_cost(solver, load, rtol):
     lengths: to the far field, and down to the distance of two tips; each level has 2.7 quadrilaterals at a
     tip. A triangle of order p has p^2/2 unknowns of a field, a quadrilateral p^2; orders that fall have half.
     """
-    zones = solver.inside(load, likely_zones(solver.problem, solver.picture))
+    zones = solver.inside(load, likely_zones(solver.problem, solver.candidates))
     ground, parts = solver.surface(zones)
     # one of two corners is open beside an edge, the width of a layer
     edges = np.add(zone_edges(zones), LAYERS * solver.solid.layer_length * (len(solver.law.corners) > 1))

@@ -6,18 +6,18 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..corners.compliance import nearest_alone
-from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
-from ..corners.friction_events import events
-from ..corners.nodal import zones_of
+from ..contact_solvers.compliance import nearest_alone
+from ..contact_solvers.event_driven import AT_LIMIT, EventDrivenContact, FrictionalContact, FrictionState
+from ..contact_solvers.friction_events import events
+from ..contact_solvers.nodal import zones_of
 from ..errors import out_of_reach, require, require_kind
 from ..model import law as laws
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
+from ..model.intervals import borders
 from ..model.progress import kept
 from ..model.refinement import levels
 from ..model.state import State
-from ..model.zones import borders
 from .body import Body
 from .condensation import condensed
 from .facets import FLAT, initial_gaps
@@ -48,12 +48,12 @@ class FrictionFacets:
     Examples
     --------
     >>> from microblock.fem import meshes
-    >>> from microblock.corners.follower import Follower
+    >>> from microblock.contact_solvers.event_driven import EventDrivenContact
     >>> from microblock.fem.friction import FrictionFacets
     >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
     ...                order=4, fixed="middle")
     >>> facets = FrictionFacets(body, mb.Microblock(friction=0.5), mb.Plane())
-    >>> round(float(Follower(facets.contact()).to(0.01, 0.002).tangential[0]), 9)
+    >>> round(float(EventDrivenContact(facets.contact()).to(0.01, 0.002).tangential[0]), 9)
     0.002
     """
 
@@ -108,7 +108,7 @@ class FrictionFacets:
 class FrictionSolution(OfMoment, MeshSolution):
     """A solution at a pair of loads, with its Moment."""
 
-    moment: Moment | None = None
+    moment: FrictionState | None = None
 
     @property
     def nodes(self):
@@ -154,7 +154,7 @@ class FollowsFriction:
         words = "is not for histories on a mesh, which stays as it is: refine it yourself"
         require(rtol is None, "rtol", rtol, words)
         contact = self.frictional.contact(coupled)
-        path = Follower(contact)
+        path = EventDrivenContact(contact)
         states = [State(self.frictional.solution(self, path.to(*map(float, pair)))) for pair in pairs]
         ends = borders(states[-1].x)
         edges = np.column_stack((ends[:-1], ends[1:]))

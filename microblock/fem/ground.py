@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import require, require_depth, require_finite
+from ..model.intervals import runs
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
-from ..model.zones import runs
 
 FAR = 1000.0  # size of an unbounded block over the reach of its contact boundary
 WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
@@ -50,7 +50,7 @@ class GroundSolver(Solver):
     """What solvers of a Block have in common."""
 
     verifies = True
-    picture = None
+    candidates = None
 
     def set_up(self):
         if self.domain == math.inf:
@@ -68,7 +68,7 @@ class GroundSolver(Solver):
     @cached_property
     def problem(self):
         """The problem along x1, of a symmetric one of a half."""
-        return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
+        return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.candidates)
 
     def first_load(self, approach):
         """A load of about this approach; BadArgument unless it lies above first touch, on a bounded block."""

@@ -5,14 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..corners.nodal import NodalSolution, OfNodes, zones_of
+from ..contact_solvers.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most, require
+from ..model import contact_candidates
 from ..model import law as laws
-from ..model import picture
+from ..model.intervals import contact_zones, distance, distance_to_ends, joined
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
-from ..model.zones import contact_zones, distance, distance_to_ends, joined
-from . import between, mesh_fields, meshes, supports
+from . import mesh_fields, meshes, off_node_violations, supports
 from .body import Fields
 from .facets import ContactNodes, lobatto
 
@@ -198,18 +198,18 @@ class MeshSolution(OnMesh, NodalSolution):
         """The Problem with a picture where gaps are low, if some are, and with the slope discontinuities and
         ends that it shows; BadArgument for a height of which none can be made.
         """
-        problem, stretches = self.problem, between.low(self)
+        problem, stretches = self.problem, off_node_violations.low(self)
         if not stretches:
             return problem
         half = max((right - left) / 2 for left, right in stretches)
-        known = picture.within(problem, stretches, half, between.LOW * self.approach)
-        return replace(problem, picture=known, obstacle=picture.seen(problem.obstacle, known))
+        known = contact_candidates.within(problem, stretches, half, off_node_violations.LOW * self.approach)
+        return replace(problem, candidates=known, obstacle=contact_candidates.seen(problem.obstacle, known))
 
     @property
     def ends(self):
         """Places x1 where the obstacle ends or, over a Body, jumps: pressures have no bound there."""
         problem = self.problem if self.block else self.sampled
-        steps = problem.picture.steps if problem.picture else ()
+        steps = problem.candidates.steps if problem.candidates else ()
         named = getattr(problem.obstacle, "ends", ())
         return (*(named or (-np.inf,) * len(steps[:1])), *steps)
 
@@ -276,7 +276,7 @@ class MeshSolution(OnMesh, NodalSolution):
     def _missed(self):
         """Sentences where nodes miss 3 % of the pressure."""
         try:
-            square = between.of_body(self).sum()
+            square = off_node_violations.of_body(self).sum()
         except BadArgument as failure:
             return [f"between the nodes the obstacle was not looked at: {failure}"]
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))

@@ -21,7 +21,7 @@ from ..errors import (
     require_whole,
 )
 from ..model.fields import halves, squares
-from ..model.zones import joined
+from ..model.intervals import joined
 
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5

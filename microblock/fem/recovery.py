@@ -19,13 +19,13 @@ import numpy as np
 
 from ..errors import MicroblockError, out_of_reach
 from ..model import law as laws
+from ..model.intervals import contains
 from ..model.progress import counted, kept
 from ..model.types import Flags
-from ..model.zones import contains
 from . import contact_term
-from .between import of_body
 from .facets import outward
 from .meshes import elements_at
+from .off_node_violations import of_body
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns

@@ -4,8 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..corners import projected_gradients
-from ..corners.surface_law import closed_corners, on_surface
+from ..contact_solvers import projected_gradients
+from ..contact_solvers.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, require
 from ..model.obstacles import heights
 from ..model.solver import SOLVED

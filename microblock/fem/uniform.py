@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from ..errors import NotConverged, require
-from ..model import methods, picture
+from ..model import contact_candidates, methods
 from .body import Body
 from .friction import history_to
 from .ground import FAR, GroundSolver
@@ -54,7 +54,7 @@ class UniformSolver(GroundSolver):
         """The solver with equal squares that the contact of a load fits in, made once."""
         if self.reach is not None:
             return self
-        half_width, _ = picture.classical(self.problem, load, 0.0)
+        half_width, _ = contact_candidates.classical(self.problem, load, 0.0)
         squares = math.ceil((2 * half_width + self.solid.ell) / self.options.h)
         return self._with_squares(squares)
 

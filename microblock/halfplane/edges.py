@@ -10,16 +10,16 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from ..errors import NotConverged
+from ..model.intervals import common, zone_edges
 from ..model.problem import half_line
 from ..model.progress import counted
 from ..model.quadrature import gauss_rule
-from ..model.zones import common, zone_edges
-from ..threads import released
-from .carried import decay, log_sizes_of
-from .counter import counter_kernel
+from ..threads import with_outer_threads
 from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import make_panels, response
+from .second_half_plane import counter_kernel
+from .transmitted_singularities import decay, log_sizes_of
 
 RESOLVED = 1e-10  # of the width of all zones: an edge this far from a tip is told from it
 
@@ -48,7 +48,7 @@ def solve_zones(problem, panels, load):
     terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * load
     right[:count, 1] = 5e-15 * terms * (-1.0) ** np.arange(count)
     try:
-        with released(count):
+        with with_outer_threads(count):
             solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
         raise NotConverged(

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ..corners import active_set
+from ..contact_solvers import active_set
 from ..errors import NotConverged
+from ..model.intervals import runs
 from ..model.quadrature import gauss_rule
-from ..model.zones import runs
-from .counter import counter_flexibility
 from .kernels import cell_rule, on_the_line
 from .panels import short_enough
+from .second_half_plane import counter_flexibility
 
 
 def first_zones(problem, load):

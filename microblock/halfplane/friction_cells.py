@@ -24,7 +24,7 @@ def cells(problem, fineness, features, reach=None):
     sqrt(r a) at the distance r from a feature, a the half-width of a classical contact, and 2 fineness r^.8
     a^.2 where all scales count (polygons of sqrt(r) and log(r)); beyond `reach`, an interval, they grow.
     """
-    a, found = problem.picture.half_width, []
+    a, found = problem.candidates.half_width, []
     for left, right in problem.stretches:
         breaks = [left, *(place for place in fixed(problem) if left < place < right), right]
         own = [each for each in features if left < each.place < right]
@@ -63,6 +63,6 @@ def fixed(problem):
 
 def touching(problem, fineness):
     """Returns features at `fixed` places and at the first touch of each corner."""
-    smallest, lowest = fineness**2 * problem.picture.half_width / 4, problem.picture.lowest
+    smallest, lowest = fineness**2 * problem.candidates.half_width / 4, problem.candidates.lowest
     first = [Feature(lowest + shift, 0.0, smallest, True) for shift in problem.shifts]
     return first + [Feature(each, 0.0, fineness**2 * smallest, True) for each in fixed(problem)]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..model.history import with_stick
-from ..model.zones import contact_zones, runs
+from ..model.intervals import contact_zones, runs
 
 
 def beyond(cells, values, grows):

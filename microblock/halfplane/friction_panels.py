@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ..corners.friction_events import legs
-from ..corners.rounding import PATHS
+from ..contact_solvers.friction_events import legs
+from ..contact_solvers.rounding import EPS_PIVOT
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.deformable import second_solid
 from ..model.events import Event
 from ..model.history import History, with_stick
+from ..model.intervals import common, contains
 from ..model.quadrature import gauss_rule
 from ..model.state import State
-from ..model.zones import common, contains
 from .kernels import kernels
 from .panel_solution import OnPanels
 
@@ -42,7 +42,7 @@ def require_superposition(contact: Any, order: int | None) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Memory:
+class LoadingHistory:
     """The integral of g, a polyline: loads along it lead to the same state without slip.
 
     Attributes
@@ -70,30 +70,30 @@ class Memory:
     def parts(self):
         """[(factor, load), ...] of the pressures of which q is the sum."""
         g = np.diff(self.shears) / np.diff(self.loads)
-        factors, large = -np.diff(g, append=0.0), PATHS * np.abs(g).max(initial=0.0)
+        factors, large = -np.diff(g, append=0.0), EPS_PIVOT * np.abs(g).max(initial=0.0)
         parts = zip(factors.tolist(), self.loads[1:].tolist())
         return [(factor, load) for factor, load in parts if abs(factor) > large]
 
     def to(self, load, shear, friction):
         """Returns the memory at the next pair; BadArgument where friction cannot bear the shear."""
-        load = self.load if abs(load - self.load) <= PATHS * load else load
+        load = self.load if abs(load - self.load) <= EPS_PIVOT * load else load
         grows = load > self.load
-        if grows and abs(shear - self.shears[-1]) > friction * (load - self.load) * (1 + PATHS):
+        if grows and abs(shear - self.shears[-1]) > friction * (load - self.load) * (1 + EPS_PIVOT):
             raise BadArgument(
                 "pairs",
                 (load, shear),
                 "must not add more shear force than friction times the normal force it adds: panels "
                 "follow slip while the normal force is constant or falls; method=Cells() follows both",
             )
-        missing, stuck, least = shear - self(load), load, PATHS * friction * load
+        missing, stuck, least = shear - self(load), load, EPS_PIVOT * friction * load
         if abs(missing) > least and not grows:
             limit = np.copysign(friction, missing)
             target = abs(limit * load - shear)
             stuck = (
                 float(np.interp(target, self.left(self.loads, limit), self.loads)) if target > least else 0.0
             )
-        loads = np.unique((0.0, *self.loads[self.loads < stuck * (1 - PATHS)], stuck, load))
-        return Memory(loads, np.append(self(loads[:-1]), shear), stuck)
+        loads = np.unique((0.0, *self.loads[self.loads < stuck * (1 - EPS_PIVOT)], stuck, load))
+        return LoadingHistory(loads, np.append(self(loads[:-1]), shear), stuck)
 
 
 class FrictionPanels:
@@ -102,7 +102,7 @@ class FrictionPanels:
     def __init__(self, solver, pairs):
         require_superposition(solver.contact, solver.options.order)
         self.solver, self.pairs, self.friction = solver, pairs, float(solver.law.friction)
-        self.memories, self._known = [Memory(np.zeros(1), np.zeros(1))], {}
+        self.memories, self._known = [LoadingHistory(np.zeros(1), np.zeros(1))], {}
         for P, Q in pairs.tolist():
             self.memories.append(self.memories[-1].to(P, Q, self.friction))
 
@@ -142,7 +142,7 @@ class FrictionPanels:
 
     @property
     def _lowest(self):
-        return self.solver.picture(float(self.pairs[:, 0].max())).lowest
+        return self.solver.candidates(float(self.pairs[:, 0].max())).lowest
 
     def _solution(self, memory, dissipation):
         own = self.at(memory.load)
@@ -226,7 +226,7 @@ class PanelFriction(OnPanels):
 
     plain: Any
     own: Any
-    memory: Memory
+    memory: LoadingHistory
     parts: list
     shear: float
     dissipation: float

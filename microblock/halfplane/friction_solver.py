@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 
 from .. import cost
-from ..corners.cell_solver import EQUAL
-from ..corners.follower import AT_LIMIT, Follower, Moment
-from ..corners.friction_events import events
+from ..contact_solvers.cell_solver import EQUAL
+from ..contact_solvers.event_driven import AT_LIMIT, EventDrivenContact, FrictionState
+from ..contact_solvers.friction_events import events
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
-from ..model import picture
+from ..model import contact_candidates
 from ..model.history import History, OfMoment, change
+from ..model.intervals import common, contains, distance_to_ends, runs
 from ..model.missed_contact import apart, overlaps
 from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import best_or_raise, is_last, levels
 from ..model.state import ErrorParts, State
-from ..model.zones import common, contains, distance_to_ends, runs
 from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_counter
@@ -33,7 +33,7 @@ SLOW, QUICK = 2.0, (np.inf, 5.0, 25.0, 1000.0)
 SPOT = 4  # cells of a contact, with fewer of which levels may agree and be wrong together
 
 
-class Beyond(NotConverged):
+class ContactLeavesCells(NotConverged):
     """The contact reaches the end of the cells."""
 
 
@@ -67,7 +67,7 @@ class FrictionCells(OfMoment):
     solver: Any
     problem: Problem
     edges: np.ndarray
-    moment: Moment
+    moment: FrictionState
     displacement: np.ndarray
     psi: np.ndarray
     micromoment: np.ndarray
@@ -139,7 +139,7 @@ class FrictionCells(OfMoment):
         for corner, closed in enumerate(self.closed):
             x = self.problem.sites(corner)
             x = x[contains(self.edges, x)]
-            valleys = self.problem.picture.minima + self.problem.shifts[corner]
+            valleys = self.problem.candidates.minima + self.problem.shifts[corner]
             looked_at = contains(self.edges[apart(closed)], x)
             looked_at |= np.isin(x, valleys) & ~contains(self.edges[closed], x)
             gaps = np.where(looked_at, self.gap(corner, x), np.nan)
@@ -204,13 +204,16 @@ class FrictionSolver:
     @cached_property
     def problem(self):
         plain = self.solver.problem
-        return replace(plain, picture=picture.picture(plain, self.times * float(self.pairs[:, 0].max())))
+        return replace(
+            plain,
+            candidates=contact_candidates.find_candidates(plain, self.times * float(self.pairs[:, 0].max())),
+        )
 
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
         try:
             return self._history(rtol)
-        except Beyond:  # a hill that is much narrower than others is pressed deeper
+        except ContactLeavesCells:  # a hill that is much narrower than others is pressed deeper
             if self.times > 16:
                 raise
             return replace(self, times=4 * self.times).history(rtol)
@@ -228,9 +231,9 @@ class FrictionSolver:
                     return reached
                 left = numbers[-1] - number
                 # large errors have no rule
-                hopeless = len(changes) > 1 and 0.1 > best > rtol * QUICK[left]
+                cannot_reach = len(changes) > 1 and 0.1 > best > rtol * QUICK[left]
                 seconds = cost.of_history(2 * finer.solutions[0].unknowns, len(self.pairs))
-                if reached is not None and is_last(rtol, hopeless, seconds):
+                if reached is not None and is_last(rtol, cannot_reach, seconds):
                     failure = self._refused(rtol, best, finer, left)
                     break
             else:
@@ -264,7 +267,7 @@ class FrictionSolver:
     def level(self, number, before):
         """Returns the Level on finer cells towards the edges of the one before."""
         # length of a cell over the half-width, at that distance of an edge
-        a, fineness = self.problem.picture.half_width, 0.16 / 2**number
+        a, fineness = self.problem.candidates.half_width, 0.16 / 2**number
         width = sum(right - left for left, right in self.problem.stretches)
         first = max(a / 20, width / 200)
         # smaller cells at edges than a quarter of the square of the fineness gain nothing
@@ -287,7 +290,7 @@ class FrictionSolver:
         forces = corners + (1 if self.problem.counter is None else corners)
         cost.require_history(len(edges), forces * len(edges), len(self.pairs))
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
-        path = Follower(with_counter(own, self.problem, edges))
+        path = EventDrivenContact(with_counter(own, self.problem, edges))
         solutions = [self._solution(edges, own, path, *pair) for pair in self.pairs.tolist()]
         changes = events(path.changes, own.friction, edges, self.pairs)
         steep = [float(edge) for one in solutions for edge in one.edges[one.jumping, 1]]
@@ -320,7 +323,9 @@ class FrictionSolver:
         ends = np.ravel(list(self.problem.ends.values()))
         for place in np.intersect1d(edges[closed.any(axis=0)], self.problem.stretches):
             if not np.isclose(place, ends, rtol=1e-9, atol=0.0).any():
-                raise Beyond(f"the contact reaches x = {place:g}, beyond which no contact was expected")
+                raise ContactLeavesCells(
+                    f"the contact reaches x = {place:g}, beyond which no contact was expected"
+                )
 
 
 def _features(before, smallest):

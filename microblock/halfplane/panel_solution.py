@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 
+from ..model.intervals import contains, distance, without, zone_edges
 from ..model.law import level_surface
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution
 from ..model.types import CornerZones
-from ..model.zones import contains, distance, without, zone_edges
 from ..threads import bounded
-from .carried import carried
-from .counter import counter_kernel
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, response
+from .second_half_plane import counter_kernel
 from .subsurface import fields_at
+from .transmitted_singularities import transmitted_singularities
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class OnPanels(LineSolution):
         ends = [end for ends in self.problem.ends.values() for end in ends if np.isfinite(end)]
         ends += [edge for edge in zone_edges(self.zones) if edge in self.problem.kinks]
         ends += [-end for end in ends if self.problem.mirror]
-        infinite = carried(self.problem, dict.fromkeys(ends, 1.0), panels.order)
+        infinite = transmitted_singularities(self.problem, dict.fromkeys(ends, 1.0), panels.order)
         values = rows @ lagrange(panels.points[0], np.zeros(1))[0]
         return np.where(panels.root & ~np.isin(panels.e, infinite), values, 0.0)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from ..errors import BadArgument, MicroblockError, NotConverged, at_least, out_of_reach, require
-from ..model import picture
+from ..model import contact_candidates
 from ..model.deformable import second_solid, shape_of
 from ..model.law import require_pure_force
 from ..model.methods import Cells
@@ -13,13 +13,13 @@ from ..model.obstacles import Samples
 from ..model.problem import Problem
 from ..model.refinement import Usual
 from ..model.solver import Solver
-from . import search
-from .cell_solver import LineSolver
+from . import zone_search
 from .forecast import panels_cost
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
+from .line_solver import LineSolver
 from .panel_solution import PanelSolution
-from .sampled import said
+from .sampling_uncertainty import with_sampling_note
 
 
 class PanelSolver(Solver):
@@ -49,7 +49,7 @@ class PanelSolver(Solver):
         state = self.at(load, rtol, self.options.order, initial)
         if self.options.order or not isinstance(shape_of(self.obstacle), Samples):
             return state  # without the cells that samples are compared on
-        return said(LineSolver(self.contact, Cells()), state, rtol)
+        return with_sampling_note(LineSolver(self.contact, Cells()), state, rtol)
 
     def predicted(self, load, approach, rtol):
         self._require_load(approach)
@@ -94,17 +94,17 @@ class PanelSolver(Solver):
 
     def _pictured_problem(self, load):
         found = self._seen(load)
-        if found.picture.steps:
+        if found.candidates.steps:
             raise BadArgument(
                 "obstacle",
                 self.obstacle,
-                f"must not jump on panels, as its height does at x = {found.picture.steps[0]:g}: "
+                f"must not jump on panels, as its height does at x = {found.candidates.steps[0]:g}: "
                 "Cells() take it",
             )
         return found
 
-    def picture(self, load):
-        return self._seen(load).picture
+    def candidates(self, load):
+        return self._seen(load).candidates
 
     def _seen(self, load):
         """The Problem with its Picture for loads up to the next power of 4 times E* ell."""
@@ -112,11 +112,11 @@ class PanelSolver(Solver):
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
         if bracket not in self._problems:
             try:
-                found = picture.picture(self.problem, bracket)
+                found = contact_candidates.find_candidates(self.problem, bracket)
             except MicroblockError:  # it may carry this load, though not that of the bracket
-                found = picture.picture(self.problem, load)
-            obstacle = picture.seen(self.problem.obstacle, found)
-            self._problems[bracket] = replace(self.problem, obstacle=obstacle, picture=found)
+                found = contact_candidates.find_candidates(self.problem, load)
+            obstacle = contact_candidates.seen(self.problem.obstacle, found)
+            self._problems[bracket] = replace(self.problem, obstacle=obstacle, candidates=found)
         return self._problems[bracket]
 
     def at(self, load, rtol=usual_rtol, order=None, near=None):
@@ -151,13 +151,13 @@ class PanelSolver(Solver):
         return failure
 
     def _solved(self, load, rtol, order, near):
-        return search.solve(self._pictured_problem(load), load, rtol, order, near).changed(solver=self)
+        return zone_search.solve(self._pictured_problem(load), load, rtol, order, near).changed(solver=self)
 
     def _check_width(self, load):
         if len(self.law.corners) == 1:
             return
         # of 2e6 blocks no zones are found
-        most, blocks = 2e5, 2 * self.picture(load).half_width / self.solid.ell
+        most, blocks = 2e5, 2 * self.candidates(load).half_width / self.solid.ell
         if blocks > most:
             raise NotConverged(
                 f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {most:.0g} are in "

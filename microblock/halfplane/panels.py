@@ -11,10 +11,10 @@ from functools import cached_property, lru_cache, reduce
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
+from ..model.intervals import common, contains, joined, without
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.zones import common, contains, joined, without
-from .carried import carried_edges, log_sizes
+from .transmitted_singularities import carried_edges, log_sizes
 
 
 def orders(simple, rtol):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..corners.follower import FrictionalContact
+from ..contact_solvers.event_driven import FrictionalContact
 from ..errors import BadArgument
 from ..threads import bounded
 from .averages import averaged

@@ -14,12 +14,12 @@ import numpy as np
 
 from ..errors import NotConverged
 from ..model.events import Event, LoadPath, following, require_on_path
+from ..model.intervals import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
 from ..model.methods import Cells
 from ..model.progress import counted, kept
 from ..model.state import State
-from ..model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
-from .carried import meeting_exponent
 from .edges import fit
+from .transmitted_singularities import meeting_exponent
 
 NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart

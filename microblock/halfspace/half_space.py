@@ -37,7 +37,7 @@ class HalfSpace(Unbounded):
     (0.44, 0.0158)
     """
 
-    solvers: ClassVar[dict[type, str]] = {Cells: "halfspace.solver.SurfaceSolver"}
+    solvers: ClassVar[dict[type, str]] = {Cells: "halfspace.surface_solver.SurfaceSolver"}
     methods, in_space = (Cells,), True
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ LONG = 20.0  # over the period, wavenumber up to which waves are summed
 NEAREST = 1e-6  # of the period, distance within which long waves do not change
 
 
-class Response:
+class PeriodicGreen:
     """Components of the response of a solid at distances, see `kernels.along_axes`.
 
     Parameters

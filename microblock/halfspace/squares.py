@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from ..corners.on_cells import Flexibility
+from ..contact_solvers.fft_compliance import Flexibility
 from ..model.quadrature import lagrange
 
 NODES = 6  # along a side, for 4e-4 of what squares half a side apart displace by
@@ -95,7 +95,7 @@ def of_nodes(grid, pieces):
     return np.array((x1.ravel(), x2.ravel()))
 
 
-class Far:
+class FarField:
     """What squares displace each other by, and on a period their images.
 
     Parameters
@@ -160,7 +160,7 @@ class Coupled(Flexibility):
         self.offsets, self.clamped = owns[0].offsets, owns[0].clamped
 
         def far(rows):
-            return Far(squares, lambda *away: on_rows(response(*away), rows), np.zeros((1, 2)))
+            return FarField(squares, lambda *away: on_rows(response(*away), rows), np.zeros((1, 2)))
 
         others = far(1 if len(self.offsets) == 1 else 3)
 
@@ -217,7 +217,7 @@ class Counters:
 
     def _between(self, offsets):
         apart = (offsets[:, None] - offsets).reshape(-1, 2)
-        return Far(self.squares, partial(of_corners, self.response, offsets), apart)
+        return FarField(self.squares, partial(of_corners, self.response, offsets), apart)
 
     def __matmul__(self, forces):
         return each([own.__matmul__ for own in self.owns], forces) + self._far(forces)

@@ -8,7 +8,8 @@ of         optional, ``of(solid)``: the same body of another solid, for sliders 
 in_space   optional, True where obstacles have heights over a surface, functions of (x1, x2)
 solvers    optional, {method class: Solver}, in place of the solvers that methods name
 
-`GivenCompliance` asks besides for ``compliance(clamped)``, a `microblock.corners.compliance.Compliance`.
+`GivenCompliance` asks besides for ``compliance(clamped)``, a
+`microblock.contact_solvers.compliance.Compliance`.
 """
 
 import math

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from ..errors import require, require_floats
 from .events import Event
+from .intervals import common, distance, without
 from .results import PlainData, line, saved
 from .state import Solution, State
 from .types import Array, Axes, ContactLike, Figure, Interval, Target, Zones
-from .zones import common, distance, without
 
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 

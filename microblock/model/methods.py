@@ -86,7 +86,7 @@ class Cells(Checked):
     window: Interval | None = field(default=None, metadata=checked(require_pair))
     residual: float = field(default=1e-9, metadata=checked(require_positive))
 
-    solver = "halfplane.cell_solver.LineSolver"
+    solver = "halfplane.line_solver.LineSolver"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -220,7 +220,7 @@ class Condensed:
 @dataclass(frozen=True)
 class GivenCompliance:
     """A body of one's own with a method ``compliance(clamped)``, which returns a
-    `microblock.corners.compliance.Compliance`.
+    `microblock.contact_solvers.compliance.Compliance`.
     """
 
-    solver = "corners.nodal.NodalSolver"
+    solver = "contact_solvers.nodal.NodalSolver"

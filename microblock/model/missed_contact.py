@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .intervals import borders, runs
 from .types import Array, Flags
-from .zones import borders, runs
 
 PLACES = 20_000  # of a surface at least, at which it is looked at without a picture
 

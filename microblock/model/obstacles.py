@@ -36,8 +36,8 @@ from ..errors import (
     require_whole,
     shortened,
 )
+from .intervals import runs
 from .types import AnyArray, Array, Flags, Interval, ObstacleLike
-from .zones import runs
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
 

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from .obstacles import Samples, heights
-from .proxy import places_of_ends
+from .piecewise_chebyshev import places_of_ends
 from .types import Array, Flags, Interval, ObstacleLike
 
 SAME = 1e-6  # of a period, or of the range of heights: what differs less is equal

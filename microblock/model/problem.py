@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from ..errors import require
 from . import law as laws
+from .intervals import contains, joined
 from .law import ACTS_IN, level_surface
 from .material import Cosserat, joint_modulus
 from .obstacles import heights, jumps_of, scales
-from .proxy import NOTHING, Proxy
+from .piecewise_chebyshev import EMPTY_PROXY, Proxy
 from .types import Array, CornerZones, Integers, Interval, LawLike, ObstacleLike
-from .zones import contains, joined
 
 GROWTH = 4.0  # of panels away from an edge
 
@@ -32,7 +32,7 @@ class Problem:
     law: LawLike
     obstacle: ObstacleLike
     mirror: bool = False
-    picture: Any = field(default=None, compare=False, repr=False)  # a Picture, or None
+    candidates: Any = field(default=None, compare=False, repr=False)  # a Picture, or None
     counter: Cosserat | None = None
 
     @property
@@ -66,7 +66,7 @@ class Problem:
 
     @property
     def _angle(self) -> Proxy:
-        return NOTHING if self.picture is None else self.picture.angle
+        return EMPTY_PROXY if self.candidates is None else self.candidates.angle
 
     def _first_of(self, places: ArrayLike) -> list[float]:
         """Returns for each place the first of those that are one with it but for rounding."""
@@ -99,15 +99,15 @@ class Problem:
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
         """[(edges, lengths), ...] of gaps and levers, in x of the contact point."""
-        if self.picture is None:
+        if self.candidates is None:
             return []
-        own = [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts]
+        own = [(self.candidates.edges + shift, self.candidates.lengths) for shift in self.shifts]
         own.append((self._angle.edges, self._angle.lengths))
         return [each for each in own if np.isfinite(each[1]).any()]
 
     @cached_property
     def stretches(self) -> list[Interval]:
-        low = self.picture.stretches
+        low = self.candidates.stretches
         return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
 
     @property
@@ -117,7 +117,7 @@ class Problem:
 
     def sites(self, corner: int) -> Array:
         """Returns contact points with a corner under a site of the picture, or of psi0."""
-        return np.union1d(self.picture.sites + self.shifts[corner], self._angle.samples)
+        return np.union1d(self.candidates.sites + self.shifts[corner], self._angle.samples)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval: as pieces on which heights and psi0 are polynomials,

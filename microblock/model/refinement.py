@@ -18,11 +18,11 @@ class Usual(float):
     """
 
 
-def is_last(rtol: float, hopeless: bool, seconds: float) -> bool:
+def is_last(rtol: float, cannot_reach: bool, seconds: float) -> bool:
     """Returns whether no further level is tried: as none would reach an rtol that was asked for, or, where
     none was asked for, as the next one is expected to take so many seconds.
     """
-    return seconds > SECONDS if isinstance(rtol, Usual) else hopeless
+    return seconds > SECONDS if isinstance(rtol, Usual) else cannot_reach
 
 
 def best_or_raise(rtol: float, best: Result | None, failure: NotConverged) -> Result:

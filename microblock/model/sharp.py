@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .deformable import shape_of
+from .intervals import contains
 from .obstacles import Samples, jumps_of
 from .types import Array, Flags
-from .zones import contains
 
 if TYPE_CHECKING:
     from .state import State

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from ..errors import Named, require, require_choice, require_floats, require_numbers, require_pair, shown
 from . import law as laws
 from .deformable import body_of
+from .intervals import contact_zones, over_the_end
 from .material import Cosserat, Elastic
 from .obstacles import gap, returned
 from .results import LISTED, PlainData, intervals, line, number, plain_data, saved
@@ -34,7 +35,6 @@ from .types import (
     ZoneErrors,
     Zones,
 )
-from .zones import contact_zones, over_the_end
 
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
-from ..corners.surface_law import on_surface
+from ..contact_solvers.surface_law import on_surface
 from ..errors import require
-from ..model import zones
+from ..model import intervals
 from ..model.law import level_surface, tangents
 from ..model.obstacles import heights
 from ..model.state import Surface
@@ -53,7 +53,7 @@ def blocks(surface, window):
     half, middle = (right - left) / 2, surface.x[np.abs(surface.x - (left + right) / 2).argmin()]
     beside = int(half / ell - 0.5)
     x = middle + ell * np.arange(-beside, beside + 1)
-    x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
+    x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~intervals.interrupted(surface.x, surface.apart, x)]
     rows = *surface.points.T, *surface.normals.T, surface.rotation, surface.displacement
     fields = np.column_stack([np.interp(x, surface.x, row) for row in rows])
     middles, normals, rotation, depths = np.split(fields, (2, 4, 5), axis=1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..model.zones import contains
+from ..model.intervals import contains
 from . import plots
 
 MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}

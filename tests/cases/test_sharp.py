@@ -8,7 +8,7 @@ import pytest
 import microblock as mb
 from cases import sharp
 from microblock.halfplane.kernels import short_waves
-from microblock.model.zones import distance_to_ends
+from microblock.model.intervals import distance_to_ends
 from tests import closed_forms
 
 FINE = np.linspace(-1.2, 1.2, 40001) + 1e-6  # between the nodes of all, and not where pressures are infinite

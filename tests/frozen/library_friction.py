@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import microblock as mb
-from microblock.corners import active_set, projected_gradients
-from microblock.corners.follower import Follower, FrictionalContact
+from microblock.contact_solvers import active_set, projected_gradients
+from microblock.contact_solvers.event_driven import EventDrivenContact, FrictionalContact
 from microblock.data import export
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.history import History
@@ -55,7 +55,7 @@ def solve_system(compliance, gaps, friction, path, coupled=True):
     """The path of a small system, `Followed`, by the follower of cells."""
     corners, n = gaps.shape
     m = corners * n
-    own = Follower(
+    own = EventDrivenContact(
         FrictionalContact(
             compliance[:m, :m], compliance[m:, :m], compliance[m:, m:], gaps.ravel(), friction, coupled
         )

@@ -5,13 +5,13 @@ import numpy as np
 import microblock as mb
 from cases.closed_forms import ThinLayer
 from cases.commands import hertz, strip
-from microblock.corners import active_set, projected_gradients
-from microblock.corners.on_cells import Grid
-from microblock.halfplane import averages, carried, first_zones, kernels, shear_cells
-from microblock.halfplane.counter import counter_flexibility
+from microblock.contact_solvers import active_set, projected_gradients
+from microblock.contact_solvers.fft_compliance import Grid
+from microblock.halfplane import averages, first_zones, kernels, shear_cells, transmitted_singularities
 from microblock.halfplane.friction_edges import zones_on_cells
-from microblock.halfplane.friction_panels import Memory
-from microblock.model import picture, proxy, quadrature, zones
+from microblock.halfplane.friction_panels import LoadingHistory
+from microblock.halfplane.second_half_plane import counter_flexibility
+from microblock.model import contact_candidates, intervals, piecewise_chebyshev, quadrature
 from microblock.model.law import initial_gaps, level_surface
 from microblock.model.problem import Problem
 from tests import closed_forms
@@ -158,13 +158,13 @@ def of_second_bodies():
             row = f"carried {name} {type(obstacle).__name__}"
             own = {0: ((-0.3, 0.1),), 1: ((-0.1, 0.3),)}
             found |= {
-                f"{row} decay": carried.decay(problem),
-                f"{row} edges": digest(carried.carried_edges(problem, own, 8)),
-                f"{row} exponent": carried.meeting_exponent(problem, own, 0.0),
+                f"{row} decay": transmitted_singularities.decay(problem),
+                f"{row} edges": digest(transmitted_singularities.carried_edges(problem, own, 8)),
+                f"{row} exponent": transmitted_singularities.meeting_exponent(problem, own, 0.0),
                 f"{row} logarithms": digest(
                     [
                         x
-                        for place, sizes in carried.log_sizes(problem, own, 8).items()
+                        for place, sizes in transmitted_singularities.log_sizes(problem, own, 8).items()
                         for x in (place, *sizes.values())
                     ]
                 ),
@@ -175,7 +175,7 @@ def of_second_bodies():
 
 def of_memories():
     """The superposition of Cattaneo and Mindlin along pairs that grow, turn back, fall and slide."""
-    found, memory = {}, Memory(np.zeros(1), np.zeros(1))
+    found, memory = {}, LoadingHistory(np.zeros(1), np.zeros(1))
     for number, pair in enumerate(
         ((1.0, 0.1), (1.4, 0.1), (1.4, 0.3), (1.4, -0.1), (1.2, 0.05), (1.5, 0.1), (0.7, -0.21), (0.7, 0.1))
     ):
@@ -204,7 +204,7 @@ SHAPES = {
 def of_pictures():
     """What is detected of obstacles from their heights: (name, value, how far it may move)."""
     for name, shape in SHAPES.items():
-        own = picture.picture(Problem(solid_of(), mb.Microblock(), shape), 1.0)
+        own = contact_candidates.find_candidates(Problem(solid_of(), mb.Microblock(), shape), 1.0)
         parts = "kinks", "ends", "steps", "stretches", "minima"
         counts = [f"{len(getattr(own, part))} {part}" for part in parts if len(getattr(own, part))]
         values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps")}
@@ -217,7 +217,7 @@ def of_pictures():
             yield from (
                 (f"picture {name} {part} {i}", value, "estimated", 1e-6) for i, value in enumerate(each)
             )
-    angle = proxy.proxy(lambda x: np.abs(np.sin(3 * x)) + x, np.linspace(-1, 2, 13))
+    angle = piecewise_chebyshev.proxy(lambda x: np.abs(np.sin(3 * x)) + x, np.linspace(-1, 2, 13))
     yield "proxy kinks", len(angle.singular), "outcome"
     yield from ((f"proxy 1 + place {i}", 1 + x, "estimated", 1e-6) for i, x in enumerate(angle.singular))
     yield from ((f"proxy jump {i}", jump, "estimated", 1e-5) for i, jump in enumerate(angle.jumps))
@@ -229,28 +229,30 @@ def of_intervals():
     x = np.linspace(-2, 4, 13)
     flags = np.array([0, 1, 1, 0, 0, 1, 0, 1], bool)
     texts = {
-        "joined": zones.joined([*second, *first]),
-        "joined with slack": zones.joined(first, 0.3),
-        "without": zones.without(first, 0.0, 2.5),
-        "common": zones.common(first, second),
-        "contains": zones.contains(first, x).astype(int).tolist(),
-        "over the end": zones.over_the_end([(0.0, 0.25), (0.5, 0.6), (0.75, 1.0)], 1.0),
-        "interrupted": zones.interrupted(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
-        "contact zones": zones.contact_zones({0: first, 1: second}, "AB"),
-        "changes": zones.zone_changes(first, second) + zones.zone_changes(second, first),
-        "moved on": zones.moved_on({0: tuple(first)}, {0: tuple((a - 0.25, b - 0.5) for a, b in first)}, 0.5),
-        "runs": [tuple(map(int, pair)) for pair in zones.runs(flags)],
-        "edges": zones.zone_edges({0: first, 1: second}),
+        "joined": intervals.joined([*second, *first]),
+        "joined with slack": intervals.joined(first, 0.3),
+        "without": intervals.without(first, 0.0, 2.5),
+        "common": intervals.common(first, second),
+        "contains": intervals.contains(first, x).astype(int).tolist(),
+        "over the end": intervals.over_the_end([(0.0, 0.25), (0.5, 0.6), (0.75, 1.0)], 1.0),
+        "interrupted": intervals.interrupted(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
+        "contact zones": intervals.contact_zones({0: first, 1: second}, "AB"),
+        "changes": intervals.zone_changes(first, second) + intervals.zone_changes(second, first),
+        "moved on": intervals.moved_on(
+            {0: tuple(first)}, {0: tuple((a - 0.25, b - 0.5) for a, b in first)}, 0.5
+        ),
+        "runs": [tuple(map(int, pair)) for pair in intervals.runs(flags)],
+        "edges": intervals.zone_edges({0: first, 1: second}),
     }
     for name, value in texts.items():
         yield f"intervals {name}", str(value), "outcome"
     weights, values = np.linspace(0.1, 0.3, 13), np.cos(x)
     top, places = hertz.largest(lambda x: 1 - (x**2 - 1) ** 2, x)
-    low, place = zones.lowest(lambda x: (x - 0.3) ** 2, x)
+    low, place = intervals.lowest(lambda x: (x - 0.3) ** 2, x)
     numbers = {
-        "distance": zones.distance(weights, values, 2 * values**2, 1 + values, values - 3),
+        "distance": intervals.distance(weights, values, 2 * values**2, 1 + values, values - 3),
         "relative error": strip.relative_error(values, values**2, weights, 1.0),
-        "distance to ends": digest(zones.distance_to_ends(x, (-1.0, 1.0), (0.0, 0.1))),
+        "distance to ends": digest(intervals.distance_to_ends(x, (-1.0, 1.0), (0.0, 0.1))),
         "lagrange": digest(quadrature.lagrange(np.array([0.1, 0.4, 0.9]), x)),
         "gauss rule": digest(quadrature.gauss_rule(7)),
     }
@@ -274,8 +276,8 @@ def of_edges():
     closed, stick = p > 0, root[1] > 0
     q = np.where(stick, q, 0.3 * p)
     own, _ = zones_on_cells(cells_of(edges), closed[None], stick, p[None], 0.3 * p, q, (), ["C"])
-    for name, intervals in own.items():
-        for number, interval in enumerate(intervals):
+    for name, pairs in own.items():
+        for number, interval in enumerate(pairs):
             for side, edge in zip(("left", "right"), interval):
                 yield f"edges {name} {number} {side}", edge, "estimated", 1e-3
 
@@ -287,7 +289,9 @@ def of_others():
     blocks = {couples: mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples) for couples in (False, True)}
     layer = ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
-    problem = Problem(solid_of(), law, mb.Wedge(slope=0.02), picture=picture.picture(problem, 1.0))
+    problem = Problem(
+        solid_of(), law, mb.Wedge(slope=0.02), candidates=contact_candidates.find_candidates(problem, 1.0)
+    )
     return {
         **{f"tilted punch at load {load:g}": digest(pressure) for load, (pressure, _) in punches.items()},
         **{f"tilted punch {load:g}": digest(contact) for load, (_, contact) in punches.items()},

@@ -14,11 +14,11 @@ import numpy as np
 import microblock as mb
 from microblock import command, cost
 from microblock.fem import meshes, meshes3d
-from microblock.halfplane import search
+from microblock.halfplane import zone_search
 from microblock.halfplane.first_zones import first_zones
-from microblock.model import picture, zones
+from microblock.model import contact_candidates, intervals
+from microblock.model.piecewise_chebyshev import proxy
 from microblock.model.problem import Problem
-from microblock.model.proxy import proxy
 from microblock.view import blocks
 
 from . import library
@@ -149,7 +149,7 @@ WARNED = {  # with loads at which something is to be said
     ),
     "pins": (mb.HalfSpace(SOLID), _hills, TURNED, mb.Cells(32, (-0.25, 0.25))),
 }
-PATHS = {
+EPS_PIVOT = {
     "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
     "bumps": (PLANE, SHAPES["two bumps"], BLOCKS, None, 1e-3),
     "line": (PLANE, lambda x: x**2 / 20 - 0.0011 * np.exp(-(((x - 0.45) / 0.05) ** 2)), LINE, None, 1e-3),
@@ -263,7 +263,7 @@ def on_nodes():
 
 def on_the_way():
     """Rows of load paths and histories."""
-    for name, (*parts, rtol) in PATHS.items():
+    for name, (*parts, rtol) in EPS_PIVOT.items():
         path = mb.Contact(*parts).path(1.0, rtol=rtol)
         yield from of_figure(f"path {name} figure", path.plot(), READ)
         yield from table(f"path {name}", {"words": words(path), "first": path.first}, READ)
@@ -290,7 +290,7 @@ def on_the_way():
 def seen(name, law, load=1.0):
     """The Problem of one of SHAPES with its picture."""
     problem = Problem(SOLID, law, (SHAPES | {"cylinder": CYLINDER})[name])
-    return replace(problem, picture=picture.picture(problem, load))
+    return replace(problem, candidates=contact_candidates.find_candidates(problem, load))
 
 
 def pictures():
@@ -299,7 +299,9 @@ def pictures():
     for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
         problem = seen(name, law, load)
         first = next(first_zones(problem, load))
-        parts = {part: getattr(problem.picture, part) for part in ("half_width", "lengths", "edges", "sites")}
+        parts = {
+            part: getattr(problem.candidates, part) for part in ("half_width", "lengths", "edges", "sites")
+        }
         parts["lengths"] = parts["lengths"][:-1]  # behind the last edge it is inf
         kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
         counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
@@ -332,12 +334,12 @@ def trials():
         start = dict(enumerate(wrong * len(problem.corners) if len(wrong) == 1 else wrong))
         for load in (1.0, 0.1):
             try:
-                state = search.fit(problem, load, start, 8, 1e-4)
+                state = zone_search.fit(problem, load, start, 8, 1e-4)
             except mb.NotConverged as failure:
                 yield f"trial {name} {load} fails", f"{failure} in {failure.iterations}", "outcome"
                 continue
-            found = search.survey(state)
-            amended = search.amended(state, found, 1e-6) or {}
+            found = zone_search.contact_violations(state)
+            amended = zone_search.amended(state, found, 1e-6) or {}
             counts = state.iterations, len(found)
             own = {"zones": state.zones, "further": state.further, "amended": amended}
             places = {
@@ -353,7 +355,7 @@ def first_cells(law, count):
     """First zones of an obstacle over so many stretches of 48 cells."""
     problem = Problem(SOLID, law, lambda x: 0.01 * np.sin(np.pi * x) ** 2)
     stretches = tuple((place - 0.1, place + 0.1) for place in range(count))
-    wide = replace(problem, picture=picture.within(problem, stretches, 0.1, 0.01))
+    wide = replace(problem, candidates=contact_candidates.within(problem, stretches, 0.1, 0.01))
     return lambda: next(first_zones(wide, 0.1))
 
 
@@ -369,7 +371,7 @@ def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float
 def parts():
     """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
     for name, shape in SHAPES.items():
-        x, heights = picture._everywhere(shape, 1e-4, 24, 1e4, (0.0,))
+        x, heights = contact_candidates._everywhere(shape, 1e-4, 24, 1e4, (0.0,))
         yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
     for name, function in PROXIES.items():
         own = proxy(function, np.linspace(-1, 2, 13), 1e-9)
@@ -411,18 +413,20 @@ def parts():
     one, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
     texts = {
         "over the end": [
-            zones.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
+            intervals.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
         ],
-        "joined": [zones.joined(reversed(pairs), slack) for slack in (0.0, 0.2, 0.25)],
-        "without": [zones.without(pairs, *each) for each in other],
-        "common": zones.common(pairs, other),
-        "changes": [zones.zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))],
-        "contains": zones.contains(other, x).tolist(),
-        "interrupted": zones.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
-        "runs": np.array(zones.runs(flags)).tolist(),
-        "distance": zones.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
-        "moved": [zones.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
-        "moved of others": zones.moved_on({0: pairs}, {0: other[:2]}, 0.5),
+        "joined": [intervals.joined(reversed(pairs), slack) for slack in (0.0, 0.2, 0.25)],
+        "without": [intervals.without(pairs, *each) for each in other],
+        "common": intervals.common(pairs, other),
+        "changes": [
+            intervals.zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))
+        ],
+        "contains": intervals.contains(other, x).tolist(),
+        "interrupted": intervals.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
+        "runs": np.array(intervals.runs(flags)).tolist(),
+        "distance": intervals.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
+        "moved": [intervals.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
+        "moved of others": intervals.moved_on({0: pairs}, {0: other[:2]}, 0.5),
         "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
         "elastic": words(mb.Elastic(100, 0.3)),
         "alike": [one == same, hash(one) == hash(same), one == higher, one == "x"],

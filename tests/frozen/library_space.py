@@ -11,15 +11,15 @@ import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
-from microblock.corners.on_cells import Grid
-from microblock.corners.surface_law import on_surface
+from microblock.contact_solvers.fft_compliance import Grid
+from microblock.contact_solvers.surface_law import on_surface
 from microblock.fem import meshes, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
 from microblock.fem.condensation import condensed
 from microblock.fem.facets import ContactNodes
 from microblock.halfplane.kernels import at_rest, normal_symbol
-from microblock.halfspace import counter, kernels, symbol
+from microblock.halfspace import kernels, second_half_space, symbol
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given
@@ -300,7 +300,7 @@ def of_second_bodies():
         waves = zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS)))
         values = {f"symbol at k={k:g}": value for k, value in waves}
         for where, periodic in (("alone", False), ("on a period", True)):
-            own = counter.Counter(solid, 0.3, offsets, 0.11, 8, periodic)
+            own = second_half_space.SecondBodyCells(solid, 0.3, offsets, 0.11, 8, periodic)
             values |= {f"{where} gap {i}": gap[3, 5] for i, gap in enumerate(own @ FORCES)}
             values[f"{where} pressed"] = own.pressed(FORCES)[4, 6]
         found |= {f"second {name} {part}": value for part, value in values.items()}

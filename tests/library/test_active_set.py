@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from microblock import NotConverged
-from microblock.corners import active_set
-from microblock.corners.active_set import faces, lifted, path, solve
+from microblock.contact_solvers import active_set
+from microblock.contact_solvers.active_set import block_pivoting, lifted, path, solve
 
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")
 KKT = 1e-10  # what is promised; the solver aims at 1e-15
@@ -100,9 +100,9 @@ def test_plain_active_set_cycles(seeds):
             continue
         lift, load = lifted(H), level["load"]
         regular, nothing = H + lift + 1e-9 * np.diag(np.diag(H)), np.zeros(len(g0), bool)
-        with_safeguard, *_ = faces(regular, g0, nothing, load)
+        with_safeguard, *_ = block_pivoting(regular, g0, nothing, load)
         try:
-            plain, *_ = faces(regular, g0, nothing, load, patience=np.inf, budget=5000)
+            plain, *_ = block_pivoting(regular, g0, nothing, load, patience=np.inf, budget=5000)
         except NotConverged:  # more sets tried than the 2^12 there are
             cycles += 1
         else:

@@ -15,8 +15,8 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
-from microblock.corners.compliance import Compliance
-from microblock.corners.nodal import zones_of
+from microblock.contact_solvers.compliance import Compliance
+from microblock.contact_solvers.nodal import zones_of
 from microblock.fem import meshes, meshes3d, recovery
 from microblock.fem.condensation import Condensed
 from microblock.fem.meshes import Ground

@@ -14,11 +14,11 @@ from threadpoolctl import threadpool_limits
 import microblock as mb
 from cases.benchmarks.verification import SEED
 from cases.benchmarks.verification.obstacles import drawn
-from microblock.halfplane import search
+from microblock.halfplane import zone_search
 from microblock.halfplane.kernels import short_waves
-from microblock.model.picture import picture
+from microblock.model.contact_candidates import picture
+from microblock.model.piecewise_chebyshev import proxy
 from microblock.model.problem import Problem
-from microblock.model.proxy import proxy
 from tests.states import apart
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -208,7 +208,7 @@ def test_the_next_method_answers_where_the_first_does_not(monkeypatch):
     here = contact(cylinders(1.5), BLOCKS)
     panels = here.solve(load=1.0, rtol=1e-4)
     assert panels.method == "panels" == here.plan(load=1.0, rtol=1e-3).candidates[0].name
-    monkeypatch.setattr(search, "solve", fails)
+    monkeypatch.setattr(zone_search, "solve", fails)
     state = here.solve(load=1.0, rtol=1e-3)
     assert "cells instead of panels (no zones fit)" in state.warnings
     assert state.method == "cells" and missed(panels, state) < state.error_estimate <= 1e-3

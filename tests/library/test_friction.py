@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.corners.follower import Follower, FrictionalContact
+from microblock.contact_solvers.event_driven import EventDrivenContact, FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.halfplane.averages import averaged
 from microblock.halfplane.friction_solver import _with_errors as with_errors
@@ -86,13 +86,13 @@ def one_block(friction):
 )
 def test_one_block_sticks_slips_and_tips(friction, shear, forces, limit):
     """By hand."""
-    moment = Follower(one_block(friction)).to(1.0, shear)
+    moment = EventDrivenContact(one_block(friction)).to(1.0, shear)
     assert moment.normal == pytest.approx(forces, abs=1e-6) and moment.at_limit.all() == limit
     assert moment.closed.tolist() == [force > 0 for force in forces] and moment.dissipation == 0
 
 
 def test_shear_beyond_friction_ends_where_all_slips():
-    path = Follower(one_block(0.5))
+    path = EventDrivenContact(one_block(0.5))
     path.to(1.0, 0.0)
     with pytest.raises(mb.NotConverged, match="all nodes slip") as caught:
         path.to(1.0, 0.6)
@@ -102,7 +102,7 @@ def test_shear_beyond_friction_ends_where_all_slips():
 @pytest.mark.parametrize("entry", range(5), ids=["A", "B", "tangential", "approach", "offset"])
 def test_the_residual_sees_whatever_is_wrong(entry):
     """An unknown that is off by a thousandth of its largest one, with its partner alone: no less is said."""
-    path = Follower(one_block(0.5))
+    path = EventDrivenContact(one_block(0.5))
     assert path.to(1.0, 0.2).residual < 1e-6  # rounding of compliances of 1e9
     path.x[entry] += 1e-3 * np.abs(path.x).max()
     assert path.moment().residual > 1e-4
@@ -125,7 +125,7 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
         random = np.random.default_rng(seed)
         loads = random.uniform(0.1, 1.0, 6)
         ends = np.column_stack((loads, F * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)))
-        path, often, before, last = Follower(own), Follower(own), 0.0, np.zeros(2)
+        path, often, before, last = EventDrivenContact(own), EventDrivenContact(own), 0.0, np.zeros(2)
         for end in ends:
             moment = path.to(*end)
             n, t = moment.normal, moment.tangential

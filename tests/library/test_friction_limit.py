@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 import math
-from collections import Counter
+from collections import SecondBodyCells
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,8 +12,8 @@ import pytest
 from conftest import dome
 
 import microblock as mb
-from microblock.corners import follower
-from microblock.corners.follower import Follower, FrictionalContact
+from microblock.contact_solvers import event_driven
+from microblock.contact_solvers.event_driven import EventDrivenContact, FrictionalContact
 from microblock.fem import friction, meshes
 from microblock.fem.friction import FrictionFacets
 from tests.bodies import on_ground
@@ -26,10 +26,10 @@ RTOL = {NEWTON: None, None: 0.3}
 
 def test_events_without_end_are_named(monkeypatch):
     """No input is known that has so many."""
-    monkeypatch.setattr(follower, "range", lambda most: range(1), raising=False)
+    monkeypatch.setattr(event_driven, "range", lambda most: range(1), raising=False)
     with pytest.raises(mb.NotConverged, match="to and fro without end") as failure:
         contact = FrictionalContact(np.eye(2), np.diag([-C, 0.0]), np.eye(2), np.array([1.0, 0.0]), 0.3)
-        Follower(contact).to(2.0, 0.0)
+        EventDrivenContact(contact).to(2.0, 0.0)
     assert failure.value.reached == pytest.approx((1.0, 0.0))  # the other node touches
 
 
@@ -59,7 +59,7 @@ def test_nodes_at_one_place_share_what_one_carries(seed):
         gaps=single.gaps[both],
     )
     for shear in (0.0, 0.8 * single.friction):
-        alone, shared = (Follower(contact).to(5.0, 5.0 * shear) for contact in (single, double))
+        alone, shared = (EventDrivenContact(contact).to(5.0, 5.0 * shear) for contact in (single, double))
         for name in ("normal", "tangential"):
             forces = getattr(shared, name).reshape(2, n).sum(axis=0)
             assert forces == pytest.approx(getattr(alone, name), abs=1e-12)
@@ -112,25 +112,25 @@ def all_rates(contact, now, way):
 @pytest.mark.nightly(200)
 def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     """Wherever a history goes on, enumeration finds one way; where it is refused, none or two."""
-    seen, settled = Counter(), Follower._settled
+    seen, settled = SecondBodyCells(), EventDrivenContact._settled
 
-    def compared(follower, way, remaining):
-        ways = len(all_rates(follower.contact, follower.moment(), way))
+    def compared(event_driven, way, remaining):
+        ways = len(all_rates(event_driven.contact, event_driven.moment(), way))
         try:
-            found = settled(follower, way, remaining)
+            found = settled(event_driven, way, remaining)
         except mb.NotConverged:
             seen[ways, "refused"] += 1
             raise
         seen[ways, "goes on"] += 1
         return found
 
-    monkeypatch.setattr(Follower, "_settled", compared)
+    monkeypatch.setattr(EventDrivenContact, "_settled", compared)
     for seed in seeds:
         contact = drawn(seed, -0.3)
-        follower = Follower(contact)
+        event_driven = EventDrivenContact(contact)
         with contextlib.suppress(mb.NotConverged):
             for shear in (0.0, 0.9, -0.9):
-                follower.to(1.0, shear * contact.friction)
+                event_driven.to(1.0, shear * contact.friction)
     assert seen[1, "goes on"] > 5 * len(seeds) and sum(seen[key] for key in seen if key[1] == "refused") > 0
     assert not [key for key in seen if (key[0] == 1) != (key[1] == "goes on")], seen
 
@@ -167,8 +167,8 @@ PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
 
 def followed(body, friction, pairs):
     facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
-    follower = Follower(facets.contact())
-    return [follower.to(*pair) for pair in pairs], follower.changes, facets
+    event_driven = EventDrivenContact(facets.contact())
+    return [event_driven.to(*pair) for pair in pairs], event_driven.changes, facets
 
 
 def test_a_column_follows_the_closed_form():

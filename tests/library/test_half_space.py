@@ -8,11 +8,11 @@ from scipy.linalg import schur
 from scipy.special import j0
 
 import microblock as mb
-from microblock.corners.on_cells import Grid
+from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, short_waves
 from microblock.halfplane.kernels import symbol as plane_symbol
 from microblock.halfspace.kernels import ORDERS, Radial, kernels
-from microblock.halfspace.search import beyond
+from microblock.halfspace.square_search import beyond
 from microblock.halfspace.squares import Squares
 from microblock.halfspace.symbol import along
 from tests.states import on_cells

@@ -13,14 +13,14 @@ GROUND = {"errors", "threads", "cost"}  # may be used by all
 MAY_IMPORT = {  # a room, and the rooms below it that it may use
     "__init__": set(),
     "model": {"__init__"},  # the version, which files hold
-    "corners": {"model"},
-    "halfplane": {"model", "corners"},
-    "halfspace": {"model", "corners", "halfplane"},  # its part in a plane is the half-plane's
+    "contact_solvers": {"model"},
+    "halfplane": {"model", "contact_solvers"},
+    "halfspace": {"model", "contact_solvers", "halfplane"},  # its part in a plane is the half-plane's
     # the first zones of fitted meshes are those of a half-plane; the law over a surface that of a half-space
-    "fem": {"model", "corners", "halfplane", "halfspace"},
+    "fem": {"model", "contact_solvers", "halfplane", "halfspace"},
     "contact": {"model", "halfplane", "halfspace", "fem"},
-    "view": {"model", "corners", "halfplane", "halfspace", "fem", "contact"},
-    "data": {"model", "corners", "halfplane", "halfspace", "fem", "contact", "__init__"},
+    "view": {"model", "contact_solvers", "halfplane", "halfspace", "fem", "contact"},
+    "data": {"model", "contact_solvers", "halfplane", "halfspace", "fem", "contact", "__init__"},
     # a command is a user: it may ask for anything
     **dict.fromkeys(("command", "__main__"), {"__init__", "model", "data", "view", "contact", "command"}),
 }
@@ -28,15 +28,15 @@ DRAWN_WHEN_CALLED = {"model", "halfplane", "halfspace", "fem"}  # which load `vi
 INSIDE = {  # what tests may name of the library beside its public names, and why
     "errors threads cost": "what all rooms share: values as they are shown, one thread, memory",
     "model": "closed forms, laws and proxies of obstacles: functions known by their values",
-    "corners": "systems of corners at fixed nodes have no public name",
+    "contact_solvers": "systems of corners at fixed nodes have no public name",
     "halfplane halfspace": "kernels and symbols against modes and quadrature; cells that judge",
     "fem": "loads without contact, the contact term by hand, meshes to solve on",
     "view": "sessions and pictures are looked at as they are drawn",
     "data command": "records are read back; options of commands",
 }
 PRIVATE = {  # modules of which tests take private names: there no public call reaches what is tested
-    "microblock.corners.active_set": "pivoting alone, and a tableau that is spoilt",
-    "microblock.halfspace.solver": "cells of a state that are made finer, and loads beyond them",
+    "microblock.contact_solvers.active_set": "pivoting alone, and a tableau that is spoilt",
+    "microblock.halfspace.surface_solver": "cells of a state that are made finer, and loads beyond them",
     "microblock.halfplane.friction_solver": "errors of events of two levels alone",
     "microblock.fem.recovery": "pressure beyond the end of an obstacle alone",
 }
@@ -78,7 +78,9 @@ def test_imports_run_downwards_and_in_no_circle():
 
 
 def test_rooms_without_a_mesh_load_neither_ngsolve_nor_matplotlib():
-    files = [path for name in ("model", "corners", "halfplane") for path in (ROOT / name).glob("*.py")]
+    files = [
+        path for name in ("model", "contact_solvers", "halfplane") for path in (ROOT / name).glob("*.py")
+    ]
     modules = ", ".join(dotted(path) for path in files if path.stem != "__init__")
     code = f"import sys; import {modules}; assert not {{'ngsolve', 'matplotlib'}} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

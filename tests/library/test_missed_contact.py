@@ -5,7 +5,7 @@ import pytest
 
 import microblock as mb
 from cases.benchmarks.verification import named
-from microblock.halfplane.cell_solver import LineSolver
+from microblock.halfplane.line_solver import LineSolver
 
 SOLID = mb.Elastic(E=100, nu=0.3)
 HALF_PLANE = mb.HalfPlane(SOLID)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.corners.compliance import Compliance
-from microblock.corners.follower import FrictionalContact
-from microblock.corners.nodal import NodalSolver
+from microblock.contact_solvers.compliance import Compliance
+from microblock.contact_solvers.event_driven import FrictionalContact
+from microblock.contact_solvers.nodal import NodalSolver
 from microblock.model.methods import GivenCompliance
 from microblock.model.solver import Solver
 from microblock.model.state import Solution, State

@@ -11,10 +11,10 @@ import pytest
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
+from microblock.halfplane import contact_violations as survey_module
 from microblock.halfplane import edges, panel_solution
-from microblock.halfplane import survey as survey_module
-from microblock.halfplane.carried import meeting_exponent
 from microblock.halfplane.kernels import coalescence_exponent, short_waves, symbol
+from microblock.halfplane.transmitted_singularities import meeting_exponent
 from tests import closed_forms
 from tests.states import apart
 
@@ -144,7 +144,7 @@ def test_overlaps_are_larger_than_rounding():
     """Each overlap apart from all edges becomes a zone, whatever it is worth."""
     here = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
     state = edges.fit(here, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4)
-    assert all(each.depth > 1e-14 or not each.depth for each in survey_module.survey(state))
+    assert all(each.depth > 1e-14 or not each.depth for each in survey_module.contact_violations(state))
 
 
 def test_zones_meet_at_alpha_mid():
@@ -339,7 +339,7 @@ def test_a_grid_is_refined_until_the_tolerance_holds():
 
 def test_what_cells_advise_works(monkeypatch):
     """The rtol that is advised is reached, and no method is advised that a period does not take."""
-    monkeypatch.setattr("microblock.halfplane.cell_solver.LineSolver.most", 2048)
+    monkeypatch.setattr("microblock.halfplane.line_solver.LineSolver.most", 2048)
     here = mb.Contact(PERIOD, WAVE, mb.Microblock())
     with pytest.raises(mb.NotConverged, match="ask for rtol=") as failure:
         here.solve(load=0.5, rtol=1e-6)

@@ -9,8 +9,8 @@ import pytest
 
 import microblock as mb
 from cases.__main__ import main
-from microblock.corners.cell_solver import CellSolver
-from microblock.corners.follower import Follower
+from microblock.contact_solvers.cell_solver import CellSolver
+from microblock.contact_solvers.event_driven import EventDrivenContact
 from microblock.halfplane.panel_solver import PanelSolver
 from microblock.model.progress import counted, counting
 
@@ -105,7 +105,7 @@ def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
     assert 0 < len(known) < len(events) and known == events[: len(known)]
     monkeypatch.undo()
     rubbed = mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3), mb.Cells())
-    interrupting(monkeypatch, Follower, "to", 3)  # in the middle of the second level
+    interrupting(monkeypatch, EventDrivenContact, "to", 3)  # in the middle of the second level
     with pytest.raises(mb.Interrupted, match="^history: interrupted, level=2") as stop:
         rubbed.history([(1.0, 0.0), (1.0, 0.1)], rtol=1e-3)
     loads = [(state.load, state.shear, state.error_estimate) for state in stop.value.reached.states]

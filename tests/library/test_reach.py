@@ -5,8 +5,8 @@ import pytest
 import microblock as mb
 from cases.benchmarks.verification import reach
 from microblock.fem import recovery
-from microblock.halfplane.cell_solver import LineSolver
-from microblock.halfspace.solver import SurfaceSolver
+from microblock.halfplane.line_solver import LineSolver
+from microblock.halfspace.surface_solver import SurfaceSolver
 
 # of a kind of drawn problems: number, and an rtol that is out of its reach. By rounding that grows with the
 # order (2), by a kink that is no edge (4, 12), where another rtol reaches 19 times less (7); by the steps of

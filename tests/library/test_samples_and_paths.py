@@ -36,7 +36,7 @@ def sampled(count, size=0.0, noise=None):
     return mb.Contact(GROUND, mb.Obstacle.from_samples(x, z, noise), mb.Microblock(), mb.Cells())
 
 
-def left_open(state):
+def sampling_uncertainty(state):
     (words,) = [each for each in state.warnings if "open" in each]
     return float(words.split("leave ")[1].split()[0])
 
@@ -49,13 +49,13 @@ def test_samples_say_what_they_leave_open(count, size, noise):
     exact = mb.Contact(GROUND, mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0, rtol=1e-5)
     state = sampled(count, size, noise).solve(load=1.0, rtol=1e-3)
     # the pressure of what was sampled, which smooth curves and all noise of that size share
-    assert error(state, exact) < left_open(state) < 12 * error(state, exact)
+    assert error(state, exact) < sampling_uncertainty(state) < 12 * error(state, exact)
 
 
 def test_the_noise_counts():
     # of a smooth profile every second sample shows none
     quiet, noisy = (sampled(1000, 0.0, noise).solve(load=1.0, rtol=1e-3) for noise in (None, 1e-4))
-    assert left_open(noisy) > 5 * left_open(quiet)
+    assert sampling_uncertainty(noisy) > 5 * sampling_uncertainty(quiet)
     assert not [words for words in sampled(10001).solve(load=1.0, rtol=1e-3).warnings if "open" in words]
 
 
@@ -63,8 +63,8 @@ def test_the_noise_counts():
 def test_cells_stop_below_what_samples_leave_open_or_say_that_all_is_noise(count, size):
     state = sampled(count, size, size).solve(load=1.0, rtol=1e-3)
     (words,) = [each for each in state.warnings if "cells stop at an error" in each]
-    assert ("those of noise" in words) == (left_open(state) > 0.5)
-    assert state.error_estimate <= left_open(state) or "those of noise" in words
+    assert ("those of noise" in words) == (sampling_uncertainty(state) > 0.5)
+    assert state.error_estimate <= sampling_uncertainty(state) or "those of noise" in words
     # where the contact ends and the work do not depend on noise that is small beside the approach of 6e-3
     smooth = sampled(count).solve(load=1.0, rtol=1e-3)
     assert abs(state.half_width - smooth.half_width) < 2e-2 * smooth.half_width

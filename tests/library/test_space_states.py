@@ -75,7 +75,7 @@ def test_what_one_grid_cannot_resolve_is_refused(monkeypatch, scene, load, rtol,
     """Peaks were 4 and 5 times too low under estimates below 1e-11; of flat faces the estimate falls slower
     than grids get finer, which few of them show. Coarse grids show both faults, fine ones take the time.
     """
-    monkeypatch.setattr("microblock.halfspace.solver.SurfaceSolver.most", most)
+    monkeypatch.setattr("microblock.halfspace.surface_solver.SurfaceSolver.most", most)
     with pytest.raises(mb.NotConverged, match=words) as caught:
         scene().solve(load=load, rtol=rtol)
     met = caught.value.rtol_reached

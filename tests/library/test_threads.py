@@ -77,7 +77,7 @@ def test_large_matrices_alone_have_the_threads_from_outside():
 
     @threads.bounded
     def within(rows):
-        with threads.released(rows):
+        with threads.with_outer_threads(rows):
             inside = numbers()
         return inside, numbers()
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.halfplane.carried import log_sizes
 from microblock.halfplane.kernels import normal_symbol, symbol
+from microblock.halfplane.transmitted_singularities import log_sizes
 from microblock.model.problem import Problem
 from tests.states import apart
 

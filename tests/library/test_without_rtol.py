@@ -9,9 +9,9 @@ import microblock as mb
 from cases.benchmarks.verification import judging, shapes
 from microblock import cost
 from microblock.fem.fitted import FittedSolver
-from microblock.halfplane.cell_solver import LineSolver
+from microblock.halfplane.line_solver import LineSolver
 from microblock.halfplane.panel_solver import PanelSolver
-from microblock.halfspace.solver import SurfaceSolver
+from microblock.halfspace.surface_solver import SurfaceSolver
 from microblock.model import refinement
 from microblock.model.plan import Candidate, first_answer
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import microblock as mb
 from microblock.fem import meshes
-from microblock.model.zones import zone_edges
+from microblock.model.intervals import zone_edges
 
 from . import SEED, obstacles, panels, period
 from .judging import Case

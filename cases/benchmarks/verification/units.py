@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import microblock as mb
-from microblock.model.zones import zone_edges
+from microblock.model.intervals import zone_edges
 
 from . import lines, panels
 from .judging import Case

@@ -5,12 +5,12 @@ from .. import problems_friction as problems
 from ..states import rows_of, rows_refused
 
 # sums of hundreds of differences of tabulated kernels, whose own rounding is 1e-13
-SUMS = 1e-11
+EPS_SUM = 1e-11
 
 
 def rows():
     for part in (library_plane.of_shear_kernels, library_plane.of_averages, library_plane.of_products):
-        yield from ((name, value, "definition", SUMS) for name, value in part().items())
+        yield from ((name, value, "definition", EPS_SUM) for name, value in part().items())
     for part in (library_plane.of_second_bodies, library_plane.of_memories, library_plane.of_others):
         for name, value, kind in rows_of("definition", part):
             # jumps of a slope that was sampled

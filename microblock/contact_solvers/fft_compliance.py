@@ -4,8 +4,8 @@ With the normal displacement u, rotations phi times ell/2, corners at s and tilt
 
     p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`. Four corners of a block have three degrees of
-freedom: without a second body H has a null space.
+is the flexibility H of (a) in `microblock.contact_solvers.active_set`. Four corners of a block have
+three degrees of freedom: without a second body H has a null space.
 
 In Fourier space (u, phi) = D R D^H (p, m) with D = diag(1, -i, ...) and R real and symmetric. With the
 direction e of a wave R is [[U, V e], [V e, W_par + (W - W_par) e e]], where W_par turns about axes along e.
@@ -19,10 +19,12 @@ import numpy as np
 from scipy.fft import next_fast_len
 from scipy.ndimage import map_coordinates
 
-from .convolution import Waves, embedded
-from .rounding import PATHS
+from .convolution import FourierOperator, circulant_spectrum
+from .rounding import EPS_PIVOT
 
-NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
+TWIST_MODE = np.array(
+    (1.0, -1.0, -1.0, 1.0)
+)  # forces on four corners that have neither a resultant nor a moment
 
 
 @dataclass(frozen=True)
@@ -126,9 +128,13 @@ class Flexibility:
             whole = [[None] * (1 + d) for _ in odd]
             for i in range(1 if clamped else 1 + d):
                 for j in range(i, 1 + d):
-                    whole[i][j] = whole[j][i] = embedded(next(parts), length, *np.not_equal(odd[i], odd[j]))
-        self.aside = Waves((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
-        self.response = Waves((length,) * d, [whole[0][:1]] if one else whole)
+                    whole[i][j] = whole[j][i] = circulant_spectrum(
+                        next(parts), length, *np.not_equal(odd[i], odd[j])
+                    )
+        self.aside = (
+            FourierOperator((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
+        )
+        self.response = FourierOperator((length,) * d, [whole[0][:1]] if one else whole)
         shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
         displaced, _, rotated = np.ravel(shortest * symbol(shortest)[:3])
         self.short = np.array((1.0, *[rotated / displaced] * d))
@@ -140,9 +146,11 @@ class Flexibility:
             R = smooth(symbol, near, width, d, rest)
             if one:
                 own = (exchanged(R, turns) if clamped else R)[0, 0]
-                return Waves((near,) * d, [[1 / (own if counter is None else own + counter.smooth)]])
+                return FourierOperator(
+                    (near,) * d, [[1 / (own if counter is None else own + counter.smooth)]]
+                )
             R = R if counter is None else counter.added(R, displaced)
-            return Waves((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
+            return FourierOperator((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
 
         self.back = back
 
@@ -186,7 +194,7 @@ class Flexibility:
         inverse = self.back()
         if len(self.offsets) == 1:
             return inverse
-        back = np.linalg.inv(self._rows) if len(there) < len(NONE) else self._backs_of(there)
+        back = np.linalg.inv(self._rows) if len(there) < len(TWIST_MODE) else self._backs_of(there)
 
         def precondition(gaps):
             surface = np.einsum("sc...,c...->s...", back, gaps)
@@ -207,41 +215,41 @@ class Flexibility:
         return np.stack([self._back(there) for there in sets], axis=2)
 
     def _back(self, there):
-        rows = self._rows if self.counter is None else np.insert(self._rows, 1, NONE, axis=1)
+        rows = self._rows if self.counter is None else np.insert(self._rows, 1, TWIST_MODE, axis=1)
         D, E = np.diag(self.short), rows * there[:, None]
         return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
 
     @property
     def settling_displaces(self):
         """Whether `settled` displaces a second body."""
-        return self.counter is not None and len(self.offsets) == len(NONE)
+        return self.counter is not None and len(self.offsets) == len(TWIST_MODE)
 
     def settled(self, forces, g0, slope):
         """Forces with the same resultants and the least work on the initial gaps: "--" or "++" of a block is
         open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a second body
         the forces 1, -1, -1, 1 take a step down the slope.
         """
-        if len(forces) != len(NONE):
+        if len(forces) != len(TWIST_MODE):
             return forces
         with np.errstate(invalid="ignore"):
-            work = np.tensordot(NONE, g0, 1)
+            work = np.tensordot(TWIST_MODE, g0, 1)
         known = np.isfinite(work)
         if self.settling_displaces:
-            return twisted(forces, -np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), known)
-        size = PATHS * np.abs(g0[:, known]).max(initial=0.0)
+            return twisted(forces, -np.tensordot(TWIST_MODE, slope, 1) / (16 * self.counter.twisted), known)
+        size = EPS_PIVOT * np.abs(g0[:, known]).max(initial=0.0)
         down = np.where(np.abs(work) > size, -np.copysign(np.inf, work), of_least_norm(forces))
         return twisted(forces, down, known)
 
 
 def of_least_norm(forces):
     """The share of NONE that leaves forces of the least norm."""
-    return -np.tensordot(NONE, forces, 1) / len(NONE)
+    return -np.tensordot(TWIST_MODE, forces, 1) / len(TWIST_MODE)
 
 
 def twisted(forces, share, where):
     """Forces, array (4, ...), plus a share of NONE at some blocks, cut where a force becomes 0."""
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
-    return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)
+    return np.maximum(forces + np.multiply.outer(TWIST_MODE, np.where(where, share, 0.0)), 0.0)
 
 
 def wavenumbers(length, width, d):

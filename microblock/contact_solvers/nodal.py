@@ -10,11 +10,11 @@ from ..errors import require
 from ..model import law as laws
 from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath, following
+from ..model.intervals import borders, contact_zones, interrupted, runs, zone_changes
 from ..model.problem import Problem
 from ..model.progress import counted, kept
 from ..model.solver import Solver
 from ..model.state import Solution
-from ..model.zones import borders, contact_zones, interrupted, runs, zone_changes
 from . import active_set
 
 

@@ -48,7 +48,7 @@ class Proxy(NamedTuple):
     values: Array
 
 
-NOTHING = Proxy(np.zeros(1), np.array([np.inf]), *[np.empty(0)] * 4)  # of no function
+EMPTY_PROXY = Proxy(np.zeros(1), np.array([np.inf]), *[np.empty(0)] * 4)  # of no function
 
 
 def proxy(

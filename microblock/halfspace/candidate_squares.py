@@ -14,7 +14,7 @@ Samples lie in squares about the lowest place, each twice as wide, in rows and c
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from ..corners.cell_solver import EQUAL
+from ..contact_solvers.cell_solver import EQUAL
 from ..errors import BOUNDED, BadArgument, require
 from ..model.quadrature import gauss_rule
 
@@ -33,7 +33,7 @@ UNSEEN = (
 FALLS = "have a lowest place: without one it falls without end"
 
 
-class Picture:
+class CandidateSquares:
     """Samples of f, for a contact under a load or at an approach.
 
     Parameters

@@ -13,7 +13,7 @@ import numpy as np
 from ..model.events import Event, SeenTwice, following
 from ..model.progress import counted
 from .cell_solver import EQUAL, spots
-from .on_cells import Grid
+from .fft_compliance import Grid
 
 STEP = 1.5  # from load to load of the scan
 BRACKET = 2e-4  # of a load, between which an event lies

@@ -22,7 +22,7 @@ from ..errors import BadArgument, NotConverged, at_least, require
 from ..model.progress import counted
 from ..threads import bounded
 from .active_set import ContactState, require_given
-from .rounding import SUMS, TERMS
+from .rounding import EPS_SUM, EPS_TERM
 
 STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
@@ -158,7 +158,7 @@ class _Problem:
         if self.load is None:
             return np.maximum(values, 0)
         whole = values[values > 0].sum()
-        if abs(whole - self.load) <= SUMS * self.load:  # else rounding lifts all others above 0
+        if abs(whole - self.load) <= EPS_SUM * self.load:  # else rounding lifts all others above 0
             return np.maximum(values, 0) * (self.load / whole)
         sums = np.cumsum(np.sort(values)[::-1]) - self.load
         found = np.maximum(values - (sums / np.arange(1, len(sums) + 1)).max(), 0)
@@ -216,7 +216,7 @@ def _rise(problem, forces, change, slope, ahead):
     """The rise of q over a change, and its rounding."""
     middle = (slope + ahead) / 2
     middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
-    return change @ middle, TERMS * problem.size(forces, ahead) * np.abs(change).sum()
+    return change @ middle, EPS_TERM * problem.size(forces, ahead) * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol, inner):

@@ -15,18 +15,18 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ..errors import BOUNDED, require
+from .intervals import contains, runs
 from .obstacles import Obstacle, heights, jumps_of, named_places
-from .proxy import NOTHING, Proxy, proxy
+from .piecewise_chebyshev import EMPTY_PROXY, Proxy, proxy
 from .scales import lowest_part
 from .types import Array, Flags, Function, Interval, ObstacleLike
-from .zones import contains, runs
 
 if TYPE_CHECKING:
     from .problem import Problem
 
 
 @dataclass(frozen=True, kw_only=True)
-class Picture:
+class ContactCandidates:
     """What is known of an obstacle for loads up to one.
 
     Attributes
@@ -85,7 +85,7 @@ class Picture:
         return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * away))
 
 
-def picture(problem: Problem, load: float) -> Picture:
+def find_candidates(problem: Problem, load: float) -> ContactCandidates:
     """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
     BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
@@ -116,7 +116,7 @@ def picture(problem: Problem, load: float) -> Picture:
     return replace(within(problem, stretches, half, rise), bound=bound, lowest=lowest)
 
 
-def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float) -> Picture:
+def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float) -> ContactCandidates:
     """Returns the Picture of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor, ell = problem.obstacle, 1e-11 * rise, problem.solid.ell
@@ -133,11 +133,11 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
     kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
     kinks = dict(sorted(kinks.items()))
-    angle, psi0 = NOTHING, getattr(problem.law, "psi0", None)
+    angle, psi0 = EMPTY_PROXY, getattr(problem.law, "psi0", None)
     if callable(psi0):
         around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
         (angle,) = _profiles(cast(Any, problem.law).angle, around, half, floor / ell, psi0, name="psi0")
-    return Picture(
+    return ContactCandidates(
         lowest=float(sites[np.argmin(above)]),
         half_width=half,
         rise=rise,
@@ -156,12 +156,12 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     )
 
 
-def low(sampled: Picture, places: Array | Sequence[float]) -> Flags:
+def low(sampled: ContactCandidates, places: Array | Sequence[float]) -> Flags:
     """Returns whether a classical contact would reach places, boolean array (m,)."""
     return np.interp(places, sampled.sites, sampled.heights) <= sampled.heights.min() + sampled.rise
 
 
-def seen(obstacle: ObstacleLike, sampled: Picture) -> ObstacleLike:
+def seen(obstacle: ObstacleLike, sampled: ContactCandidates) -> ObstacleLike:
     """Returns the obstacle with the kinks and ends that its picture has, as it is if it names them all."""
     height: Any = getattr(obstacle, "height", obstacle)
     return Seen(height, sampled.kinks, sampled.jumps, sampled.ends) if sampled.detected else obstacle

@@ -7,15 +7,15 @@ Displacement and rotation are interpolated out of contact on panels. Overlaps ar
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from ..corners.rounding import TERMS
+from ..contact_solvers.rounding import EPS_TERM
 from ..errors import BadArgument
+from ..model.intervals import borders, contains, runs
 from ..model.missed_contact import Violation, overlaps
 from ..model.problem import half_line
-from ..model.zones import borders, contains, runs
 from .panels import panels_outside
 
 
-def survey(state):
+def contact_violations(state):
     """[Violation] of a state; raises BadArgument if the obstacle could touch beyond its picture."""
     problem, surface = state.problem, _Surface(state)
     # a violation that is computed stands for its mirror image, too
@@ -86,7 +86,7 @@ def _gaps(state, surface, corner):
 
 def _rounding(state):
     """Gaps (length) that are sums of larger terms."""
-    return TERMS * (abs(state.approach) + state.load / state.problem.E_star)
+    return EPS_TERM * (abs(state.approach) + state.load / state.problem.E_star)
 
 
 def _minima(gaps):
@@ -135,6 +135,6 @@ def _at_valleys(state, size):
 
 def _beyond(problem, corner, surface):
     x, shift = surface.places(corner), problem.shifts[corner]
-    x = x[~contains(np.add(problem.picture.stretches, shift), x)]
+    x = x[~contains(np.add(problem.candidates.stretches, shift), x)]
     rise, noise = surface(corner, x)
-    return bool(np.any(problem.picture.allowed(x - shift) + rise < -noise))
+    return bool(np.any(problem.candidates.allowed(x - shift) + rise < -noise))

@@ -24,7 +24,7 @@ class Compliance:
 
     Examples
     --------
-    >>> from microblock.corners.compliance import Compliance
+    >>> from microblock.contact_solvers.compliance import Compliance
     >>> points = np.column_stack((np.linspace(-1, 1, 5), np.zeros(5)))
     >>> springs = np.diag([0.01] * 5 + [2.0] * 5)
     >>> Compliance(points, np.tile([0.0, 1.0], (5, 1)), np.full(5, 0.5), springs, ell=0.1).matrix.shape

@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..halfplane.carried import log_sizes
+from ..halfplane.transmitted_singularities import log_sizes
 from ..model import law as laws
 from ..model import missed_contact
+from ..model.intervals import joined, runs
 from ..model.missed_contact import PLACES, Violation
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
-from ..model.zones import joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
@@ -131,13 +131,13 @@ def of_body(state):
     """
     nodes, law, obstacle, problem = state.nodes, state.law, state.solver.obstacle, state.sampled
     facets, found = Facets(nodes), np.zeros(len(nodes.facets))
-    if problem.picture is None:
+    if problem.candidates is None:
         return found
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
     squares = missed(facets, state.closed, law, obstacle, sites)
     wholly = np.array([state.closed[:, own].all(axis=1) for own in facets.members])
     for corner, shift in enumerate(problem.shifts):
-        below = facets.below(np.add(problem.picture.steps, shift))
+        below = facets.below(np.add(problem.candidates.steps, shift))
         squares[corner, below[(below >= 0) & ~wholly[below, corner]]] = 0.0  # `recovery` has the edge there
     found[facets.numbers] += squares.sum(axis=0)
     # what is off beside edges `recovery` has already

@@ -24,8 +24,8 @@ from ..errors import NotConverged, require
 from ..model.law import tangents
 from ..model.progress import counted
 from ..model.types import Array, Flags
-from ..threads import released
-from .rounding import PATHS
+from ..threads import with_outer_threads
+from .rounding import EPS_PIVOT
 
 KINDS = "leave", "slip", "stick", "open", "close", "slip"  # the last one backwards
 
@@ -96,7 +96,7 @@ class FrictionalContact:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class FrictionState:
     """The contact at one pair of loads.
 
     Attributes
@@ -142,7 +142,7 @@ class Change:
     index: int
 
 
-class Tableau:
+class PivotTableau:
     """y = M x after exchanges of some x_i with their y_i; pivots wait as products until there are PENDING.
 
     Parameters
@@ -171,7 +171,7 @@ class Tableau:
         column = self._made[:, i] + self._left @ self._right[i]
         row = self._made[i] + self._right @ self._left[i]
         pivot = column[i]
-        if abs(pivot) <= PATHS:
+        if abs(pivot) <= EPS_PIVOT:
             return False
         self.exchanged[i] ^= True
         self.sign *= np.sign(pivot)
@@ -182,14 +182,14 @@ class Tableau:
         self._left[:, self._count], self._right[:, self._count] = column, row
         self._count = (self._count + 1) % PENDING
         if not self._count:
-            with released(len(row)):
+            with with_outer_threads(len(row)):
                 self._made = dgemm(
                     1.0, self._left, self._right, 1.0, self._made, trans_b=True, overwrite_c=True
                 )
             self._left[:] = self._right[:] = 0.0
         return True
 
-    def lean(self, i, others, share):
+    def add_friction_coupling(self, i, others, share):
         """Replaces x_i by x_i - share*sum(x_others); where it is not exchanged, the others are not."""
         there = self.exchanged[others]
         if not share:  # of most
@@ -203,7 +203,7 @@ class Tableau:
             self._right[others] += share * self._right[i]
 
 
-class Sets:
+class ActiveSets:
     """Closed corners and nodes that stick or slip, with their tableau.
 
     Parameters
@@ -221,7 +221,7 @@ class Sets:
 
     def __init__(self, contact, pairs):
         m, n = len(contact.gaps), contact.nodes
-        self.contact, self.slips, self.tableau = contact, np.zeros(n), Tableau(contact.matrix)
+        self.contact, self.slips, self.tableau = contact, np.zeros(n), PivotTableau(contact.matrix)
         self.of, self.flat = np.arange(m).reshape(-1, n), not contact.motions[:m, 1].any()
         if not all([self.tableau.pivot(pair) for pair in pairs]):
             raise NotConverged(f"the rates of the contact are not unique; {UNIQUE}")
@@ -240,7 +240,7 @@ class Sets:
         """Whether one node alone sticks."""
         return self.flat and np.count_nonzero(self.stick) == 1
 
-    def _meant(self, number, passing):
+    def pivots_for(self, number, passing):
         """Pairs to exchange, the node, and its slip then."""
         m, n = len(self.closed), len(self.slips)
         node = (number - m) % n
@@ -266,7 +266,7 @@ class Sets:
         passing : array (n,)
             Velocity of the obstacle over the surface.
         """
-        pairs, node, direction = self._meant(number, passing)
+        pairs, node, direction = self.pivots_for(number, passing)
         shear = len(self.closed) + node
         turn = shear, self.of[:, node], (direction - self.slips[node]) * self.contact.friction
         if shear in pairs and self.stick[node] and self.last:
@@ -276,21 +276,21 @@ class Sets:
             if not any([self.exchange(int(other), passing) for other in numbers]):
                 return False
         if direction:
-            self.tableau.lean(*turn)
+            self.tableau.add_friction_coupling(*turn)
         done = [pair for pair in pairs if self.tableau.pivot(pair)]
         if done != pairs or not pairs:
             for pair in done:
                 self.tableau.pivot(pair)
             if direction:
-                self.tableau.lean(*turn[:2], -turn[2])
+                self.tableau.add_friction_coupling(*turn[:2], -turn[2])
             return False
         if not direction:
-            self.tableau.lean(*turn)
+            self.tableau.add_friction_coupling(*turn)
         self.slips[node] = direction
         return True
 
     def determinant(self, number, passing):
-        pairs, node, direction = self._meant(number, passing)
+        pairs, node, direction = self.pivots_for(number, passing)
         T, row, corners = self.tableau.entries, len(self.closed) + node, self.of[:, node]
         found = T(np.reshape(pairs, (-1, 1)), np.array(pairs, int))
         if direction and direction != self.slips[node]:  # t = tau + f direction n from then on
@@ -299,7 +299,7 @@ class Sets:
         return float(np.linalg.det(found))
 
 
-class Follower:
+class EventDrivenContact:
     """The contact along loads (P, Q), from first touch on."""
 
     def __init__(self, contact):
@@ -324,7 +324,7 @@ class Follower:
         corner = int(np.argmin(heights))
         self.x[m + n] = heights[corner]
         self.y[: m + n] -= heights[corner] * self._motions[:, 0]
-        self.sets = Sets(contact, [corner, m + corner % n, m + n, m + n + 1])
+        self.sets = ActiveSets(contact, [corner, m + corner % n, m + n, m + n + 1])
 
     def to(self, *target):
         """Follows loads (P, Q) on a straight way; returns the Moment at its end. Raises NotConverged if rates
@@ -376,7 +376,7 @@ class Follower:
         dx[nodes] += self.sets.slips * self._bound(dx)
         return dx, dy
 
-    def _look(self, way):
+    def evaluate_limits(self, way):
         """Rates of x and y; then values, rates of falling and flags of limits, of forces or gaps of corners,
         of bounds forwards or rates of slip, and of bounds backwards.
         """
@@ -390,16 +390,16 @@ class Follower:
         value = np.concatenate((gap, forwards, np.where(down, bound + t, np.inf)))
         rubs = np.where(slipping, slips * dy[nodes], dt - dbound)
         fall = np.concatenate((np.where(closed, -dx[:m], -dy[:m]), rubs, -dt - dbound))
-        force, tiny = PATHS * np.abs(dx[: nodes.stop]).max(), PATHS * self.x[:m].max()
+        force, tiny = EPS_PIVOT * np.abs(dx[: nodes.stop]).max(), EPS_PIVOT * self.x[:m].max()
         forces = np.concatenate((closed, ~slipping, ~slipping))
         small, most = np.where(forces, 1.0, self._terms), np.full(len(value), tiny)
-        most[:m][~closed] = PATHS * self._span
+        most[:m][~closed] = EPS_PIVOT * self._span
         return dx, dy, value, np.where(fall > force * small, fall, 0.0), most
 
     def _settled(self, way, remaining):
         fewest, idle = np.inf, 0
         for _ in range(BUDGET * len(self.x)):
-            dx, dy, value, fall, most = self._look(way)
+            dx, dy, value, fall, most = self.evaluate_limits(way)
             limit = value <= most
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
@@ -408,7 +408,7 @@ class Follower:
                 np.divide(np.maximum(value, 0), fall, out=steps, where=fall > 0)
                 step = float(steps.min())
                 changing = np.flatnonzero((fall > 0) & (value - step * fall <= most))
-                return dx, dy, step if step < remaining * (1 - PATHS) else remaining, changing
+                return dx, dy, step if step < remaining * (1 - EPS_PIVOT) else remaining, changing
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
             if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
@@ -434,7 +434,7 @@ class Follower:
             other = copy(self)
             other.sets = deepcopy(own)
             holds = other.sets.exchange(int(number), passing)
-            *_, value, fall, most = other._look(way)
+            *_, value, fall, most = other.evaluate_limits(way)
             if holds and not np.any((value <= most) & (fall > 0)):
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
@@ -489,7 +489,7 @@ class Follower:
         lengths = np.where(self.sets.closed, np.abs(gaps), -gaps).max(), np.abs(off[self._nodes]).max()
         longest = max(np.abs(raised).max(), np.abs(displaced).max()) / size or 1.0
         (P, Q), (d, D) = self.y[self._u], size * self.x[self._u]
-        return Moment(
+        return FrictionState(
             load=float(P),
             shear=float(Q),
             normal=n,

@@ -6,16 +6,16 @@ import numpy as np
 
 from .. import cost
 from ..errors import NotConverged, out_of_reach
-from ..model import picture
+from ..model import contact_candidates
+from ..model.intervals import joined, without, zone_edges
 from ..model.missed_contact import total_worth
 from ..model.problem import half_line
 from ..model.refinement import Usual, best_or_raise, is_last
-from ..model.zones import joined, without, zone_edges
+from .contact_violations import contact_violations
 from .edges import fit, tolerated
 from .first_zones import first_zones
 from .panel_solution import difference
 from .panels import orders, unresolved
-from .survey import survey
 
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
@@ -45,15 +45,15 @@ def solve(problem, load, rtol, order=None, near=None):
 def _trials(problem, load, near):
     if near:
         yield near.zones
-    if half_line(problem) and problem.picture.simple:
-        half = picture.classical(problem, load, problem.picture.lowest)[0]
+    if half_line(problem) and problem.candidates.simple:
+        half = contact_candidates.classical(problem, load, problem.candidates.lowest)[0]
         yield {0: ((-half, half),)}
     yield from map(problem.computed, first_zones(problem, load))
 
 
 def _climb(problem, load, zones, rtol):
     coarse, best, least = None, None, np.inf
-    for order in orders(problem.picture.simple, 0.0):
+    for order in orders(problem.candidates.simple, 0.0):
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < unresolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(tolerated(order)))
@@ -61,7 +61,7 @@ def _climb(problem, load, zones, rtol):
             state = fit(problem, load, zones, order, tolerance)
         except NotConverged as failure:
             return best_or_raise(rtol, best, failure)
-        if coarse is None and not problem.picture.simple:
+        if coarse is None and not problem.candidates.simple:
             state = _verified(_amended(state, CONDITIONS_SHARE * rtol))
         if coarse is not None:
             state = _beside(coarse, state)
@@ -96,7 +96,7 @@ def _amended(state, tolerance):
     """A state with its zones amended until violations vanish or, twice, have not halved."""
     best, worth, idle = state, np.inf, 0
     while True:
-        violations = survey(state)
+        violations = contact_violations(state)
         size = total_worth(violations)
         idle = 0 if size < worth / 2 else idle + 1
         if size < worth:

@@ -7,26 +7,26 @@ from functools import cached_property, partial
 import numpy as np
 
 from .. import cost
-from ..corners.cell_solver import EQUAL, CellSolution, CellSolver
-from ..corners.on_cells import Flexibility, Grid
-from ..corners.rounding import PATHS
+from ..contact_solvers.cell_solver import EQUAL, CellSolution, CellSolver
+from ..contact_solvers.fft_compliance import Flexibility, Grid
+from ..contact_solvers.rounding import EPS_PIVOT
 from ..errors import SMALLEST, BadArgument, NotConverged
-from ..model import picture
+from ..model import contact_candidates
 from ..model.deformable import second_solid, shape_of
+from ..model.intervals import distance, distance_to_ends, runs
 from ..model.law import levers, require_pure_force
 from ..model.missed_contact import PLACES, apart, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.problem import Problem
 from ..model.refinement import Usual
 from ..model.state import LineSolution
-from ..model.zones import distance, distance_to_ends, runs
-from .carried import sizes_at
-from .counter import CounterCells
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, symbol
 from .kinks import corrections, logarithms
-from .sampled import MOST, left_open, said
+from .sampling_uncertainty import MOST, sampling_uncertainty, with_sampling_note
+from .second_half_plane import CounterCells
+from .transmitted_singularities import sizes_at
 
 
 class LineCells(CellSolution, LineSolution):
@@ -166,7 +166,7 @@ class LineSolver(CellSolver):
         return Problem(self.solid, self.law, self.shape, counter=second_solid(self.obstacle))
 
     @cached_property
-    def left_open(self):
+    def sampling_uncertainty(self):
         """{load: what samples leave open}, see `sampled.left_open`."""
         return {}
 
@@ -200,7 +200,7 @@ class LineSolver(CellSolver):
         if len(self.offsets) == 1:
             return np.empty((0, len(x)))
         tilts = levers(self.law, x) + self.offsets
-        if np.ptp(tilts, axis=0).max() > PATHS:
+        if np.ptp(tilts, axis=0).max() > EPS_PIVOT:
             words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
             raise BadArgument("law", self.law, words)
         return tilts[:1]
@@ -237,13 +237,13 @@ class LineSolver(CellSolver):
     def solve(self, load, approach, rtol, initial=None):
         window, goal = self.window_of(load), self.goal(rtol)
         state = self.within(window, load, approach, goal, self.missed, initial)[0]
-        return state if self.options.nodes else said(self, state, goal)
+        return state if self.options.nodes else with_sampling_note(self, state, goal)
 
     def window_of(self, load):
         """The given window, or that of all that may touch, with first cells that see its features."""
         window = self.given_window()
         if window is None:
-            found = self.picture(load)
+            found = self.candidates(load)
             window, self.coarsest = around(found, self.solid.ell), self._coarsest(found)
             self.sites = found.sites
             hidden = set(found.ends) - {*self.ends, -np.inf, np.inf}
@@ -257,7 +257,7 @@ class LineSolver(CellSolver):
             return self._periodic(load, approach, rtol)
         # that of panels, where they are the usual method, is made only once
         source = self if load is None else self.contact.solver
-        known = getattr(source, "picture", self.picture)(load)
+        known = getattr(source, "candidates", self.candidates)(load)
         sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
         most = 4 * self.cheap if sampled else np.inf
         # every second sample is left out once
@@ -274,12 +274,12 @@ class LineSolver(CellSolver):
         rise = approach - gaps.min() if load is None else 2 * load / (np.pi * self.problem.E_star)
         return period_cost(gaps / max(rise, SMALLEST), len(self.offsets), goal, self.coarsest)
 
-    def picture(self, load):
+    def candidates(self, load):
         """The Picture of the obstacle for a load."""
         if load is None:
             words = "must be (left, right), where the obstacle may touch, if the approach is given"
             raise BadArgument("window", None, words)
-        return picture.picture(self.problem, load)
+        return contact_candidates.find_candidates(self.problem, load)
 
     def _coarsest(self, found):
         """Number of the first cells: a feature shows on some of 12 on the shortest piece of a Picture."""
@@ -290,7 +290,7 @@ class LineSolver(CellSolver):
     def enough(self, goal, state):
         """The error that suffices: on many cells what samples leave open, any if that is MOST."""
         many = state.grid.count / self.cheap
-        share = left_open(self, state) if many >= 1 else 0.0
+        share = sampling_uncertainty(self, state) if many >= 1 else 0.0
         return np.inf if share > MOST else max(goal, share) if many > 1 else goal
 
     @cached_property
@@ -315,7 +315,7 @@ class LineSolver(CellSolver):
         last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
         return last / (ratio - 1) + 10 * state.residual + state.in_doubt / 2
 
-    def hopeless(self, changes, before, goal, finer, least):
+    def cannot_reach(self, changes, before, goal, finer, least):
         """Whether grids so many times finer miss the goal. A grid that meets an edge by luck is up to four
         times better than halving the error on each grid would make it.
         """

@@ -1,7 +1,7 @@
 """Contact on square cells of the half-space.
 
-1. A window about the lowest places of the picture (`microblock.halfspace.picture`) grows while cells press
-   near its rim, or a gap outside is negative, and shrinks to the contact.
+1. A window about the lowest places (`microblock.halfspace.candidate_squares`) grows while cells press near
+   its rim, or a gap outside is negative, and shrinks to the contact.
 2. Grids of 32, 64, ... cells a side are solved until the estimate, with the load on spots of few cells, is
    below rtol and no place between the cells would touch.
 """
@@ -13,23 +13,23 @@ from itertools import chain
 import numpy as np
 
 from .. import cost
-from ..corners.cell_solver import CellSolution, CellSolver, spots
-from ..corners.on_cells import Flexibility, Grid
-from ..corners.surface_law import closed_corners, on_surface
+from ..contact_solvers.cell_solver import CellSolution, CellSolver, spots
+from ..contact_solvers.fft_compliance import Flexibility, Grid
+from ..contact_solvers.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
+from ..model.intervals import distance_to_edges
 from ..model.material import joint_modulus
 from ..model.progress import counting
 from ..model.state import in_space
-from ..model.zones import distance_to_edges
-from . import search
-from .counter import Counter
+from . import square_search
+from .candidate_squares import FINE, CandidateSquares
 from .half_space import HalfSpace
-from .images import Response
+from .images import PeriodicGreen
 from .kernels import kernels
-from .picture import FINE, Picture
-from .search import TRIES
+from .second_half_space import SecondBodyCells
+from .square_search import TRIES
 from .squares import Counters, Coupled
 from .symbol import symbol
 
@@ -126,14 +126,14 @@ class SurfaceSolver(CellSolver):
         for _ in range(TRIES):
             window = fixed
             if fixed is None or self._is_sparse(picture):
-                window = search.window(self, picture, load, approach, places)
+                window = square_search.window(self, picture, load, approach, places)
                 picture.look_about(window)
             missed = partial(self.missed, picture)
             state, outside = self.within(window, load, approach, goal, missed, initial)
             if not len(outside):
                 return replace(state, seen_width=picture.seen)
             places = np.vstack((places, outside))
-        raise NotConverged(search.NO_WINDOW)
+        raise NotConverged(square_search.NO_WINDOW)
 
     def predicted(self, load, approach, rtol):
         """Returns the Cost of cells whose edges leave rtol, as many under each valley that touches."""
@@ -177,10 +177,10 @@ class SurfaceSolver(CellSolver):
         """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
         cells would touch.
         """
-        cut = any(search.reach_of(state, 1))
-        outside, hidden = search.touching(state, picture)
+        cut = any(square_search.reach_of(state, 1))
+        outside, hidden = square_search.touching(state, picture)
         if self.options.window is None and (cut or len(outside)):
-            return np.vstack((*chain(*search.rectangles(state)), outside)), (), False
+            return np.vstack((*chain(*square_search.rectangles(state)), outside)), (), False
         return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
 
     def weights(self, grid):
@@ -199,7 +199,7 @@ class SurfaceSolver(CellSolver):
         """
         return _of_changes(changes) + _share_of_spots(before, SPOT) + state.residual * state.grid.count
 
-    def hopeless(self, changes, before, goal, finer, least):
+    def cannot_reach(self, changes, before, goal, finer, least):
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
         slow = finer <= 2 and _of_changes(changes) > goal * finer**2
         return slow or _share_of_spots(before, SPOT / 2 / finer**2) > goal
@@ -235,7 +235,7 @@ class SurfaceSolver(CellSolver):
             return found
 
         rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
-        counter = second and Counter(second, solid.ell, self.offsets, width, grid.count, periodic)
+        counter = second and SecondBodyCells(second, solid.ell, self.offsets, width, grid.count, periodic)
         tilt = self.tilt(*grid.places)
         return Flexibility(self.offsets, tilt, clamped, width, rest, waves, cells, counter)
 
@@ -246,11 +246,11 @@ class SurfaceSolver(CellSolver):
 
     @cached_property
     def response(self):
-        return Response(self.solid, self.law.clamps_rotation, self.period)
+        return PeriodicGreen(self.solid, self.law.clamps_rotation, self.period)
 
     @cached_property
     def second_response(self):
-        return Response(self.second, False, self.period)
+        return PeriodicGreen(self.second, False, self.period)
 
     def completed(self, state, H, found):
         """Returns a state with pressures of least norm, closed corners and a second body."""
@@ -271,7 +271,9 @@ class SurfaceSolver(CellSolver):
         softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         needed = (plain, softer * plain) if approach is None else approach
-        return Picture(self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
+        return CandidateSquares(
+            self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None
+        )
 
     def _is_sparse(self, picture):
         """Returns whether so little of a period can touch that several squares of cells are tried."""

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import require
 from ..model.law import ACTS_IN, surface_tilt
 from ..model.obstacles import heights
-from .on_cells import NONE, of_least_norm, twisted
+from .fft_compliance import TWIST_MODE, of_least_norm, twisted
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
 
@@ -65,7 +65,7 @@ class SurfaceLaw:
         """Returns the forces of least norm with the same resultants, none negative; arrays (corners, ...).
         Only blocks with four closed corners have a choice.
         """
-        if len(forces) != len(NONE):
+        if len(forces) != len(TWIST_MODE):
             return forces
         return twisted(forces, of_least_norm(forces), np.all(closed, axis=0))
 

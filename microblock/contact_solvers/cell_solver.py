@@ -9,15 +9,15 @@ from scipy.ndimage import label
 from .. import cost
 from ..errors import BadArgument, NotConverged, out_of_reach, require
 from ..model.deformable import shape_of
+from ..model.intervals import distance
 from ..model.periodic import Repeated, agree_at_ends
 from ..model.progress import kept
 from ..model.refinement import best_or_raise, is_last, levels
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
-from ..model.zones import distance
 from . import projected_gradients
-from .on_cells import Grid
+from .fft_compliance import Grid
 
 EQUAL = 1e-6  # of their range, heights that differ less are the same
 
@@ -34,7 +34,7 @@ class CellSolution(Solution):
     pressures : array (corners, n, ...)
     micromoment, psi : arrays (n,) or (2, n, n), M or the reaction to psi = 0, and psi
     displacement : array (n, ...), into the body
-    residual : `kkt` of `microblock.corners.projected_gradients.solve`
+    residual : `kkt` of `microblock.contact_solvers.projected_gradients.solve`
     iterations : products with the flexibility
     error_estimate : float, or None without a coarser grid
     notes : sentences
@@ -185,8 +185,10 @@ class CellSolver(Solver):
                 if seen <= least:
                     least, reached = seen, replace(state, error_estimate=seen)
                     kept(reached, error=seen)
-                hopeless = self.hopeless(changes, before, goal, sizes[-1] // count, least)
-                if is_last(goal, hopeless, cost.of(self.rate, 2**self.dimensions * state.unknowns).seconds):
+                cannot_reach = self.cannot_reach(changes, before, goal, sizes[-1] // count, least)
+                if is_last(
+                    goal, cannot_reach, cost.of(self.rate, 2**self.dimensions * state.unknowns).seconds
+                ):
                     break
         except NotConverged as failure:  # of a finer grid
             return best_or_raise(goal, reached, failure), ()

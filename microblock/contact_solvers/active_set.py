@@ -19,9 +19,9 @@ import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf
 
 from ..errors import NotConverged, require, require_finite, require_positive
-from ..threads import bounded, released
-from .follower import Follower, FrictionalContact
-from .rounding import PATHS, SUMS, TERMS
+from ..threads import bounded, with_outer_threads
+from .event_driven import EventDrivenContact, FrictionalContact
+from .rounding import EPS_PIVOT, EPS_SUM, EPS_TERM
 
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 
@@ -110,13 +110,15 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
 
 @bounded
 def path(matrix, g0, load, *, c=None):
-    """All events from first touch to a load, [CornerEvent], by a `follower.Follower`. Parameters and errors
+    """All events from first touch to a load, [CornerEvent], by a `follower.EventDrivenContact`. Parameters and errors
     are those of `solve`; `reached` is the last load.
     """
     g0 = require_given(g0, load)
     problem = next(_problems(matrix, g0, c, free=True))
     lift, nothing = lifted(problem.H), np.zeros((1, len(problem.g0)))
-    follower = Follower(FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0))
+    follower = EventDrivenContact(
+        FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0)
+    )
     try:
         follower.to(load, 0.0)
     except NotConverged as failure:
@@ -157,11 +159,11 @@ def _problems(H, g0, c, free):
     found, lifts = False, (0.0, lifted(H))[: 1 + free]
     # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
     # for compliances computed less well
-    for level, lift in product((0.0, PATHS, 100 * PATHS), lifts):
+    for level, lift in product((0.0, EPS_PIVOT, 100 * EPS_PIVOT), lifts):
         regular = H + lift + np.diag(level * rows)
-        with released(len(H)):
+        with with_outer_threads(len(H)):
             factor, failed = dpotrf(regular)
-        if not failed and np.all(factor.diagonal() ** 2 > SUMS * regular.diagonal()):
+        if not failed and np.all(factor.diagonal() ** 2 > EPS_SUM * regular.diagonal()):
             found = True
             yield _Problem(H, g0, c, touch, level * rows, regular)
     given = "where the approach is given; give the load, or add a rigid level tau c c^T"
@@ -202,7 +204,7 @@ def _state(problem, closed, load, approach):
     for _ in range(30):  # 2 or 3 do unless H is nearly singular
         size = forces.sum()
         ahead = g0 - (approach or 0.0) - D * forces
-        forces, closed, sets = faces(problem.regular, ahead, closed, load)
+        forces, closed, sets = block_pivoting(problem.regular, ahead, closed, load)
         d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
         residual, count = _kkt(H, g0, forces, closed, d, load), count + sets
         # where rigid corners cannot take an approach the forces grow by as much again each time, and no gap
@@ -243,7 +245,7 @@ def _kkt(H, g0, forces, closed, d, load):
     return max(wrong.max() / length, abs(forces.sum() - load) / load if load else 0.0)
 
 
-def faces(H, g0, closed, load, patience=5, budget=None):
+def block_pivoting(H, g0, closed, load, patience=5, budget=None):
     """Forces and closed corners of (a), and the number of sets tried. The first wrong corner is exchanged
     alone after `patience` sets with no fewer.
 
@@ -265,9 +267,9 @@ def faces(H, g0, closed, load, patience=5, budget=None):
         on = np.flatnonzero(closed)
         base = 0.0 if load is None else g0[on].min()
         sides = np.column_stack((g0[on] - base, np.ones(len(on))))
-        with released(len(on)):
+        with with_outer_threads(len(on)):
             factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
-        if failed or np.any(factor.diagonal() ** 2 < SUMS * diagonal[on]):
+        if failed or np.any(factor.diagonal() ** 2 < EPS_SUM * diagonal[on]):
             raise NotConverged(
                 "closed corners have a flexibility that is singular to rounding: are two of them one?"
             )
@@ -277,7 +279,7 @@ def faces(H, g0, closed, load, patience=5, budget=None):
         forces[on] = d * pressed - pulled
         moved = H[:, on] @ forces[on]
         gaps = g0 - base + moved - d
-        least = -TERMS * np.ptp(forces), -TERMS * (np.ptp(moved) + np.abs(g0[on]).max())
+        least = -EPS_TERM * np.ptp(forces), -EPS_TERM * (np.ptp(moved) + np.abs(g0[on]).max())
         wrong = np.where(closed, forces < least[0], gaps < least[1])
         if not wrong.any():
             return np.maximum(forces, 0.0), closed, count

@@ -5,7 +5,7 @@ equal cells (docs/theory/two_bodies.md).
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from ..corners.on_cells import wavenumbers
+from ..contact_solvers.fft_compliance import wavenumbers
 from .averages import averaged
 from .kernels import normal_symbol, on_the_line
 

@@ -1,6 +1,6 @@
 """Where squares of cells are needed: a window grows and shrinks to the contact, and parts.
 
-1. Squares about the lowest places of the picture (`microblock.halfspace.picture`) are solved on few cells.
+1. Squares about the lowest places (`microblock.halfspace.candidate_squares`) are solved on few cells.
 2. Connected cells that press get a square, with a free rim; a square whose rim presses grows.
 3. Samples outside of all squares whose gaps are negative get one as well.
 4. Squares close to each other are joined.
@@ -11,8 +11,8 @@ This ends when no square is new and none shrinks much.
 import numpy as np
 from scipy.ndimage import find_objects, map_coordinates, minimum_filter
 
-from ..corners.cell_solver import EQUAL, spots
-from ..corners.on_cells import Grid
+from ..contact_solvers.cell_solver import EQUAL, spots
+from ..contact_solvers.fft_compliance import Grid
 from ..errors import NotConverged
 from ..model.progress import counted
 from .squares import Squares, nodes, of_corners, of_nodes, on_rows

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..model.events import Event
 from ..model.history import SLIDING
-from ..model.zones import runs
+from ..model.intervals import runs
 
 
 def legs(pairs, friction):
@@ -23,7 +23,7 @@ def legs(pairs, friction):
 
 
 def events(changes, friction, edges, pairs):
-    """Returns the events on cells with edges, array (n, 2), in order, of the changes of a Follower."""
+    """Returns the events on cells with edges, array (n, 2), in order, of the changes of a EventDrivenContact."""
     nodes = [one for one in changes if one.kind in ("stick", "slip", "leave")]
     x, found, zones = edges.mean(axis=1), [], []
     # where corners have tangential forces of their own, each counts

@@ -5,7 +5,7 @@ A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at
 
 import numpy as np
 
-from ..model.zones import contains, zone_edges
+from ..model.intervals import contains, zone_edges
 from .kernels import counter_short_waves, short_waves
 
 MOST = 24  # steps
@@ -52,10 +52,10 @@ def carried_edges(problem, zones, order):
         apart = np.minimum(np.diff(edges) / whole, 1.0)
         near = np.sqrt(np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0)))
         shares |= {x: max(share, shares.get(x, 0.0)) for x, share in zip(edges.tolist(), near.tolist())}
-    return carried(problem, shares, order)
+    return transmitted_singularities(problem, shares, order)
 
 
-def carried(problem, shares, order):
+def transmitted_singularities(problem, shares, order):
     """{place: worth} and where they are carried, ascending list."""
     found = sorted(shares)
     for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..corners.on_cells import Grid
+from ..contact_solvers.fft_compliance import Grid
 from ..model.deformable import shape_of
 from ..model.obstacles import Samples
 
@@ -13,11 +13,11 @@ MOST = 0.5  # that is left open of a pressure for which cells go on: 10 000 samp
 CELLS = 2048  # on which pressures are compared: of 10 000 samples these see that they leave all open
 
 
-def left_open(solver, state):
+def sampling_uncertainty(solver, state):
     """Largest change of the pressure, relative in L2, under an obstacle that the samples cannot tell from
     their own, on cells of a `LineSolver` about the contact of a solution; 0 of other obstacles.
     """
-    samples, known = shape_of(solver.obstacle), solver.left_open
+    samples, known = shape_of(solver.obstacle), solver.sampling_uncertainty
     if not isinstance(samples, Samples) or state.load in known:
         return known.get(state.load, 0.0)
     left, right = np.reshape(state.zones_by_name["contact"], -1)[[0, -1]]
@@ -33,9 +33,9 @@ def left_open(solver, state):
     return known[state.load]
 
 
-def said(solver, state, rtol):
+def with_sampling_note(solver, state, rtol):
     """A solution with a note if its samples leave far more open than rtol."""
-    share = left_open(solver, state)
+    share = sampling_uncertainty(solver, state)
     stopped = rtol < state.error_estimate and (share > MOST or state.error_estimate <= share)
     if share < 10 * rtol and not stopped:
         return state

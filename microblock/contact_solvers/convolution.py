@@ -9,7 +9,7 @@ from ..threads import workers
 
 
 @dataclass(frozen=True)
-class Waves:
+class FourierOperator:
     """Real transforms of the whole period, `length` cells along each axis: D R D^H of the fields, D = 1 or
     -i. `spectrum` are rows of R, real arrays (..., length//2 + 1), of which the first `even` rows and columns
     belong to u and p.
@@ -36,7 +36,7 @@ class Waves:
         return np.asarray(irfft(found, self.length[-1], **threads)[..., : shape[-1]])
 
 
-def embedded(part, length, *odd):
+def circulant_spectrum(part, length, *odd):
     """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis."""
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.fft import next_fast_len
 from scipy.sparse import csr_array
 
-from ..corners.convolution import Waves, embedded
-from ..corners.on_cells import NONE, wavenumbers
+from ..contact_solvers.convolution import FourierOperator, circulant_spectrum
+from ..contact_solvers.fft_compliance import TWIST_MODE, wavenumbers
 from ..errors import require
 from ..halfplane.kernels import normal_symbol, short_waves
 from .kernels import kernels
@@ -30,7 +30,7 @@ FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
-class Counter:
+class SecondBodyCells:
     """What a second body adds to the gaps of corners on count x count cells.
 
     Parameters
@@ -81,8 +81,8 @@ class Counter:
             whole[0, 0] = 0
         else:
             quarter = kernels(solid).cells(count + 2 * self.beyond, width)[0]
-            whole = embedded(quarter, next_fast_len(2 * len(quarter), real=True), False, False)
-        self.response = Waves((len(whole), len(whole)), [[whole]])
+            whole = circulant_spectrum(quarter, next_fast_len(2 * len(quarter), real=True), False, False)
+        self.response = FourierOperator((len(whole), len(whole)), [[whole]])
         self.held, (_, twist) = 3e-3 * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
         self.twisted = self.held + float(np.max(whole * twist**2))
         self.near = count if periodic else next_fast_len(count, real=True)
@@ -91,8 +91,8 @@ class Counter:
         """Returns gaps from forces, arrays (corners, n, n)."""
         u2 = self.displacement(forces)
         gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
-        if len(gaps) == len(NONE):
-            gaps += np.multiply.outer(NONE, self.held * np.tensordot(NONE, forces, 1))
+        if len(gaps) == len(TWIST_MODE):
+            gaps += np.multiply.outer(TWIST_MODE, self.held * np.tensordot(TWIST_MODE, forces, 1))
         return gaps
 
     def pressed(self, forces):

@@ -1,5 +1,0 @@
-"""Rounding of corner forces and gaps: smaller values mean nothing."""
-
-TERMS = 1e-14  # of the terms of a sum, which are products with a flexibility
-SUMS = 1e-13  # of a load that is a sum of forces; of a corner's own response, in factors
-PATHS = 1e-12  # of values and pivots that many exchanges have changed
