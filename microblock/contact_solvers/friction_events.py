@@ -23,7 +23,7 @@ def legs(pairs, friction):
 
 
 def events(changes, friction, edges, pairs):
-    """Returns the events on cells with edges, array (n, 2), in order, of the changes of a EventDrivenContact."""
+    """Returns the events on cells with edges, array (n, 2), in order, from changes of contact."""
     nodes = [one for one in changes if one.kind in ("stick", "slip", "leave")]
     x, found, zones = edges.mean(axis=1), [], []
     # where corners have tangential forces of their own, each counts

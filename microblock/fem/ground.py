@@ -32,7 +32,7 @@ class Within:
         return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
 
     def forgotten(self, found):
-        """A Picture without ends and steps of the body."""
+        """ContactCandidates without ends and steps of the body."""
 
         def own(place):
             return abs(place) < self.far * (1 - 1e-6)

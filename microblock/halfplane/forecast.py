@@ -1,4 +1,4 @@
-"""What panels and cells are expected to take under an obstacle, from its Picture.
+"""What panels and cells are expected to take under an obstacle, from its ContactCandidates.
 
 Panels are those of zones where the gap is no larger than the rise of a classical contact. On cells square
 roots at edges leave a relative error like cell/zone, inverse roots at ends, and logarithms at peaks that no

@@ -220,7 +220,7 @@ class PanelFriction(OnPanels):
     ----------
     plain : FrictionPanels
     own : PanelSolution, without friction
-    memory : Memory
+    memory : LoadingHistory
     parts : [(factor, PanelSolution), ...], of the shear traction
     """
 

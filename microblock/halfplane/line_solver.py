@@ -167,7 +167,7 @@ class LineSolver(CellSolver):
 
     @cached_property
     def sampling_uncertainty(self):
-        """{load: what samples leave open}, see `sampled.left_open`."""
+        """{load: what samples leave open}, see `sampling_uncertainty`."""
         return {}
 
     def gaps(self, x):
@@ -275,14 +275,14 @@ class LineSolver(CellSolver):
         return period_cost(gaps / max(rise, SMALLEST), len(self.offsets), goal, self.coarsest)
 
     def candidates(self, load):
-        """The Picture of the obstacle for a load."""
+        """The ContactCandidates of the obstacle for a load."""
         if load is None:
             words = "must be (left, right), where the obstacle may touch, if the approach is given"
             raise BadArgument("window", None, words)
         return contact_candidates.find_candidates(self.problem, load)
 
     def _coarsest(self, found):
-        """Number of the first cells: a feature shows on some of 12 on the shortest piece of a Picture."""
+        """Number of the first cells: a feature shows on some of 12 on the shortest piece."""
         side = around(found, self.solid.ell).side
         least = 12 * side / min(found.lengths.min(initial=np.inf), side)
         return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
@@ -370,6 +370,6 @@ class LineSolver(CellSolver):
 
 
 def around(found, ell):
-    """The window around all low stretches of a Picture, a Grid of one cell."""
+    """The window around all low stretches of the candidates, a Grid of one cell."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
     return Grid(1, 1.1 * (right - left), ((left + right) / 2,))

@@ -86,7 +86,7 @@ class ContactCandidates:
 
 
 def find_candidates(problem: Problem, load: float) -> ContactCandidates:
-    """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
+    """Returns the ContactCandidates of a Problem's obstacle for loads up to one (force per thickness); raises
     BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
     obstacle = problem.obstacle
@@ -117,7 +117,7 @@ def find_candidates(problem: Problem, load: float) -> ContactCandidates:
 
 
 def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float) -> ContactCandidates:
-    """Returns the Picture of given stretches, for contacts of this half-width and rise."""
+    """Returns the ContactCandidates of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     obstacle, floor, ell = problem.obstacle, 1e-11 * rise, problem.solid.ell
     named = dict(jumps_of(obstacle))

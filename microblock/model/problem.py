@@ -32,7 +32,7 @@ class Problem:
     law: LawLike
     obstacle: ObstacleLike
     mirror: bool = False
-    candidates: Any = field(default=None, compare=False, repr=False)  # a Picture, or None
+    candidates: Any = field(default=None, compare=False, repr=False)  # ContactCandidates, or None
     counter: Cosserat | None = None
 
     @property
