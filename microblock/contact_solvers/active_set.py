@@ -110,8 +110,8 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
 
 @bounded
 def path(matrix, g0, load, *, c=None):
-    """All events from first touch to a load, [CornerEvent], by an `EventDrivenContact`. Parameters and errors are
-    those of `solve`; `reached` is the last load.
+    """All events from first touch to a load, [CornerEvent], by an `EventDrivenContact`. Parameters and errors
+    are those of `solve`; `reached` is the last load.
     """
     g0 = require_given(g0, load)
     problem = next(_problems(matrix, g0, c, free=True))
