@@ -99,7 +99,7 @@ def touching(compliance, gaps, load):
     own = H[np.ix_(there, there)]
     lift, forces = active_set.lifted(own), np.zeros(m)
     closed = np.ones(there.sum(), bool)
-    forces[there], *_ = active_set.faces(own + lift, initial[there], closed, load)
+    forces[there], *_ = active_set.block_pivoting(own + lift, initial[there], closed, load)
     bare = initial + H @ forces
     approach = float(bare[forces > 0].mean())
     found["exchange"] = forces, bare - approach, approach

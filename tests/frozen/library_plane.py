@@ -144,7 +144,7 @@ def of_gradients():
         matrix = as_matrix(own)
         lift = active_set.lifted(matrix)
         every = np.ones(gaps.size, bool)
-        faces = active_set.faces(matrix + lift, gaps.ravel(), every, 1.0)
+        faces = active_set.block_pivoting(matrix + lift, gaps.ravel(), every, 1.0)
         found[f"exchange {name}"] = digest(faces[0])
     return found
 
