@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 import math
-from collections import SecondBodyCells
+from collections import Counter
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -112,7 +112,7 @@ def all_rates(contact, now, way):
 @pytest.mark.nightly(200)
 def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     """Wherever a history goes on, enumeration finds one way; where it is refused, none or two."""
-    seen, settled = SecondBodyCells(), EventDrivenContact._settled
+    seen, settled = Counter(), EventDrivenContact._settled
 
     def compared(event_driven, way, remaining):
         ways = len(all_rates(event_driven.contact, event_driven.moment(), way))
