@@ -16,7 +16,7 @@ from cases.benchmarks.verification import SEED
 from cases.benchmarks.verification.obstacles import drawn
 from microblock.halfplane import zone_search
 from microblock.halfplane.kernels import short_waves
-from microblock.model.contact_candidates import picture
+from microblock.model.contact_candidates import find_candidates
 from microblock.model.piecewise_chebyshev import proxy
 from microblock.model.problem import Problem
 from tests.states import apart
@@ -50,7 +50,7 @@ def contact(obstacle, law=UNILATERAL, method=None, solid=SOLID):
 
 def of_cells(obstacle, law, load, nodes=2**14):
     """The state on cells of all of the window in which the obstacle could touch."""
-    stretches = picture(Problem(SOLID, law, obstacle), load).stretches
+    stretches = find_candidates(Problem(SOLID, law, obstacle), load).stretches
     window = stretches[0][0] - 0.2, stretches[-1][1] + 0.2
     return contact(obstacle, law, mb.Cells(nodes=nodes, window=window)).solve(load=load)
 

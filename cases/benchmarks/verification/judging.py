@@ -4,7 +4,7 @@ how it went.
 
 import signal
 import time
-from collections import SecondBodyCells
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -106,7 +106,7 @@ def run(name, cases, seconds=60):
     median, high = np.quantile(dull, [0.5, 0.9]) if dull else (np.nan, np.nan)
     worst = max((row["ratio"] for row in known), default=np.nan)
     print(
-        f"== {name}: {dict(SecondBodyCells(row['class'] for row in rows))}, largest ratio {worst:.2f}; "
+        f"== {name}: {dict(Counter(row['class'] for row in rows))}, largest ratio {worst:.2f}; "
         f"estimate over error: median {median:.2f}, 90 % {high:.2f} of {len(dull)}"
     )
     return rows

@@ -16,7 +16,7 @@ equilibrium      under `Unilateral` on `Elastic` half-planes: gaps from the pres
 
 import argparse
 import time
-from collections import SecondBodyCells
+from collections import Counter
 
 import numpy as np
 
@@ -187,7 +187,7 @@ def main(words=None):
         name, text, off = outcome(k)
         classes.append(name)
         print(f"{k:4d} {name:7s}{time.process_time() - start:5.1f} s  {text} {str(off)[:300]}", flush=True)
-    print(f"== named: {dict(SecondBodyCells(classes))}")
+    print(f"== named: {dict(Counter(classes))}")
 
 
 if __name__ == "__main__":
