@@ -18,7 +18,6 @@ from cases.benchmarks.verification import (
     period,
     space,
     space_problems,
-    units,
 )
 
 E, NU = 0.91, 0.3  # E* = 1
@@ -105,11 +104,6 @@ def test_a_peak_beside_an_edge_is_in_the_estimate():
         problem.solve(load=load, rtol=1e-4),
     )
     assert true.method == "panels" and lines.error(state, true) <= max(1e-2, state.error_estimate)
-
-
-def test_units_of_a_fresh_state():
-    rows = [judging.outcome(case) for case in units.on_lines("panels", 0)]
-    assert [row["class"] for row in rows] == ["right"] * len(units.CHANGES)
 
 
 # ---- the half-space

@@ -5,7 +5,6 @@ obstacles                  2000 obstacles that are meant to be hard (--seed 2020
 space                      200 surfaces of a half-space
 friction                   20 histories
 shapes                     100 standard shapes without an rtol, beside closed forms
-units                      every tenth of panels and cells in other units, moved and mirrored
 scales                     200 problems of every kind in four systems of units
 doors                      300 obstacles as users hand them over
 """
@@ -14,14 +13,13 @@ import argparse
 
 import numpy as np
 
-from . import SEED, doors, friction, judging, lines, scales, shapes, space_problems, units
+from . import SEED, doors, friction, judging, lines, scales, shapes, space_problems
 
 SETS = {
     **dict.fromkeys(lines.METHODS, 60),
     "obstacles": 2000,
     "space": 200,
     "friction": 20,
-    "units": 6,
     "scales": 200,
     "shapes": 100,
     "doors": 300,
@@ -31,11 +29,7 @@ SETS = {
 def cases(name, numbers, seed=SEED, rtol=1e-3):
     """Yields (number, Case) of a set."""
     for k in numbers:
-        if name == "units":
-            yield from (
-                (10 * k, one) for method in lines.METHODS[:2] for one in units.on_lines(method, 10 * k)
-            )
-        elif name in lines.METHODS:
+        if name in lines.METHODS:
             yield k, lines.fresh(name, k)
         else:
             of = {
