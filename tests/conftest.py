@@ -46,6 +46,11 @@ def block():
     return ng.Mesh(mesh.ngmesh)
 
 
+def pytest_xdist_auto_num_workers(config):
+    """At most four processes for `-n auto`: each takes about a gigabyte."""
+    return min(4, len(os.sched_getaffinity(0)))
+
+
 @pytest.fixture
 def memory(monkeypatch):
     """memory(size): the machine has so many bytes left, and none are tried beyond them."""

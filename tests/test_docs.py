@@ -137,6 +137,15 @@ def test_links_names_and_words_of_pages():
         assert not re.findall(rf"\b(?:{PRIVATE})\b", plain, re.I), page
 
 
+def test_the_workflow_runs_what_contributing_says():
+    yaml = pytest.importorskip("yaml", reason="the extra `docs` brings it")
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text())["jobs"]
+    commands = [step.get("run", "") for job in jobs.values() for step in job["steps"]]
+    assert ".ci/run" in commands and any(".ci/site" in command for command in commands)
+    classifiers = re.findall(r"Python :: (3\.\d+)", SETUP["metadata"]["classifiers"])
+    assert jobs["tests"]["strategy"]["matrix"]["python"] == classifiers
+
+
 def letters(latex):
     """Letters of an equation without indices, whatever their face."""
     translate = pytest.importorskip("docutils.utils.math.latex2mathml").tex2mathml
@@ -213,7 +222,7 @@ def test_what_travels():
     sources = "".join(path.read_text() for path in (ROOT / "microblock").rglob("*.py"))
     named = {*re.findall(r'MissingExtra\(.*, "(\w+)"\)', sources)}
     assert {"vtk", "xarray"} < named <= {*SETUP["options.extras_require"]}
-    assert f"\n## {mb.__version__}" in (ROOT / "CHANGELOG.md").read_text()
+    assert f"\n## [{mb.__version__}] - " in (ROOT / "CHANGELOG.md").read_text()
     assert f"\nversion: {mb.__version__}\n" in (ROOT / "CITATION.cff").read_text()
     assert not re.findall(r"\]\((?!https?://)", (DOCS / "description.md").read_text())
     assert SETUP["options.packages.find"]["include"].split() == ["microblock", "microblock.*"]
