@@ -25,7 +25,15 @@ project = "microblock"
 author = "the microblock developers"
 copyright = author
 release = version = microblock.__version__
-extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "sphinx_gallery.gen_gallery", "sphinx_copybutton", "mathml", "pages"]
+extensions = [
+    "sphinx.ext.autodoc",
+    "numpydoc",
+    "myst_nb",
+    "sphinx_gallery.gen_gallery",
+    "sphinx_copybutton",
+    "mathml",  # beside this file, in _ext
+    "pages",
+]
 exclude_patterns = ["description.md", "gallery/**/*.ipynb"]  # the package index's, and downloads
 
 html_theme = "furo"

@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[1]
 # links that leave the pages: the paper, and what the theme says of itself
 EXTERNAL = (
     "https://doi.org/",
+    "https://keepachangelog.com/",
     "https://www.sphinx-doc.org/",
     "https://pradyunsg.me",
     "https://github.com/pradyunsg/furo",
