@@ -16,7 +16,7 @@ from .body import Body
 from .condensation import Condensed, without_idle_rotation
 from .ground import FAR, WITHIN, GroundSolver
 from .mesh_solution import Estimate, MeshSolution, difference, unfolded
-from .meshes import GRADING, RATIO, SLIVER, Ground, falling_orders, graded
+from .meshes import GRADING, RATIO, SLIVER, Ground, falling_orders, fitted_triangles
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
 MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
@@ -71,7 +71,9 @@ class MeshFitter(GroundSolver):
                 "the obstacle's features and the edges of the zones ask for some "
                 f"{count:.2g} contact nodes or more, and up to {MOST_NODES} are in reach: {instead}"
             )
-        mesh = graded(ground, (*tips, *self.options.lines), parts=parts, levels=levels, sizes=sizes)
+        mesh = fitted_triangles(
+            ground, (*tips, *self.options.lines), spacings=parts, levels=levels, sizes=sizes
+        )
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"

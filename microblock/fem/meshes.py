@@ -1,7 +1,9 @@
 """Meshes. Boundaries are named by role; the contact surface lies at x2 = 0, the body below it."""
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import netgen.meshing as netgen
 import netgen.occ as occ
@@ -22,59 +24,69 @@ from ..errors import (
 )
 from ..model.fields import halves, squares
 from ..model.intervals import joined
+from ..model.material import Cosserat
+from ..model.types import Array, Integers, Interval
 
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5
 RATIO = 0.15  # of the elements towards a graded vertex
 SLIVER = 1e-9  # of the reach, below which two edges are one
 
+Spacing: TypeAlias = tuple[float, float, float]  # (left, right, length of the elements between)
+Size: TypeAlias = tuple[float, float]  # (x1, longest element there)
+Counts: TypeAlias = Callable[[float], tuple[float, float]]  # elements on the surface and in all, by length
 
-def longest_element(solid, order):
-    """Length of an element beyond which a layer at the surface is off by a tenth."""
+
+def longest_element(solid: Cosserat, order: int) -> float:
+    """Returns the length of an element beyond which a layer at the surface is off by a tenth."""
     if solid.beta == 0:
         return math.inf
-    # an element of order 2, 4, 6 holds 2.7, 8.3, 16 layers
-    return solid.ell / math.sqrt(solid.eta) if order == 1 else 0.9 * order**1.6 * solid.layer_length
+    if order == 1:
+        return solid.ell / math.sqrt(solid.eta)
+    return 0.9 * order**1.6 * solid.layer_length  # elements of order 2, 4, 6 hold 2.7, 8.3, 16 layers
 
 
-def locking(solid, order, depth, half_width):
-    """Sentences on elements, `depth` deep below a contact, that lock: they are off by about 0.02 lambda/mu
-    (depth/half_width)^(2 order).
+def locking(solid: Cosserat, order: int, depth: float, half_width: float) -> list[str]:
+    """Returns sentences on elements, `depth` deep below a contact, that lock: they are off by about
+    0.02 lambda/mu (depth/half_width)^(2 order).
     """
     stiffer = solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
-    words = (
+    if order > 2 or stiffer < 2.5:
+        return []
+    return [
         f"elements of order {order} that reach {depth:.2g} deep below the contact lock where nu = "
         f"{solid.nu:.4g}, so that pressures may be far off: take order 3 or more, or smaller elements"
-    )
-    return [words] * bool(order <= 2 and stiffer >= 2.5)
+    ]
 
 
-def elements_at(mesh, region):
-    """Numbers of the elements at the facets of a boundary."""
-    beside = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
-    require(all(beside), "mesh", mesh, "has facets in its boundary that belong to no element")
-    return np.array([elements[0].nr for elements in beside])
+def elements_at(mesh: Any, region: Any) -> Integers:
+    """Returns the numbers of the elements at the facets of a boundary, array (facets,)."""
+    elements = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
+    require(all(elements), "mesh", mesh, "has facets in its boundary that belong to no element")
+    return np.array([beside[0].nr for beside in elements])
 
 
-def thicknesses(mesh, region):
-    """How far the elements at the facets of a boundary reach below them, array (facets,)."""
-    points, found = mesh.ngmesh.Coordinates(), []
+def thicknesses(mesh: Any, region: Any) -> Array:
+    """Returns how far the elements at the facets of a boundary reach below them, array (facets,)."""
+    points = mesh.ngmesh.Coordinates()
+    depths = []
     for facet, number in zip(region.Elements(), elements_at(mesh, region)):
         element = mesh[ng.ElementId(ng.VOL, int(number))]
-        own, below = (points[[vertex.nr for vertex in part.vertices]] for part in (facet, element))
-        middle = own.mean(axis=0)
-        *_, normal = np.linalg.svd(own - middle)[2]
-        found.append(np.abs((below - middle) @ normal).max())
-    return np.array(found)
+        corners = points[[vertex.nr for vertex in facet.vertices]]
+        middle = corners.mean(axis=0)
+        *_, normal = np.linalg.svd(corners - middle)[2]
+        below = points[[vertex.nr for vertex in element.vertices]] - middle
+        depths.append(np.abs(below @ normal).max())
+    return np.array(depths)
 
 
-def extent(mesh: ng.Mesh) -> float:
+def extent(mesh: Any) -> float:
     """Returns the largest distance of two vertices along an axis (length)."""
     return float(max(np.ptp(along) for along in np.array([vertex.point for vertex in mesh.vertices]).T))
 
 
-def require_sound(mesh):
-    """BadArgument unless the elements of a mesh have an area (a volume) and one orientation.
+def require_sound(mesh: Any) -> None:
+    """Raises BadArgument unless the elements of a mesh have an area (a volume) and one orientation.
 
     Curved ones are looked at inside: in a corner on a smooth curve a quadrilateral is flat.
     """
@@ -91,20 +103,14 @@ def require_sound(mesh):
         mesh,
         "must not be deformed (SetDeformation): finer ones would not be; move its points",
     )
-    curved, kinds = mesh.GetCurveOrder(), (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)
-    if curved > 1:
-        rules = {kind: ng.IntegrationRule(kind, 2 * curved + 4) for kind in kinds}
-    else:  # the corners, but for the tip of a pyramid, which is singular
-        corners = {kind: ng.fem.ElementTopology(kind).vertices for kind in kinds}
-        corners[ng.PYRAMID] = corners[ng.PYRAMID][:4]
-        rules = {kind: ng.IntegrationRule(ends, [0.0] * len(ends)) for kind, ends in corners.items()}
+    rules = _rules_of_soundness(mesh.GetCurveOrder())
     # points that are no numbers are what is looked for
     with np.errstate(invalid="ignore", over="ignore"):
         slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
         slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
-        areas = np.linalg.det(slopes)
-        turned = areas / np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), np.finfo(float).tiny)
-    wrong = ~(turned * np.sign(np.nanmedian(turned)) > 1e-12)  # sine of the angle between two sides
+        sides = np.prod(np.linalg.norm(slopes, axis=1), axis=1)
+        sines = np.linalg.det(slopes) / np.maximum(sides, np.finfo(float).tiny)
+    wrong = ~(sines * np.sign(np.nanmedian(sines)) > 1e-12)  # sine of the angle between two sides
     if wrong.any():
         counts = [len(rules[element.type]) for element in mesh.Elements()]
         numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
@@ -117,15 +123,27 @@ def require_sound(mesh):
         )
 
 
-def line(depth, elements):
-    """A 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at -depth."""
+def _rules_of_soundness(curve_order: int) -> dict[Any, Any]:
+    """Returns {kind of an element: NGSolve's rule} of points at which an element must have an area."""
+    kinds = (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)
+    if curve_order > 1:
+        return {kind: ng.IntegrationRule(kind, 2 * curve_order + 4) for kind in kinds}
+    corners = {kind: ng.fem.ElementTopology(kind).vertices for kind in kinds}
+    corners[ng.PYRAMID] = corners[ng.PYRAMID][:4]  # the tip of a pyramid is singular
+    return {kind: ng.IntegrationRule(points, [0.0] * len(points)) for kind, points in corners.items()}
+
+
+def line(depth: float, elements: int) -> Any:
+    """Returns a 1D mesh of [-depth, 0], for fields of x2 alone; points "contact" at x2 = 0, "middle" at
+    -depth.
+    """
     require_positive(depth=depth)
     require_whole(1, elements=elements)
     return named(Make1DMesh(elements, mapping=lambda x: depth * (x - 1)), "middle", "contact")
 
 
-def column(depth, elements):
-    """One column of 2D squares over [-depth, 0], periodic sideways.
+def column(depth: float, elements: int) -> Any:
+    """Returns one column of 2D squares over [-depth, 0], periodic sideways.
 
     Boundaries: "contact" on top, "middle" below, "left" and "right" identified.
     """
@@ -137,8 +155,8 @@ def column(depth, elements):
     return named(mesh, "middle", "right", "contact", "left")
 
 
-def named(mesh, *names):
-    """The mesh with these names of its boundaries."""
+def named(mesh: Any, *names: str) -> Any:
+    """Returns the mesh with these names of its boundaries."""
     for number, name in enumerate(names):
         mesh.ngmesh.SetBCName(number, name)
     return ng.Mesh(mesh.ngmesh)
@@ -165,10 +183,10 @@ class Ground:
     """
 
     far: float
-    reach: tuple
+    reach: Interval
     half: bool = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_positive(far=self.far)
         require_pair(reach=self.reach)
         left, right = self.reach
@@ -180,22 +198,39 @@ class Ground:
         )
 
     @property
-    def supports(self):
+    def start(self) -> float:
+        """x1 of the left side (length)."""
+        return 0.0 if self.half else -self.far
+
+    @property
+    def left_side(self) -> str:
+        """Name of the boundary on the left."""
+        return "axis" if self.half else "side"
+
+    @property
+    def supports(self) -> dict[str, str]:
         """{field: boundaries}; the sides are free."""
-        axis = "|axis" if self.half else ""
-        return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
+        odd = "bottom|axis" if self.half else "bottom"  # odd fields are 0 on the axis
+        return {"u1": odd, "u2": "bottom", "psi": odd}
 
 
-def graded(ground, edges, *, parts, levels, sizes=()):
-    """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements
-    shrink by RATIO.
+def fitted_triangles(
+    ground: Ground,
+    edges: Iterable[float],
+    *,
+    spacings: Sequence[Spacing],
+    levels: int,
+    sizes: Sequence[Size] = (),
+) -> Any:
+    """Returns a mesh of triangles from netgen with vertices at `edges` on the surface, towards which `levels`
+    of elements shrink by RATIO.
 
     Parameters
     ----------
     ground : Ground
     edges : abscissae within the reach; those closer than SLIVER of it are one
-    parts : lengths of the elements on the boundary "contact", ((left, right, length), ...), ascending; away
-        from it they grow by GRADING
+    spacings : lengths of the elements on the boundary "contact", ((left, right, length), ...), ascending;
+        away from it they grow by GRADING
     sizes : ((x, length), ...), places on the surface at which elements are no longer, about
 
     Raises
@@ -205,73 +240,85 @@ def graded(ground, edges, *, parts, levels, sizes=()):
     NotConverged
         If netgen fails or leaves a hole.
     """
-    surface, reach = ground.reach[1] - ground.reach[0], max(abs(x) for x in ground.reach)
-    least = min(length for _, _, length in parts)
+    least = min(length for _, _, length in spacings)
     require_positive(spacing=least)
-    count = sum((right - left) / length for left, right, length in parts) + len(sizes)
+    count = sum((right - left) / length for left, right, length in spacings) + len(sizes)
     # of a graded mesh, 3 to 6 elements for one at the surface
     _require_room("spacing", least, lambda length: (count * least / length, 4 * count * least / length))
+    rounding = SLIVER * (ground.reach[1] - ground.reach[0])
+    tips = [float(x) for x, _ in joined([(x, x) for x in edges], rounding)]
     # netgen has tolerances of 1e-7 and less, whatever the unit of length
-    unit, tips = reach / 1000, [float(x) for x, _ in joined([(x, x) for x in edges], SLIVER * surface)]
-    scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
-    places, lengths, parts = (
-        [tuple(_rounded(x, unit) for x in part) for part in some] for some in ([tips], sizes, parts)
-    )
-    for trial in (GRADING, 0.9 * GRADING, 0.8 * GRADING):
-        wanted = netgen.MeshingParameters(maxh=scaled.far / 3, grading=trial)
-        for place, length in lengths:
-            wanted.RestrictH(place, 0, 0, length)
-        try:
-            made = _face(scaled, places[0], parts).GenerateMesh(mp=wanted)
-            missing = 1 - ng.Integrate(1, ng.Mesh(made)) / scaled.far**2 / (1 if ground.half else 2)
-            reason = f"{missing:.1g} of the area is in no element"
-        except Exception as failure:
-            reason, missing = failure, 1
-        if abs(missing) < SLIVER:
-            break
-    else:
-        raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
-    made.SetGeometry(None)  # which knows the mesh in its own unit alone
-    made.Scale(unit)
-    points = made.Coordinates()  # off by a rounding: an edge would not be that of the obstacle
+    unit = max(abs(x) for x in ground.reach) / 1000
+    netgen_mesh = _triangulated(ground, tips, spacings, sizes, unit)
+    netgen_mesh.SetGeometry(None)  # which knows the mesh in its own unit alone
+    netgen_mesh.Scale(unit)
+    points = netgen_mesh.Coordinates()  # off by a rounding: an edge would not be that of the obstacle
     for exact in (*tips, *ground.reach):
-        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < SLIVER * surface / 10), 0] = exact
-    mesh = ng.Mesh(made)
+        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < rounding / 10), 0] = exact
+    mesh = ng.Mesh(netgen_mesh)
     if levels and tips:
         mesh.RefineHP(levels, RATIO)
     return mesh
 
 
-def _rounded(length, unit):
-    """A length in a unit, to 12 digits: as in any other unit."""
-    scaled = length / unit
-    return round(scaled, 12 - math.ceil(math.log10(max(abs(scaled), 1000))))
+def _triangulated(
+    ground: Ground, tips: Sequence[float], spacings: Sequence[Spacing], sizes: Sequence[Size], unit: float
+) -> Any:
+    """Returns netgen's mesh, in its own unit of length, of the arguments of `fitted_triangles`."""
+
+    def scaled(lengths: Iterable[float]) -> list[float]:
+        """Returns lengths in the unit, to 12 digits: as in any other unit."""
+        ratios = [length / unit for length in lengths]
+        return [round(x, 12 - math.ceil(math.log10(max(abs(x), 1000)))) for x in ratios]
+
+    (far,) = scaled([ground.far])
+    left, right = scaled(ground.reach)
+    block = Ground(far, (left, right), ground.half)
+    vertices = scaled(tips)
+    lengths = [scaled(spacing) for spacing in spacings]
+    longest = [scaled(size) for size in sizes]
+    for grading in (GRADING, 0.9 * GRADING, 0.8 * GRADING):
+        parameters = netgen.MeshingParameters(maxh=far / 3, grading=grading)
+        for x, length in longest:
+            parameters.RestrictH(x, 0, 0, length)
+        try:
+            mesh = _face(block, vertices, lengths).GenerateMesh(mp=parameters)
+        except Exception as failure:
+            reason = str(failure)
+            continue
+        missing = 1 - ng.Integrate(1, ng.Mesh(mesh)) / (far * (far - block.start))
+        if abs(missing) < SLIVER:
+            return mesh
+        reason = f"{missing:.1g} of the area is in no element"
+    raise NotConverged(f"netgen finds no mesh for edges {list(tips)}: {reason}")
 
 
-def _face(ground, tips, parts):
-    """The rectangle of a Ground as a geometry, its tips marked."""
-    (left, right), far = ground.reach, ground.far
-    start, known = 0.0 if ground.half else -far, {left, right, *tips}
-    ends = {x for part in parts for x in part[:2] if min(abs(x - other) for other in known) > SLIVER}
-    surface = sorted({*known, *ends, start, far})
-    corners = [(x, 0.0) for x in surface] + [(far, -far), (start, -far)]
-    names = ["contact" if left <= x < right else "free" for x in surface[:-1]]
-    names += ["side", "bottom", "axis" if ground.half else "side"]
-    vertices, edges = [occ.Vertex(occ.Pnt(*point, 0)) for point in corners], []
+def _face(ground: Ground, tips: Sequence[float], spacings: Iterable[Sequence[float]]) -> Any:
+    """Returns the rectangle of a Ground as a geometry, its tips marked."""
+    left, right = ground.reach
+    ends = {left, right, *tips}
+    borders = {x for spacing in spacings for x in spacing[:2] if min(abs(x - end) for end in ends) > SLIVER}
+    surface = sorted({*ends, *borders, ground.start, ground.far})
+    corners = [(x, 0.0) for x in surface] + [(ground.far, -ground.far), (ground.start, -ground.far)]
+    vertices = [occ.Vertex(occ.Pnt(*corner, 0)) for corner in corners]
     for vertex, x in zip(vertices, surface):
         vertex.hpref = float(x in tips)
-    for i, name in enumerate(names):
-        edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
-        edge.name, middle = name, (corners[i][0] + corners[(i + 1) % len(corners)][0]) / 2
-        for a, b, length in parts:
-            if name == "contact" and a < middle < b:
-                edge.maxh = length
-        edges.append(edge)
-    return occ.OCCGeometry(occ.Face(occ.Wire(edges)), dim=2)
+    sides = [occ.Edge(*pair) for pair in zip(vertices, [*vertices[1:], vertices[0]])]
+    for side, x, following in zip(sides, surface, surface[1:]):
+        middle = (x + following) / 2
+        side.name = "free"
+        if left <= x < right:
+            side.name = "contact"
+            for start, end, length in spacings:
+                if start < middle < end:
+                    side.maxh = length
+    for side, name in zip(sides[-3:], ("side", "bottom", ground.left_side)):
+        side.name = name
+    return occ.OCCGeometry(occ.Face(occ.Wire(sides)), dim=2)
 
 
-def uniform(ground, h, quads=True):
-    """Squares of side h (length) for 0 < |x1| < reach and as deep, growing to the far field.
+def uniform(ground: Ground, h: float, quads: bool = True) -> Any:
+    """Returns squares of side h (length) for 0 < |x1| < reach and as deep, growing to the far field.
 
     The whole surface is "contact". With ``quads=False`` each element is cut into two triangles.
     """
@@ -280,50 +327,51 @@ def uniform(ground, h, quads=True):
     require(
         0 < h <= reach, "h", h, f"must be positive and no longer than the region of equal squares, {reach}"
     )
+    quarters = 1 if ground.half else 2  # of the plane, below the surface
 
-    def elements(length):
+    def elements(length: float) -> tuple[float, float]:
         count = reach / length * (1 + math.log1p(3 * (ground.far / reach - 1)) / 3)  # about
-        return (count, count * count) if ground.half else (2 * count, 2 * count * count)
+        return quarters * count, quarters * count * count
 
     _require_room("h", h, elements)
     lines = uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
-    left = "axis" if ground.half else "side"
-    return rectangles(across, -lines[::-1], quads, ("bottom", "side", "contact", left))
+    return rectangles(across, -lines[::-1], quads, ("bottom", "side", "contact", ground.left_side))
 
 
-def rectangles(across, up, quads=True, names=("bottom", "right", "top", "left")):
-    """Rectangles between lines x1 = across[i] and x2 = up[j], ascending, or triangles; `names` of the
-    boundaries go counterclockwise from below.
+def rectangles(
+    across: Array, up: Array, quads: bool = True, names: Sequence[str] = ("bottom", "right", "top", "left")
+) -> Any:
+    """Returns rectangles between lines x1 = across[i] and x2 = up[j], ascending arrays (n,) and (m,), or
+    triangles; `names` of the boundaries go counterclockwise from below.
     """
-    mesh, points = netgen.Mesh(dim=2), np.stack(np.meshgrid(across, up, 0.0), axis=-1).reshape(-1, 3)
+    mesh = netgen.Mesh(dim=2)
+    points = np.stack(np.meshgrid(across, up, 0.0), axis=-1).reshape(-1, 3)
     mesh.AddPoints(points)
     number = np.arange(len(points)).reshape(len(up), len(across))
 
-    def add(dim, name, elements):
+    def add(dim: int, name: str, elements: Integers) -> None:
         mesh.AddElements(dim, mesh.AddRegion(name, dim=dim), np.ascontiguousarray(elements, np.int32))
 
     add(2, "dom", squares(number) if quads else halves(number))
-    sides = number[0], number[:, -1], number[-1, ::-1], number[::-1, 0]
+    sides = (number[0], number[:, -1], number[-1, ::-1], number[::-1, 0])
     for name, side in zip(names, sides):
         add(1, name, np.stack((side[:-1], side[1:]), axis=-1))
     mesh.Compress()
     return ng.Mesh(mesh)
 
 
-def _require_room(name, length, elements):
-    """BadArgument where elements of this length, `elements(length)` on the surface and in all, need more
-    memory than is there.
-    """
+def _require_room(name: str, length: float, elements: Counts) -> None:
+    """Raises BadArgument where elements of this length need more memory than is there."""
 
-    def wrong(length):
+    def shortage(length: float) -> str:
         surface, count = elements(length)
         # a square of order 1 has 80 entries of a matrix
-        return cost.too_much(cost.of_nodes(surface) + cost.of_factors(3 * count, 80 * count))
+        return str(cost.too_much(cost.of_nodes(surface) + cost.of_factors(3 * count, 80 * count)))
 
-    if words := wrong(length):
+    if words := shortage(length):
         least = length
-        while wrong(least):
+        while shortage(least):
             least *= 2
         raise BadArgument(
             name,
@@ -333,9 +381,9 @@ def _require_room(name, length, elements):
         )
 
 
-def uniform_lines(reach, far, h):
-    """Ascending distances from 0 to far: steps of h within the reach, then growing in proportion to h over
-    it.
+def uniform_lines(reach: float, far: float, h: float) -> Array:
+    """Returns ascending distances from 0 to far, array (n,): steps of h within the reach, then growing in
+    proportion to h over it.
     """
     near = np.linspace(0, reach, max(1, round(reach / h)) + 1)
     growth = 1 + 3 * near[1] / reach
@@ -343,29 +391,32 @@ def uniform_lines(reach, far, h):
     return stretched(near, far, growth ** np.arange(1, count + 1))
 
 
-def stretched(near, far, steps):
-    """Ascending places, with more up to `far` in the ratios of these steps."""
+def stretched(near: Array, far: float, steps: Sequence[float] | Array) -> Array:
+    """Returns ascending places `near`, array (n,), continued up to `far` in the ratios of `steps`, (m,):
+    array (n + m,).
+    """
     outer = near[-1] + (far - near[-1]) * np.cumsum(steps[:-1]) / np.sum(steps)
     return np.concatenate((near, outer, [far]))
 
 
-def falling_orders(mesh, ground, tips, top):
-    """Orders of the elements, array (elements,): `top` near the surface, about half of it at the tips and far
-    away.
+def falling_orders(mesh: Any, ground: Ground, tips: Sequence[float], top: int) -> Integers:
+    """Returns orders of the elements, array (elements,): `top` near the surface, about half of it at the tips
+    and far away.
     """
     points = mesh.ngmesh.Coordinates()
     corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
-    centres = np.array([own.mean(axis=0) for own in corners])
-    sizes = np.array([np.ptp(own, axis=0).max() for own in corners])
-    reach, lowest = max(abs(x) for x in ground.reach), max(1, (top - 3) // 2)
-    decades = np.log10(np.maximum(np.hypot(*centres.T) / reach, 1))
+    centres = np.array([vertices.mean(axis=0) for vertices in corners])
+    reach = max(abs(x) for x in ground.reach)
+    lowest = max(1, (top - 3) // 2)
     # what an error far away does to the surface falls with its distance alone, wherever the body ends; errors
     # of a far field that is not symmetric tilt the surface
-    fall, far = (1.6 / 3, lowest) if ground.half else (1 / 3, max(2, (top - 2) // 2))
+    far = lowest if ground.half else max(2, (top - 2) // 2)
+    fall = (1.6 if ground.half else 1.0) / 3
+    decades = np.log10(np.maximum(np.hypot(*centres.T) / reach, 1))
     orders = far + (top - far) * np.maximum(1 - fall * decades, 0)
     if len(tips):
         distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
-        smallest = sizes.min()
+        smallest = min(np.ptp(vertices, axis=0).max() for vertices in corners)
         first = max(0.4 * reach, 2 * smallest) / smallest
         along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first)) / np.log(first)
         orders = np.minimum(orders, lowest + (top - lowest) * along)

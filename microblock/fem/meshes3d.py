@@ -1,17 +1,20 @@
 """Rectangular blocks of hexahedra."""
 
 import math
+from typing import Any
 
 import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
+from numpy.typing import ArrayLike
 
 from ..errors import require, require_choice, require_numbers, require_positive
+from ..model.types import Array
 from .body import FIELDS3D
 from .meshes import named, stretched
 
 
-def graded(reach, step, far, growth=1.5):
-    """Coordinates from 0 to `far`: equal steps up to `reach`, then each longer than the one before.
+def graded(reach: float, step: float, far: float, growth: float = 1.5) -> Array:
+    """Returns coordinates from 0 to `far`: equal steps up to `reach`, then each longer than the one before.
 
     Parameters
     ----------
@@ -39,17 +42,17 @@ def graded(reach, step, far, growth=1.5):
     require(far >= reach, "far", far, f"must be at least reach = {reach}")
     require(growth >= 1, "growth", growth, "must be at least 1")
     count = max(1, math.ceil(reach / step - 1e-9))  # of a step, by which it may miss a whole number
-    inner, step = np.linspace(0.0, reach, count + 1), reach / count
+    inner = np.linspace(0.0, reach, count + 1)
     if far == reach:
         return inner
-    steps = [step * growth]
+    steps = [reach / count * growth]
     while sum(steps) < (far - reach) * (1 - 1e-9):
         steps.append(steps[-1] * growth)
     return stretched(inner, far, steps)
 
 
-def block(x1, x2, x3, reach=math.inf):
-    """A rectangular block of hexahedra with vertices at given coordinates.
+def block(x1: ArrayLike, x2: ArrayLike, x3: ArrayLike, reach: float = math.inf) -> Any:
+    """Returns a rectangular block of hexahedra with vertices at given coordinates.
 
     Boundaries are "left" and "right" across x1, "front" and "back" across x2, "bottom", and on top "contact",
     where facets have their middle in the square of contact about the origin, else "top".
@@ -81,23 +84,22 @@ def block(x1, x2, x3, reach=math.inf):
     axes = [_ascending(name, x) for name, x in (("x1", x1), ("x2", x2), ("x3", x3))]
     if not (isinstance(reach, float) and reach == math.inf):
         require_positive(reach=reach)
-    middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
-    held = all(np.any(np.abs(middle) < reach) for middle in middles)
-    require(held, "reach", reach, "must hold the middle of a facet at least")
+    across, along = (np.abs(x[1:] + x[:-1]) / 2 < reach for x in axes[:2])
+    require(across.any() and along.any(), "reach", reach, "must hold the middle of a facet at least")
     nx, ny, nz = (len(x) - 1 for x in axes)
 
-    def places(*shares):
+    def corner(*shares: float) -> list[float]:
         return [x[round(share * (len(x) - 1))] for x, share in zip(axes, shares)]
 
-    mesh = MakeStructured3DMesh(nx=nx, ny=ny, nz=nz, mapping=places)
-    pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles)).ravel()
+    mesh = MakeStructured3DMesh(nx=nx, ny=ny, nz=nz, mapping=corner)
+    pressed = np.logical_and.outer(across, along).ravel()
     top = mesh.ngmesh.Elements2D().NumPy()[-pressed.size :]  # from the last coordinates to the first
     top["index"][pressed[::-1]] = mesh.ngmesh.AddRegion("contact", dim=2)
     return named(mesh, "left", "front", "right", "back", "bottom", "top")
 
 
-def supports(fixed="bottom", **planes):
-    """What a body constrains on its fixed boundaries and on its planes of symmetry.
+def supports(fixed: str = "bottom", **planes: str) -> dict[str, str]:
+    """Returns what a body constrains on its fixed boundaries and on its planes of symmetry.
 
     Parameters
     ----------
@@ -117,15 +119,16 @@ def supports(fixed="bottom", **planes):
     ('bottom|left', 'bottom')
     """
     odd = {"x1": ("u1", "psi2", "psi3"), "x2": ("u2", "psi1", "psi3")}  # 0 on a plane across the axis
-    found = dict.fromkeys(FIELDS3D, fixed)
-    for axis, pattern in planes.items():
+    patterns = dict.fromkeys(FIELDS3D, fixed)
+    for axis, plane in planes.items():
         require_choice(tuple(odd), planes=axis)
-        found |= {name: f"{found[name]}|{pattern}" for name in odd[axis]}
-    return found
+        for name in odd[axis]:
+            patterns[name] += f"|{plane}"
+    return patterns
 
 
-def _ascending(name, values):
-    """The coordinates as an array; BadArgument unless they are finite and ascend."""
+def _ascending(name: str, values: ArrayLike) -> Array:
+    """Returns coordinates as an array (n,); raises BadArgument unless they are finite and ascend."""
     x = require_numbers(**{name: values})
     ascend = len(x) > 1 and np.all(np.diff(x) > 0)
     require(ascend, name, values, "must be an ascending array of at least two coordinates")

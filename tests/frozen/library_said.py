@@ -384,8 +384,8 @@ def parts():
         ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
         finer = ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1))
         graded = {
-            "even": meshes.graded(ground, tips, parts=((*ground.reach, 0.1),), levels=3),
-            "finer": meshes.graded(ground, tips, parts=finer, levels=3, sizes=((0.4, 0.01),)),
+            "even": meshes.fitted_triangles(ground, tips, spacings=((*ground.reach, 0.1),), levels=3),
+            "finer": meshes.fitted_triangles(ground, tips, spacings=finer, levels=3, sizes=((0.4, 0.01),)),
         }
         for name, mesh in graded.items():
             orders = meshes.falling_orders(mesh, ground, tips, 7)

@@ -526,7 +526,7 @@ def test_reactions_of_a_contact_are_without_those_of_its_neighbours(order, metho
     ground = meshes.Ground(far=4.0, reach=(-1.0, 1.0), half=False)
     held = {"u1": "bottom", "u2": "bottom", "psi": "bottom|free"}
     solid = mb.Cosserat(E=2, nu=0.3, ell=0.5, beta=1)
-    mesh = meshes.graded(ground, (), parts=((-1.0, 1.0, 0.25),), levels=0)
+    mesh = meshes.fitted_triangles(ground, (), spacings=((-1.0, 1.0, 0.25),), levels=0)
     body = mb.Body(mesh, solid, order=order, fixed=held)
     M = mb.Contact(body, mb.Cylinder(1.0), CLAMPED, method).solve(load=0.3).micromoment
     assert M[[0, -1]] == pytest.approx(M[[1, -2]], rel=0.1)

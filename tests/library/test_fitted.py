@@ -270,8 +270,9 @@ def test_a_mesh_with_a_hole_is_none(monkeypatch):
     whole = meshes._face
     half = lambda ground, *rest: whole(meshes.Ground(ground.far / 2, ground.reach), *rest)  # noqa: E731
     monkeypatch.setattr(meshes, "_face", half)
+    ground = meshes.Ground(10.0, (0.0, 1.0))
     with pytest.raises(NotConverged, match="0.8 of the area is in no element"):
-        meshes.graded(meshes.Ground(10.0, (0.0, 1.0)), (0.5,), parts=((0.0, 1.0, 0.3),), levels=1)
+        meshes.fitted_triangles(ground, (0.5,), spacings=((0.0, 1.0, 0.3),), levels=1)
 
 
 # --- fitted elements under a wedge, beside the second code of the contact line
