@@ -160,7 +160,7 @@ def test_a_problem_of_the_choice(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("name", verification.SETS)
 def test_each_set_of_the_verification_begins(name):
-    """Its problems are drawn; `tests/library/test_judges.py` solves some of each."""
+    """Its problems are drawn; `tests/library/test_verification.py` solves some of each."""
     number, case = next(verification.cases(name, [0]))
     assert number == 0 and case.text and isinstance(case, judging.Case)
 

@@ -497,7 +497,7 @@ NEWTON = [
 ]
 
 # load paths: their events from first touch to the load, and the half-width at `states` on the way
-EPS_PIVOT = [
+PATHS = [
     problem("path panels microblock cylinder", "panels", load=1.0, rtol=1e-6, states=(0.3,)),
     problem(
         "path panels microblock psi0=0.01 cylinder", "panels", law=ROTATED, load=1.0, rtol=1e-4, states=(0.5,)

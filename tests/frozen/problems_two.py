@@ -37,7 +37,7 @@ STATES = [
     problem("two meshes approach", "body", approach=0.05, second=SOFTER, below=((0.2, -0.1),), **MESH),
     problem("two meshes wedge", "body", WEDGE, second=CLASSICAL | {"beta": 0.5}, **MESH),
 ]
-EPS_PIVOT = [
+PATHS = [
     problem(
         "two panels path", "panels", load=2.0, solid=solid(ell=0.34), second=SOFTER, rtol=1e-4, states=(1.0,)
     ),

@@ -1,20 +1,27 @@
-"""What states, paths and errors say is true, and problems given in another way have the same answers."""
+"""What states, paths and pictures say is true, and problems given in another way have the same answers."""
 
 import copy
 import pickle
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 import microblock as mb
+from microblock.fem import meshes
+from microblock.fem.meshes import Ground
 from microblock.model.law import Law
 from microblock.model.results import intervals
+from microblock.view import blocks
 from tests.bodies import on_ground, quarter
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-GROUND, CYLINDER, LAW, LINE = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock(), mb.Unilateral()
+GROUND = mb.HalfPlane(SOLID)
+CYLINDER = mb.Cylinder(R=10)
+LAW = mb.Microblock()
+LINE = mb.Unilateral()
 RUBBING = mb.Unilateral(friction=0.3)
 
 
@@ -253,3 +260,256 @@ def test_corners_that_touch_are_those_with_a_force():
     state = pressed(CYLINDER, load=1.0)
     assert np.array_equal(state.closed, sum(1 * (own > 0) for own in state.pressures.values()))
     assert set(state.closed) == {1, 2}
+
+
+# --- one Contact and one State for all bodies and methods in the plane: what every state has
+
+
+LAWS = {
+    "microblock": mb.Microblock(),
+    "rotated": mb.Microblock(0.005),
+    "unilateral": mb.Unilateral(),
+    "microclamped": mb.Microclamped(),
+}
+DEPTH = CYLINDER.height(np.array([0.35]))[0]  # of the obstacle over the half-width: the size of the gaps
+
+
+@cache
+def body_of(kind):
+    middle = {"u1": "middle", "u2": "middle"}
+    if kind == "column":
+        return mb.Body(meshes.column(depth=1.0, elements=4), SOLID, 4, fixed=middle, periodic=True)
+    if kind == "line":
+        return mb.Body(meshes.line(1.0, 4), SOLID, 4, fixed=middle)
+    mesh = meshes.uniform(Ground(far=4.0, reach=(-0.6, 0.6), half=False), 0.12)
+    return mb.Body(mesh, SOLID, 2, fixed="bottom")
+
+
+def on_block(kind=None):
+    return mb.Block(SOLID, 4.0), mb.Uniform(h=0.1, order=2, newton=kind and mb.Newton(kind))
+
+
+KINDS = {  # body, method, rtol, residual that its iteration leaves, error of gaps over DEPTH, name
+    "panels": (mb.HalfPlane(SOLID), None, 1e-4, 1e-5, 1e-5, "panels"),
+    "cells": (mb.HalfPlane(SOLID), mb.Cells(nodes=512), None, 1e-8, 0.02, "cells"),
+    "period": (mb.HalfPlane(SOLID, period=2.0), mb.Cells(nodes=512), None, 1e-8, 0.02, "cells"),
+    "fitted": (mb.Block(SOLID, 4.0), None, 1e-2, 1e-11, 0.01, "fitted"),
+    "unbounded": (mb.Block(SOLID), None, 1e-2, 1e-11, 0.01, "fitted"),
+    "uniform": (*on_block(), None, 1e-11, 0.05, "uniform"),
+    "uniform_al": (*on_block("al"), None, 1e-11, 0.05, "uniform"),
+    "uniform_penalty": (*on_block("penalty"), None, 1e-11, 0.05, "uniform"),
+    "condensed": ("body", None, None, 1e-11, 0.05, "condensed"),
+    "newton_al": ("body", mb.Newton("al"), None, 1e-11, 0.05, "newton"),
+    "newton_penalty": ("body", mb.Newton("penalty"), None, 1e-11, 0.05, "newton"),
+    "column": ("column", None, None, 1e-11, 1e-9, "newton"),
+    "line": ("line", None, None, 1e-11, 1e-9, "newton"),
+}
+NO_LEVEL = {"panels", "cells", "unbounded"}  # no approach
+ONE_DIMENSIONAL = {"column", "line"}  # a plane presses them, all of the surface at once
+EVERY = pytest.mark.parametrize("kind", KINDS)
+EVERY_LAW = pytest.mark.parametrize("law", LAWS)
+
+
+@cache
+def problem_of(kind, law="microblock"):
+    given, method, *_ = KINDS[kind]
+    obstacle = mb.Plane() if kind in ONE_DIMENSIONAL else CYLINDER
+    return mb.Contact(body_of(given) if isinstance(given, str) else given, obstacle, LAWS[law], method)
+
+
+@cache
+def state_of(kind, law="microblock"):
+    load = 0.1 if kind in ONE_DIMENSIONAL else 1.0
+    return problem_of(kind, law).solve(load=load, rtol=KINDS[kind][2])
+
+
+def contains(intervals, x, margin=0.0):
+    """Whether x, array (n,), lies in one of the intervals, by a margin."""
+    inside = [(x >= a + margin) & (x <= b - margin) for a, b in intervals]
+    return np.any([np.zeros(len(x), bool), *inside], axis=0)
+
+
+@EVERY
+@EVERY_LAW
+def test_every_state_has_all_of_it(kind, law):
+    state, (_, _, rtol, residual, _, method) = state_of(kind, law), KINDS[kind]
+    assert state.law is LAWS[law] and state.solid == SOLID and state.method == method
+    for values in (state.weights, state.pressure, state.micromoment, state.psi):
+        assert values.shape == state.x.shape and np.all(np.isfinite(values))
+        with pytest.raises(ValueError, match="read-only"):
+            values[:] = 7.0
+    assert state.rotation.shape == state.x.shape
+    assert tuple(state.pressures) == (("A", "B") if "A" in state.law.corners else ("C",))
+    assert sum(state.pressures.values()) == pytest.approx(state.pressure)
+    assert state.weights @ state.pressure == pytest.approx(state.load, rel=1e-11)  # Newton's residual
+    assert 0 <= state.residual <= residual and state.iterations >= 1 and state.unknowns > 20
+    assert isinstance(state.energy, float) and (state.approach is None) == (kind in NO_LEVEL)
+    estimated = rtol is not None or state.method == "cells"
+    assert (state.error_estimate is not None) == estimated
+    assert not estimated or 0 < state.error_estimate < (rtol or 0.1)
+    assert state.error_parts is None or state.error_parts.total == state.error_estimate
+    assert state.surface().gaps.shape[0] == len(state.pressures)
+    assert f"load {state.load:g}" in repr(state) and state.caption
+    assert np.all(np.diff(state.x) > 0) and (law != "unilateral" or np.all(state.micromoment == 0))
+
+
+@EVERY
+@EVERY_LAW
+def test_zones_are_those_of_the_whole_line(kind, law):
+    state = state_of(kind, law)
+    zones, contact = state.zones, state.zones["contact"]
+    assert set(zones) == {"A", "B", "full", "contact"} and contact
+    for own in zones.values():
+        edges = [edge for interval in own for edge in interval]
+        assert edges == sorted(edges) and {type(edge) for edge in edges} <= {float}
+    assert state.half_width == (contact[-1][1] - contact[0][0]) / 2
+    if len(state.pressures) == 1:
+        assert not zones["A"] and not zones["B"] and not zones["full"]
+    else:
+        A, B, full, both = (contains(zones[name], state.x) for name in ("A", "B", "full", "contact"))
+        assert np.array_equal(both, A | B) and np.array_equal(full, A & B)
+    if LAWS[law].even and kind not in ONE_DIMENSIONAL:
+        assert contact[0][0] == pytest.approx(-contact[-1][1], rel=1e-9)  # rounding
+        assert 0.25 < state.half_width < 0.43
+        # the left corner comes later on the left
+        assert not zones["A"] or zones["A"][0][0] > zones["B"][0][0]
+    if kind == "column":
+        assert contact == [(0.0, pytest.approx(float(state.weights.sum())))]  # all of the period
+
+
+@EVERY
+@EVERY_LAW
+def test_complementarity(kind, law):
+    """Gaps are closed where a corner presses, open elsewhere; pressures at points are those at the nodes."""
+    state, tolerance = state_of(kind, law), KINDS[kind][4] * DEPTH
+    spacing, reach = np.diff(state.x).max(initial=0.0), min(1.2 * state.half_width, state.x[-1])
+    x = state.x if kind in ONE_DIMENSIONAL else np.linspace(-reach, reach, 41) + 1e-6
+    for corner, p in state.pressures.items():
+        gap, own = state.gap_at(corner, x), state.zones["contact" if corner == "C" else corner]
+        inside = contains(own, x, 0.0 if kind in ONE_DIMENSIONAL else 0.51 * spacing)
+        assert gap.min() > -tolerance and np.abs(gap[inside]).max(initial=0.0) < tolerance
+        beyond = ~contains(own, x, -1.01 * spacing)
+        assert not state.pressure_at(x, corner)[beyond].any() and np.all(gap[beyond] > -tolerance / 10)
+        middle = contains(own, state.x, 0.2 * state.half_width) if kind == "panels" else slice(None)
+        at_nodes = state.pressure_at(state.x[middle], corner)
+        assert at_nodes == pytest.approx(p[middle], abs=1e-4 * p.max() + 1e-12)
+        moments = state.micromoment_at(state.x[middle]) / SOLID.ell  # at an edge between nodes it jumps
+        assert moments == pytest.approx(
+            state.micromoment[middle] / SOLID.ell, abs=0.01 * state.pressure.max()
+        )
+    both = sum(state.pressure_at(x, corner) for corner in state.pressures)
+    assert state.pressure_at(x) == pytest.approx(both)
+
+
+# --- pictures of states: corners that touch, rounding, captions (tests/frozen has curves, ticks and texts)
+
+
+def on_mesh(block, law=LAW):
+    body = mb.Body(block, mb.Cosserat(E=2.6, nu=0.3, beta=1, ell=0.2), order=3, fixed="bottom")
+    return pressed(mb.Cylinder(2.0), law, body=body, load=0.05)
+
+
+def panel(drawing, name):
+    """The axes of a figure of a state that are called so."""
+    names = "pressure", "micromoment", "gap", "turn", "zones", "blocks"
+    return drawing.axes[names.index(name)]
+
+
+def told(drawing):
+    return " ".join(drawing.get_suptitle().split())
+
+
+# states
+
+
+def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
+    """A alone, B alone, both and none are four fills; a shifted contact has shifted blocks."""
+    law, panels = mb.Microblock(0.002), mb.Panels(order=14)  # one order: the same points of the surface
+    state = pressed(law=law, load=2.0, method=panels)
+    window = blocks.window(SOLID.ell, state.zones["contact"])
+    surface = state.surface(window)
+    shown = blocks.blocks(surface, window)
+    squares = state.plot_blocks().axes[0].collections[0]
+    fills = [tuple(colour) for colour in squares.get_facecolor()]
+    pairs = [tuple(map(bool, closed)) for closed in shown.closed]
+    assert len({*zip(pairs, fills, strict=True)}) == len({*pairs}) == len({*fills}) == 4
+    for corner in (0, 1):
+        tips, centres = shown.squares[:, corner], shown.squares[:, :2].mean(axis=1)
+        over = shown.magnification * (tips[:, 0] ** 2 / 20 - state.solution.approach) - tips[:, 1]
+        # heights are interpolated between points of the surface: a thousandth of a block is not seen
+        expected = shown.magnification * np.interp(centres[:, 0], surface.x, surface.gaps[corner])
+        assert over == pytest.approx(expected, abs=1e-3 * SOLID.ell)
+        assert np.all(over[shown.closed[:, corner]] < 1e-3 * SOLID.ell)
+    shifted = pressed(lambda x: (x - 1) ** 2 / 20, law, load=2.0, method=panels)
+    moved = blocks.blocks(shifted.surface(), blocks.window(SOLID.ell, shifted.zones["contact"])).squares
+    # rounding of abscissae is magnified a little
+    assert moved == pytest.approx(blocks.blocks(state.surface(), window).squares + (1.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("psi0_in", ["gaps and levers", "levers"])
+def test_blocks_of_a_half_space_touch_the_sphere_in_the_row_that_is_shown(psi0_in):
+    """Left corners alone, right ones, both and none; the height is that half a block beside the row."""
+    state = pressed(
+        mb.Sphere(10.0), mb.Microblock((0.0, -0.004), psi0_in), mb.Cells(128), mb.HalfSpace(SOLID)
+    )
+    surface, contact, where = blocks.section(state)
+    shown, x2 = blocks.blocks(surface, blocks.window(SOLID.ell, contact)), float(where.split()[-1])
+    assert {*map(tuple, shown.closed.tolist())} == {(a, b) for a in (False, True) for b in (False, True)}
+    for corner in (0, 1):
+        x, height = shown.squares[:, corner].T
+        nearest = ((abs(x2) - SOLID.ell / 2) ** 2 + x**2) / 20  # of the two corners that one stands for
+        over = shown.magnification * (nearest - state.approach) - height
+        # heights are interpolated between rows of cells that are a ninth of a block wide
+        assert np.all(np.abs(over[shown.closed[:, corner]]) < 0.02 * SOLID.ell)
+        assert np.all(over[~shown.closed[:, corner]] > -0.02 * SOLID.ell)
+
+
+def test_a_row_of_blocks_lies_in_one_square():
+    """Between squares there are no cells, and what would be drawn there is neither surface nor obstacle."""
+    hills = lambda x1, x2: (np.minimum((x1 - 1) ** 2, (x1 + 1) ** 2) + x2**2) / 20  # noqa: E731
+    state = pressed(hills, LAW, mb.Cells(64), mb.HalfSpace(SOLID), load=0.1)
+    row, *_ = blocks.section(state)
+    assert len(state.squares) == 2 and any(np.allclose(row.x, square.axes[0]) for square in state.squares)
+
+
+def test_pictures_do_not_magnify_rounding(block):
+    """Gaps of 1e-17 are nothing: all corners are marked; a law of one corner has no legend of two."""
+    state = mb.Contact(on_mesh(block).problem.body, mb.Plane(), LAW).solve(load=0.05)
+    shown = blocks.blocks(state.surface(), blocks.window(state.solid.ell, state.zones["contact"]))
+    assert shown.closed.all() and shown.magnification == 1.0
+    figure = pressed(mb.Punch(0.3), LINE).plot()
+    assert not panel(figure, "blocks").get_legend()
+    shown = panel(figure, "gap").lines[1].get_ydata()
+    assert not shown[np.isfinite(shown)].any()
+
+
+# what stands in pictures and tables
+
+
+def test_captions_say_what_is_shown_and_stay_within_their_figures():
+    x, levers = np.linspace(-1, 1, 5), mb.Microblock(-0.001234, psi0_in="levers")
+    state = pressed(mb.Obstacle.from_samples(x, x**2 / 20), levers, load=0.1234, rtol=1e-2)
+    assert state.caption.startswith("Samples(5 points), Microblock(psi0=-0.001234, psi0_in=")
+    assert "load 0.1234, error " in state.caption and told(state.plot()).startswith(state.caption)
+    assert "no error estimate" in pressed(method=mb.Panels(order=8)).caption
+    drawing = state.plot_below()
+    drawing.draw_without_rendering()
+    box = drawing._suptitle.get_window_extent()
+    assert len(state.caption) > 80 and box.x0 >= 0 and box.x1 <= drawing.bbox.width
+    samples = mb.Obstacle.from_samples([-1.0, -0.4, 0.4, 1.0], [0.03, 0.0, 0.0, 0.03])
+    drawing = pressed(samples, LINE).plot_blocks()
+    drawing.draw_without_rendering()  # matplotlib breaks no line itself, which the layout would not know of
+    assert drawing._suptitle._get_wrapped_text() == drawing.get_suptitle()
+
+
+def test_blocks_of_two_bodies_touch_where_they_are_pressed():
+    """The obstacle is drawn with what the second body moves, on the surface of the first: to what a sphere
+    rises below half a block, 5e-6, and to rounding of gaps; the approach is 0.03.
+    """
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
+    ball = mb.Deformable(mb.HalfSpace(solid), mb.Sphere(10.0))
+    state = pressed(ball, body=mb.HalfSpace(solid), method=mb.Cells(nodes=32))
+    surface, _, _ = blocks.section(state)
+    both_press = surface.pressures.min(axis=0) > 0
+    assert both_press.sum() > 10
+    np.testing.assert_allclose((surface.obstacle + surface.displacement)[both_press], 0, atol=2e-5)

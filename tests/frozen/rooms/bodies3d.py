@@ -1,6 +1,6 @@
 """Bodies in three dimensions: states by each method, loads without contact, nodes, what is refused."""
 
-from .. import library_space, of_kind, problems_space
+from .. import library_reports, library_space, of_kind, problems_space
 from ..states import rows_of, rows_refused
 
 SOLVED = 2e-8  # twenty times the residual of solvers of bodies: without it rows move by up to 6e-9
@@ -19,3 +19,4 @@ def rows():
         yield (name, value, kind) if exact else (name, value * (abs(value) >= NOTHING), kind, SOLVED)
     yield from rows_of("discrete", library_space.of_bodies)
     yield from rows_refused(library_space.refusals_of_bodies)
+    yield from library_reports.reports("bodies3d")

@@ -1,6 +1,6 @@
 """Histories with friction by every method: states, zones, events, energies; what is refused."""
 
-from .. import library_friction, of_kind
+from .. import library_friction, library_reports, of_kind
 from .. import problems_friction as problems
 from ..states import rows_refused
 
@@ -12,6 +12,7 @@ def rows():
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
     yield from rows_refused(library_friction.refusals)
+    yield from library_reports.histories()
 
 
 def rows_of_history(problem):

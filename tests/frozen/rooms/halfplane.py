@@ -1,12 +1,13 @@
 """States of panels and cells, load paths, and loads at which zones meet."""
 
-from .. import library, problems
+from .. import library, library_reports, problems
 from ..states import rows_of_paths, rows_of_states
 
 
 def rows():
     yield from rows_of_states(problems.PANELS + problems.CELLS + problems.SHARP + problems.WAVY)
-    yield from rows_of_paths(problem for problem in problems.EPS_PIVOT if problem["method"] == "panels")
+    yield from rows_of_paths(problem for problem in problems.PATHS if problem["method"] == "panels")
     for problem in problems.COALESCENCE:
         if problem["method"] == "panels":
             yield problem["name"], library.coalescence_of(problem), "estimated", 1e-6  # an event's own
+    yield from library_reports.reports("halfplane")

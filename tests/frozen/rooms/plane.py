@@ -1,16 +1,16 @@
 """Formulas of the plane at points: kernels of shear, averages over cells, products, second bodies, zones."""
 
-from .. import library, library_friction, library_plane, of_kind
+from .. import library, library_friction, library_plane, library_reports, of_kind
 from .. import problems_friction as problems
 from ..states import rows_of, rows_refused
 
 # sums of hundreds of differences of tabulated kernels, whose own rounding is 1e-13
-EPS_SUM = 1e-11
+ROUNDING_OF_SUMS = 1e-11
 
 
 def rows():
     for part in (library_plane.of_shear_kernels, library_plane.of_averages, library_plane.of_products):
-        yield from ((name, value, "definition", EPS_SUM) for name, value in part().items())
+        yield from ((name, value, "definition", ROUNDING_OF_SUMS) for name, value in part().items())
     for part in (library_plane.of_second_bodies, library_plane.of_memories, library_plane.of_others):
         for name, value, kind in rows_of("definition", part):
             # jumps of a slope that was sampled
@@ -20,6 +20,8 @@ def rows():
     yield from (row for name in names for row in getattr(library_plane, name)())
     yield from states()
     yield from rows_refused(library_plane.refusals)
+    yield from library_reports.parts()
+    yield from library_reports.candidates_in_the_plane()
 
 
 def states():

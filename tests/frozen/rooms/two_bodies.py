@@ -6,5 +6,5 @@ from ..states import rows_of_paths, rows_of_states, rows_refused
 
 def rows():
     yield from rows_of_states(problems_two.STATES, library_two)
-    yield from rows_of_paths(problems_two.EPS_PIVOT, library_two)
+    yield from rows_of_paths(problems_two.PATHS, library_two)
     yield from rows_refused(library_two.refusals)

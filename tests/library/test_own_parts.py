@@ -1,4 +1,4 @@
-"""Laws of the user's: what a method cannot represent it refuses, and the rest agrees with other methods."""
+"""Bodies, methods and laws of a user's own: what they may leave out, what is refused by name, what agrees."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,134 @@ import pytest
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 import microblock as mb
+from microblock.contact_solvers.compliance import Compliance
+from microblock.contact_solvers.event_driven import FrictionalContact
+from microblock.contact_solvers.nodal import NodalSolver
 from microblock.model.law import Law, tangents
+from microblock.model.methods import GivenCompliance
+from microblock.model.solver import Solver
+from microblock.model.state import Solution, State
 
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.0851)
-HALF, CYLINDER = mb.HalfPlane(SOLID), mb.Cylinder(R=10)
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+CYLINDER = mb.Cylinder(R=10)
+LINE = mb.Unilateral()
+
+
+class Springs:
+    """Independent springs, of which what the protocol does not ask for is left out."""
+
+    methods = (GivenCompliance,)
+    solid, x = SOLID, np.linspace(-1.0, 1.0, 81)
+
+    def compliance(self, clamped=False):
+        count = len(self.x)
+        matrix = np.diag(np.repeat((0.1, 0.0 if clamped else 1.0), count))
+        points, normals = np.column_stack((self.x, 0 * self.x)), np.tile([0.0, 1.0], (count, 1))
+        return Compliance(points, normals, np.full(count, 0.025), self.changed(matrix), SOLID.ell)
+
+    def changed(self, matrix):
+        return matrix
+
+
+def pressed(body, load=1.0, obstacle=CYLINDER, law=LINE):
+    return mb.Contact(body, obstacle, law).solve(load=load)
+
+
+def test_a_body_is_a_solid_and_methods():
+    state = pressed(Springs())
+    assert "Springs" in repr(state.problem)
+    assert state.method == "givencompliance" and not state.warnings
+    with pytest.raises(mb.BadArgument, match="^solid = .*no of"):
+        state.problem.with_(solid=mb.Cosserat(E=1, nu=0.3, beta=1, ell=0.1))
+    assert state.problem.with_(solid=SOLID) == state.problem
+    for lacking, nothing in (("solid", property()), ("methods", property()), ("methods", ())):
+        body = type("Half", (), {"solid": SOLID, "methods": (GivenCompliance,), lacking: nothing})()
+        with pytest.raises(mb.BadArgument, match=f"^body = .*it has no {lacking}"):
+            pressed(body)
+
+
+def test_a_method_check_does_not_put_a_body_into_space():
+    """It was asked for heights over a surface, and the law taken for one there."""
+
+    class Checked(Springs):
+        def check(self):
+            raise RuntimeError("of its own")
+
+    assert pressed(Checked()).pressure == pytest.approx(pressed(Springs()).pressure, rel=0, abs=0)
+
+
+class Named:
+    solver = type("Solver", (NodalSolver,), {})
+
+
+def test_a_method_is_a_solver_and_gives_its_name():
+    body = type("Mine", (Springs,), {"methods": (Named,)})()
+    assert pressed(body).method == "named"
+    body = type("Mine", (Springs,), {"methods": (type("Empty", (), {}),)})()
+    with pytest.raises(mb.BadArgument, match="^method = .*no attribute `solver`"):
+        pressed(body)
+
+
+def test_a_method_of_ones_own_on_a_half_plane_stands_beside_panels_and_cells():
+    """It has no usual rtol, predicts nothing and knows no picture: a TypeError and an AttributeError."""
+    kind = type("Longer_Than_Others", (), {"solver": type("Formula", (Solver,), {})})
+    body = type("Mine", (mb.HalfPlane,), {"methods": (kind, mb.Panels, mb.Cells)})(SOLID)
+    for rtol in (None, 1e-4):
+        plan = mb.Contact(body, CYLINDER, LINE).plan(load=1.0, rtol=rtol)
+        assert [one.name for one in plan.candidates] == ["longer_than_others", "panels", "cells"]
+        assert repr(plan).startswith("longer_than_others no prediction  <- the usual method")
+
+
+def test_what_a_solution_lacks_is_named():
+    """It was told as a State that has no zones."""
+    with pytest.raises(AttributeError, match="'Solution' object has no attribute 'zones_by_name'"):
+        State(Solution()).zones  # noqa: B018
+
+
+CHANGES = {
+    "skew": (lambda matrix: matrix + np.triu(0.01 * np.abs(matrix).max() + 0 * matrix, 1), "symmetric"),
+    # rotations are 1e3 times as large here, and move a corner by half a block times as much
+    "skew beside rotations": (
+        lambda matrix: (
+            matrix * np.repeat((1, 1e3), 81) + 1e-5 * (np.indices(matrix.shape) == [[[0]], [[1]]]).all(0)
+        ),
+        "symmetric",
+    ),
+    "NaN": (lambda matrix: np.where(matrix == 0.1, np.nan, matrix), "finite"),
+    "indefinite": (lambda matrix: -matrix, "positive semidefinite"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_compliance_that_is_none_is_refused_by_the_name_of_its_matrix(name):
+    change, words = CHANGES[name]
+    body = type("Wrong", (Springs,), {"changed": lambda self, matrix: change(matrix)})()
+    problem = mb.Contact(body, CYLINDER, mb.Microblock())
+    for ask in (lambda: problem.solve(load=1.0), lambda: problem.path(load=1.0).events):
+        with pytest.raises(mb.BadArgument, match=f"^matrix = .*{words}"):
+            ask()
+
+
+def test_a_contact_up_to_the_last_node_is_warned_of():
+    """Beyond it there may be body and obstacle; under a punch that ends there the contact does, too."""
+    (words,) = pressed(Springs(), load=100.0).warnings[-1:]
+    assert "reaches the last node, x1 = 1" in words
+    assert not any("last node" in words for words in pressed(Springs(), obstacle=mb.Punch(1.0)).warnings)
+
+
+def test_no_nodes_are_refused():
+    nothing = np.zeros((0, 0))
+    with pytest.raises(mb.BadArgument, match="one node or more"):
+        FrictionalContact(nothing, nothing, nothing, np.zeros(0), 0.3)
+    with pytest.raises(mb.BadArgument, match="one node or more"):
+        Compliance(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), nothing, 0.1)
+
+
+# --- laws of the user's: what a method cannot represent it refuses, and the rest agrees with other methods
+
+
+NARROW = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.0851)
+HALF = mb.HalfPlane(NARROW)
 
 
 @dataclass(frozen=True)
@@ -34,14 +158,14 @@ class Corners(Law):
         return np.array([s * tangents(normals) for s in self.at])
 
 
-def pressed(law, body=HALF, method=None, **how):
+def pressed_by(law, body=HALF, method=None, **how):
     return mb.Contact(body, CYLINDER, law, method).solve(load=1.0, **how)
 
 
 @pytest.mark.parametrize("law", [Corners((-0.5, 0.5), 0.3), Corners((-0.3, 0.7)), Corners((-0.3, 0.7), 0.2)])
 def test_cells_take_the_levers_of_the_law(law):
     """They took those of psi0 = 0, or asked for an attribute `angle`; 1e-2 is what they promise."""
-    panels, cells = pressed(law, rtol=1e-4), pressed(law, method=mb.Cells(), rtol=1e-2)
+    panels, cells = pressed_by(law, rtol=1e-4), pressed_by(law, method=mb.Cells(), rtol=1e-2)
     assert cells.method == "cells" and panels.method == "panels"
     for name in ("pressure", "micromoment"):
         there = np.interp(cells.x, panels.x, getattr(panels, name))
@@ -51,7 +175,7 @@ def test_cells_take_the_levers_of_the_law(law):
 
 def test_blocks_that_are_rotated_in_the_levers_are_those_of_the_library():
     own, known = (
-        pressed(law, method=mb.Cells(256))
+        pressed_by(law, method=mb.Cells(256))
         for law in (Corners((-0.5, 0.5), 0.3), mb.Microblock(0.3, "levers"))
     )
     assert np.allclose(own.pressure, known.pressure, rtol=0, atol=1e-9 * known.pressure.max())
@@ -75,7 +199,7 @@ def test_what_half_planes_do_not_know_is_refused(name):
     """The lever of one corner was dropped: 1 % of the pressure beside an estimate of 5e-5."""
     law, method, words = REFUSED[name]
     with pytest.raises(mb.BadArgument, match=words):
-        pressed(law, method=method, rtol=1e-2)
+        pressed_by(law, method=method, rtol=1e-2)
 
 
 def test_friction_on_a_half_plane_takes_no_other_levers_than_1_and_minus_1():
@@ -106,7 +230,9 @@ def test_over_a_surface_only_laws_of_the_library_are_known(where):
     """A law derived from Microblock was solved as Microblock itself."""
     mesh = MakeStructured3DMesh(nx=2, ny=2, nz=2, mapping=lambda x, y, z: (x, y, z - 1))
     body = (
-        mb.HalfSpace(SOLID) if where == "half-space" else mb.Body(mesh, SOLID, fixed="bottom", contact="top")
+        mb.HalfSpace(NARROW)
+        if where == "half-space"
+        else mb.Body(mesh, NARROW, fixed="bottom", contact="top")
     )
     for law in (type("Mine", (mb.Microblock,), {})(), Corners((-0.25,)), Corners((0.0,))):
         with pytest.raises(mb.BadArgument, match="over a surface"):
@@ -166,12 +292,12 @@ class Drifting(Corners):
 
 def test_corners_are_everywhere_where_they_are_needed():
     """A second body gave way at other places than the corners': 15 % of the pressure, without a word."""
-    law, second = Drifting((-0.5, 0.5)), mb.Deformable(mb.HalfPlane(SOLID), CYLINDER)
+    law, second = Drifting((-0.5, 0.5)), mb.Deformable(mb.HalfPlane(NARROW), CYLINDER)
     for obstacle, method in ((second, None), (second, mb.Cells()), (mb.Punch(1.0), None)):
         with pytest.raises(mb.BadArgument, match="at one distance"):
             mb.Contact(HALF, obstacle, law, method)
     mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, y: (x - 0.5, y - 1))
-    mb.Contact(mb.Body(mesh, SOLID, fixed="bottom", contact="top"), CYLINDER, law)  # which needs none
+    mb.Contact(mb.Body(mesh, NARROW, fixed="bottom", contact="top"), CYLINDER, law)  # which needs none
 
 
 def test_blocks_that_are_rotated_are_those_of_the_library():
@@ -182,7 +308,7 @@ def test_blocks_that_are_rotated_are_those_of_the_library():
         arms = mb.Microblock(0.02).arms
         initial_rotation = mb.Microblock(0.02).initial_rotation
 
-    own, known = (pressed(law, rtol=1e-4) for law in (Rotated(), mb.Microblock(0.02)))
+    own, known = (pressed_by(law, rtol=1e-4) for law in (Rotated(), mb.Microblock(0.02)))
     assert own.law.shifts(0.3) == pytest.approx(known.law.shifts(0.3), rel=1e-15)
     # one problem, to rounding and what edges leave
     assert own.half_width == pytest.approx(known.half_width, rel=1e-6)

@@ -46,7 +46,7 @@ def _hills(x1, x2):
     return (x1**2 + (x2 - 0.1) ** 2) / 10 + 0.01 * np.cos(9 * x1) * np.cos(7 * x2)
 
 
-IN_THE_PLANE = {  # to an accuracy
+TO_RTOL = {
     **{
         f"panels {law}": (PLANE, CYLINDER, law, mb.Panels(), 1e-3)
         for law in (BLOCKS, LINE, CLAMPED, TURNED, LEVERS)
@@ -63,8 +63,6 @@ IN_THE_PLANE = {  # to an accuracy
     },
     **{f"waves {law}": (PERIOD, WAVE, law, None, 2e-2) for law in (TURNED, LINE, CLAMPED)},
     "rough": (PERIOD, ROUGH, BLOCKS, None, 5e-2),
-}
-ON_MESHES = {
     **{f"fitted {law}": (mb.Block(SOLID), CYLINDER, law, None, 1e-2) for law in (TURNED, LINE, CLAMPED)},
     "fitted wedge": (mb.Block(SOLID, 4.0), SHAPES["wedge"], BLOCKS, None, 1e-2),
     "fitted bumps": (mb.Block(SOLID, 4.0), SHAPES["two bumps"], BLOCKS, None, 2e-2),
@@ -149,7 +147,7 @@ WARNED = {  # with loads at which something is to be said
     ),
     "pins": (mb.HalfSpace(SOLID), _hills, TURNED, mb.Cells(32, (-0.25, 0.25))),
 }
-EPS_PIVOT = {
+PATHS = {
     "panels": (PLANE, CYLINDER, TURNED, None, 1e-3),
     "bumps": (PLANE, SHAPES["two bumps"], BLOCKS, None, 1e-3),
     "line": (PLANE, lambda x: x**2 / 20 - 0.0011 * np.exp(-(((x - 0.45) / 0.05) ** 2)), LINE, None, 1e-3),
@@ -231,60 +229,71 @@ def of_figure(name, drawing, kind=FIXED):
         yield from table(f"{name} {number}", found, kind)
 
 
-def to_rtol(states):
-    for name, (*parts, rtol) in states.items():
-        yield from of_state(f"to rtol {name}", mb.Contact(*parts).solve(1.0, rtol=rtol))
+def room_of(body):
+    """The room that has the states of a body."""
+    if isinstance(body, mb.HalfPlane):
+        return "halfplane"
+    if isinstance(body, mb.HalfSpace):
+        return "halfspace"
+    return "bodies3d" if body is IN_A_CUBE else "fem"
 
 
-def warned():
-    """Rows of states of which something is to be said, under two loads."""
-    for name, parts in WARNED.items():
+def of_room(problems, room):
+    """Those of the named problems whose body belongs to a room."""
+    return ((name, *problem) for name, problem in problems.items() if room_of(problem[0]) == room)
+
+
+def reports(room):
+    """Rows of what the states and load paths of a room say of themselves."""
+    for name, *problem, rtol in of_room(TO_RTOL, room):
+        yield from of_state(f"to rtol {name}", mb.Contact(*problem).solve(1.0, rtol=rtol))
+    for name, *problem in of_room(WARNED, room):
         for load in (1.0, 0.05):
-            state = mb.Contact(*parts).solve(load)
+            state = mb.Contact(*problem).solve(load)
             yield from of_state(f"warned {name} {load}", state, FIXED)
             yield from table(f"warned {name} {load}", {"words": words(state)})
+    for name, *problem in of_room(ON_NODES, room):
+        yield from of_shown_state(name, mb.Contact(*problem).solve(1.0))
+    for name, *problem, rtol in of_room(PATHS, room):
+        yield from of_path(f"path {name}", mb.Contact(*problem).path(1.0, rtol=rtol))
 
 
-def on_nodes():
-    """Rows of states, what they say in words, and their figures."""
-    for name, parts in ON_NODES.items():
-        state = mb.Contact(*parts).solve(1.0)
-        yield from of_state(name, state, FIXED)
-        shown = state, state.problem, state.problem.body, state.law
-        texts = {type(part).__name__: words(part) for part in shown}
-        yield from table(f"{name} in words", texts | {"caption": state.caption})
-        yield from of_figure(f"{name} figure", state.plot())
-        yield from of_files(f"{name} file", state)
-        for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
-            yield from of_figure(f"{name} {field}", state.plot_below(field))
-        if name == "half-space":
-            yield from of_figure(f"{name} blocks", state.plot_blocks())
+def of_shown_state(name, state):
+    """Rows of a state, what it says in words, its figures and its files."""
+    yield from of_state(name, state, FIXED)
+    shown = state, state.problem, state.problem.body, state.law
+    texts = {type(part).__name__: words(part) for part in shown}
+    yield from table(f"{name} in words", texts | {"caption": state.caption})
+    yield from of_figure(f"{name} figure", state.plot())
+    yield from of_files(f"{name} file", state)
+    for field in ("psi", "s22", "shear") if name in ("panels", "body") else ():
+        yield from of_figure(f"{name} {field}", state.plot_below(field))
+    if name == "half-space":
+        yield from of_figure(f"{name} blocks", state.plot_blocks())
 
 
-def on_the_way():
-    """Rows of load paths and histories."""
-    for name, (*parts, rtol) in EPS_PIVOT.items():
-        path = mb.Contact(*parts).path(1.0, rtol=rtol)
-        yield from of_figure(f"path {name} figure", path.plot(), READ)
-        yield from table(f"path {name}", {"words": words(path), "first": path.first}, READ)
-        for number, event in enumerate(path.events):
-            found = {part: getattr(event, part) for part in ("kind", "zone", "load", "x")}
-            yield from table(f"path {name} event {number}", found, DOUBT)
-            # of rounding there is half of it, or twice as much
-            yield (
-                f"path {name} event {number} load_error",
-                event.load_error,
-                "doubt",
-                1e-2 if event.load_error > 1e-7 else 1.0,
-            )
-    for name, (*parts, rtol) in HISTORIES.items():
-        history = mb.Contact(*parts).history(SHEARED, rtol=rtol)
+def of_path(name, path):
+    """Rows of a load path, its figure and its events."""
+    yield from of_figure(f"{name} figure", path.plot(), READ)
+    yield from table(name, {"words": words(path), "first": path.first}, READ)
+    for number, event in enumerate(path.events):
+        row = f"{name} event {number}"
+        yield from table(row, {part: getattr(event, part) for part in ("kind", "zone", "load", "x")}, DOUBT)
+        # of rounding there is half of it, or twice as much
+        tolerance = 1e-2 if event.load_error > 1e-7 else 1.0
+        yield f"{row} load_error", event.load_error, "doubt", tolerance
+
+
+def histories():
+    """Rows of histories, the estimates of their states and their events."""
+    for name, (*problem, rtol) in HISTORIES.items():
+        history = mb.Contact(*problem).history(SHEARED, rtol=rtol)
         yield from of_figure(f"history {name} figure", history.plot(), READ)
         for number, state in enumerate(history.states):
             yield from of_state(f"history {name} state {number}", state)
         for number, event in enumerate(history.events):
-            found = {part: getattr(event, part) for part in ("kind", "shear", "load")}
-            yield from table(f"history {name} event {number}", found, DOUBT)
+            numbers = {part: getattr(event, part) for part in ("kind", "shear", "load")}
+            yield from table(f"history {name} event {number}", numbers, DOUBT)
 
 
 def seen(name, law, load=1.0):
@@ -293,8 +302,8 @@ def seen(name, law, load=1.0):
     return replace(problem, candidates=contact_candidates.find_candidates(problem, load))
 
 
-def pictures():
-    """Rows of what is seen of obstacles before anything is solved, in the plane and in space."""
+def candidates_in_the_plane():
+    """Rows of what is seen of obstacles in the plane before anything is solved."""
     laws = (TURNED, 1.0), (ANGLE, 1.0), (LINE, 1.0), (TURNED, 1e-4)  # over less than a block at last
     for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
         problem = seen(name, law, load)
@@ -314,6 +323,10 @@ def pictures():
             "first zones": [edge for own in first.values() for edge in np.ravel(own)],
         }
         yield from table(f"seen {name} {number}", {"counts": counts} | parts | found, CLOSE)
+
+
+def candidates_in_space():
+    """Rows of what is seen of obstacles over a surface before anything is solved."""
     for name, shape in IN_SPACE.items():
         for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
             contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
