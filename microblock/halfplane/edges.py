@@ -1,51 +1,62 @@
-"""Edges of the zones on the contact line by Newton's method (docs/theory/halfplane.md).
+"""Newton's method for the edges of the zones on the contact line (docs/theory/halfplane.md).
 
 On trial zones the gaps are closed. With ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has
 ``dK0_i/de_j = -delta_ij K1_i/2``.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from ..errors import NotConverged
 from ..model.intervals import common, zone_edges
-from ..model.problem import half_line
+from ..model.problem import Problem, half_line
 from ..model.progress import counted
 from ..model.quadrature import gauss_rule
+from ..model.types import Array, CornerZones, Flags, Integers
 from ..threads import with_outer_threads
 from .kernels import gap_kernel
-from .panel_solution import Estimate, PanelSolution
-from .panels import make_panels, response
+from .panel_solution import PanelErrors, PanelSolution
+from .panels import PanelGrid, make_panels, response
 from .second_half_plane import counter_kernel
 from .transmitted_singularities import decay, log_sizes_of
 
-RESOLVED = 1e-10  # of the width of all zones: an edge this far from a tip is told from it
+TIP_WIDTH = 1e-10  # of the width of all zones: an edge this near to a tip lies on it
 
 
-def tolerated(order):
-    """Error of the pressure that panels of an order leave where obstacles are rough."""
-    return 10 ** (-(order + 6) / 4)
+def tolerated(order: int) -> float:
+    """Returns the error of the pressure that panels of an order leave where obstacles are rough."""
+    return float(10 ** (-(order + 6) / 4))
 
 
-def solve_zones(problem, panels, load):
-    """q and approach with closed gaps at a load, and the share of rounded gaps in q in L2."""
+def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array, float, float]:
+    """Returns q, array (m,), and the approach (length) with closed gaps at a load, and the share of rounded
+    gaps in q in L2.
+    """
     panel, v, x, weights = panels.nodes
-    count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
-    lever = problem.lever(corner, x)
-    system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, 2))
-    system[:count, :count], raised = response(problem, panels, x, lever, gap_kernel)
+    corner = panels.corner[panel]
+    count = len(x)
+    sides = 2 if problem.mirror else 1
+    system = np.zeros((count + 1, count + 1))
+    matrix, raised = response(problem, panels, x, problem.lever(corner, x), gap_kernel)
     if problem.counter is not None:
-        places = x - np.array(problem.shifts)[corner]
-        by_counter = response(problem, panels, places, 0 * x, counter_kernel, problem.shifts)
-        system[:count, :count] += by_counter[0]
-        raised = raised + by_counter[1]
+        below = x - np.array(problem.shifts)[corner]
+        by_counter, counter_raised = response(problem, panels, below, 0 * x, counter_kernel, problem.shifts)
+        matrix = matrix + by_counter
+        raised = raised + counter_raised
+    system[:count, :count] = matrix
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
+    right = np.zeros((count + 1, 2))
     right[:count, 0] = -(problem.initial_gap(corner, x) + raised)
     right[count, 0] = load - sides * panels.log_size @ np.abs(panels.h)
-    terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * load
+    terms = np.abs(matrix).max(axis=1) / weights.max() * load
     right[:count, 1] = 5e-15 * terms * (-1.0) ** np.arange(count)
     try:
         with with_outer_threads(count):
@@ -54,64 +65,111 @@ def solve_zones(problem, panels, load):
         raise NotConverged(
             f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {load:g}"
         ) from failure
-    (q, noise), squares = solution[:-1].T, weights / panels.slope(panel, v)
-    return q, float(solution[-1, 0]), float(np.sqrt(squares @ noise**2 / (squares @ q**2)))
+    q, rounding = solution[:-1].T
+    squares = weights / panels.slope(panel, v)
+    return q, float(solution[-1, 0]), float(np.sqrt(squares @ rounding**2 / (squares @ q**2)))
 
 
-def _coefficients(problem, panels, q, corner, edge, side):
-    """K0 and K1 of edges, `side` 1 where the zone lies to the right, and K1 of the best two terms over the
-    panel there: arrays (n,).
+@dataclass(frozen=True)
+class Edge:
+    """An edge of a zone on its way.
+
+    Attributes
+    ----------
+    corner : number of the corner
+    start, target : x before and after the step (lengths)
+    pressed : whether it is the left edge of a zone that carries a load
     """
-    way = np.where(half_line(problem) & (edge < 0), -1, 1)  # of mirror images
-    anchors = np.sign(panels.h) * panels.root, panels.corner, panels.e
-    alike = [own == each[:, None] for own, each in zip(anchors, (side * way, corner, edge * way))]
-    number = np.nonzero(np.logical_and.reduce(alike))[1]  # one panel an edge
+
+    corner: int
+    start: float
+    target: float
+    pressed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class EdgePressures:
+    """Edges of the computed zones, left and right in turn, and ``p = K0/sqrt(r) + K1 sqrt(r)`` there.
+
+    Attributes
+    ----------
+    corner, x : arrays (n,), numbers of the corners and abscissae
+    K0, K1 : arrays (n,)
+    K1_panel : array (n,), K1 of the best two terms over the panel beside the edge
+    """
+
+    corner: Integers
+    x: Array
+    K0: Array
+    K1: Array
+    K1_panel: Array
+
+    @property
+    def side(self) -> Integers:
+        """1 where the zone lies to the right, -1 where it lies to the left, array (n,)."""
+        return 1 - 2 * (np.arange(len(self.x)) % 2)
+
+
+def edge_pressures(problem: Problem, zones: CornerZones, panels: PanelGrid, q: Array) -> EdgePressures:
+    """Returns the edges of zones and the pressures beside them, from q, array (m,)."""
+    numbered = [(number, x) for number, intervals in zones.items() for x in np.ravel(intervals)]
+    corner, x = np.array(numbered).T
+    side = 1 - 2 * (np.arange(len(x)) % 2)
+    image = np.where(half_line(problem) & (x < 0), -1, 1)  # panels lie on x >= 0 there
+    anchored = (
+        (panels.e == (x * image)[:, None])
+        & (panels.corner == corner[:, None])
+        & (np.sign(panels.h) * panels.root == (side * image)[:, None])
+    )
+    number = np.nonzero(anchored)[1]  # one panel an edge
     h = np.abs(panels.h[number])
     values = q.reshape(-1, panels.order)[number] @ _edge_terms(panels.order)
-    return values.T / (2 * np.sqrt(h) * np.array((h**0, h, h)))
+    K0, K1, K1_panel = values.T / (2 * np.sqrt(h) * np.array((h**0, h, h)))
+    return EdgePressures(corner.astype(int), x, K0, K1, K1_panel)
 
 
 @lru_cache
-def _edge_terms(order):
-    # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
-    (points, weights), k = gauss_rule(order), np.arange(order)
+def _edge_terms(order: int) -> Array:
+    """Value and half the second derivative at v = 0, and the v^2 of the best two terms: array (order, 3)."""
+    # Legendre series by the Gauss rule itself
+    points, weights = gauss_rule(order)
+    k = np.arange(order)
     series = (-1.0) ** k * (2 * k + 1) * legvander(2 * points - 1, order - 1) * weights[:, None]
     terms = np.column_stack((np.ones_like(points), points**2))
     best = np.linalg.solve(terms.T * weights @ terms, terms.T * weights)[1]
     return np.column_stack((series.sum(axis=1), series @ ((k - 1) * k * (k + 1) * (k + 2) / 4), best))
 
 
-def fit(problem, load, zones, order, tolerance):
-    """The PanelSolution with the free edges moved from trial zones {corner: ((left, right), ...)} until their
-    share in the relative L2 error is a tolerance; the best one, if it reaches the root of what the order
-    leaves. Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
+def newton_zone_edges(
+    problem: Problem, load: float, zones: CornerZones, order: int, tolerance: float
+) -> PanelSolution:
+    """Returns the PanelSolution with the free edges moved from trial zones until their share in the relative
+    L2 error is a tolerance; the best one, if it reaches the root of what the order leaves.
+
+    Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
     """
-    best, idle, iterations, before = None, 0, 0, None
-    zones = {corner: common(own, problem.pieces_of(corner)) for corner, own in zones.items()}
-    zones = _sorted_out(
-        problem,
-        load,
-        [(corner, edge, edge, False) for corner, own in zones.items() for edge in np.ravel(own)],
-    )
+    cut = {corner: common(intervals, problem.pieces_of(corner)) for corner, intervals in zones.items()}
+    edges = [Edge(corner, edge, edge) for corner, cuts in cut.items() for edge in np.ravel(cuts).tolist()]
+    zones = _sorted_out(problem, load, edges)
+    best: PanelSolution | None = None
+    before: EdgePressures | None = None
+    idle = 0
+    iterations = 0
     while idle < 6:
         counted()
         iterations += 1
-        panels = make_panels(problem, zones, order)
-        q, approach, noise = solve_zones(problem, panels, load)
-        # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
-        unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
-        further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
-        estimate = Estimate(None, float(missed / unit), noise)
-        state = PanelSolution(
-            problem, load, zones, panels, q, approach, iterations, estimate, further=further
-        )
+        state, before = _newton_step(problem, load, zones, order, tolerance, before)
         least = best.estimate.edges if best else np.inf
-        idle = 0 if estimate.edges < least / 2 else idle + 1
+        idle = 0 if state.estimate.edges < least / 2 else idle + 1
         # next to the load at which edges meet, one more step tells how they lie
-        settled = estimate.edges <= tolerance and _arranged(problem, zones) == _arranged(problem, further)
-        best, zones = state if settled or not least <= estimate.edges else best, further
+        alike = _arranged(problem, zones) == _arranged(problem, state.further)
+        settled = state.estimate.edges <= tolerance and alike
+        if settled or not least <= state.estimate.edges:
+            best = state.changed(iterations=iterations)
         if settled:
             break
+        zones = state.further
+    assert best is not None
     if not best.estimate.edges <= max(tolerance, np.sqrt(tolerated(order))):
         raise NotConverged(
             f"edges of the zones still off by {best.estimate.edges:.1e} of the pressure at load {load:g}",
@@ -121,112 +179,161 @@ def fit(problem, load, zones, order, tolerance):
     return best
 
 
-def _arranged(problem, zones):
-    edges = [(edge, corner) for corner, own in problem.all_zones(zones).items() for edge in np.ravel(own)]
+def _newton_step(
+    problem: Problem,
+    load: float,
+    zones: CornerZones,
+    order: int,
+    tolerance: float,
+    before: EdgePressures | None,
+) -> tuple[PanelSolution, EdgePressures]:
+    """Returns the PanelSolution on zones, `further` with its edges moved by a step, and their pressures."""
+    panels = make_panels(problem, zones, order)
+    q, approach, rounding = solve_zones(problem, panels, load)
+    edges = edge_pressures(problem, zones, panels, q)
+    # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
+    unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
+    steps = _outward_steps(edges, before, tolerance * unit)
+    ends = [problem.ends.get(number, ()) for number in edges.corner.tolist()]
+    free = (edges.K0 < 0) | [x not in fixed for x, fixed in zip(edges.x, ends)]
+    targets, stopped = _stopped_at_tips(problem, zones, edges, edges.x - edges.side * steps * free)
+    pressed = _pressed(edges, panels, q)
+    moved = map(Edge, edges.corner.tolist(), edges.x.tolist(), targets.tolist(), pressed.tolist())
+    further = _sorted_out(problem, load, moved)
+    largest = np.abs(edges.K0[free & ~stopped]).max(initial=0.0)
+    errors = PanelErrors(None, float(largest / unit), rounding)
+    return PanelSolution(problem, load, zones, panels, q, approach, 0, errors, further=further), edges
+
+
+def _arranged(problem: Problem, zones: CornerZones) -> list[int]:
+    """Returns the corners of all edges in the order of their abscissae."""
+    every = problem.all_zones(zones)
+    edges = [(edge, corner) for corner, intervals in every.items() for edge in np.ravel(intervals)]
     return [corner for _, corner in sorted(edges)]
 
 
-def _moved(problem, load, zones, panels, q, before, tolerance):
-    """Zones with free edges moved by 2 K0/K1 or a secant, the largest |K0|, and the corners, places and K0 of
-    all edges.
+def _outward_steps(edges: EdgePressures, before: EdgePressures | None, tolerance: float) -> Array:
+    """Returns steps outwards, array (n,): 2 K0/K1, or where K1 is negative and |K0| above a tolerance half
+    the room there is.
     """
-    corner, edge = np.array([(number, x) for number, own in zones.items() for x in np.ravel(own)]).T
-    side = 1 - 2 * (np.arange(len(edge)) % 2)
-    K0, K1, mean = _coefficients(problem, panels, q, corner, edge, side)
-    free = (K0 < 0) | [x not in problem.ends.get(number, ()) for number, x in zip(corner, edge)]
-    alike = before and np.array_equal(before[0], corner)
-    place, last = before[1:] if alike else (edge, np.full_like(edge, np.inf))
-    secant = np.divide(2 * (last - K0) * side, place - edge, out=np.zeros_like(edge), where=place != edge)
-    slow = (K1 <= 0) | (np.abs(K0) > np.abs(last) / 2)
-    K1 = np.where(slow, np.where(secant > 0, secant, mean), K1)
-    # half way to the next edge: outwards there may be none
-    apart = np.where(corner[1:] == corner[:-1], edge[1:] - edge[:-1], np.inf)
-    after, behind = np.concatenate((apart, [np.inf])), np.concatenate(([np.inf], apart))
-    width, hole = np.where(side > 0, (after, behind), (behind, after))
-    room = np.where((K0 < 0) | np.isinf(hole), width, hole)
-    step = np.where(np.abs(K0) > tolerance, np.copysign(room / 2, K0), 0.0)
-    np.divide(2 * K0, K1, out=step, where=K1 > 0)
-    step = np.maximum(step, -8 * hole)  # a zone that has just opened knows nothing of what lies farther
+    K1 = _safe_K1(edges, before)
+    apart = np.where(edges.corner[1:] == edges.corner[:-1], np.diff(edges.x), np.inf)
+    to_right = np.append(apart, np.inf)
+    to_left = np.insert(apart, 0, np.inf)
+    zone = np.where(edges.side > 0, to_right, to_left)
+    hole = np.where(edges.side > 0, to_left, to_right)
+    # outwards there may be no other edge
+    room = np.where((edges.K0 < 0) | np.isinf(hole), zone, hole)
+    steps = np.where(np.abs(edges.K0) > tolerance, np.copysign(room / 2, edges.K0), 0.0)
+    np.divide(2 * edges.K0, K1, out=steps, where=K1 > 0)
+    # a zone that has just opened knows nothing of what lies farther
+    return np.maximum(steps, -8 * hole)
+
+
+def _safe_K1(edges: EdgePressures, before: EdgePressures | None) -> Array:
+    """Returns K1, array (n,), where it is negative or steps are slow that of the secant or the panel."""
+    if before is None or not np.array_equal(before.corner, edges.corner):
+        return np.where(edges.K1 <= 0, edges.K1_panel, edges.K1)
+    way = before.x - edges.x
+    secant = np.divide(2 * (before.K0 - edges.K0) * edges.side, way, out=np.zeros_like(way), where=way != 0)
+    slow = (edges.K1 <= 0) | (np.abs(edges.K0) > np.abs(before.K0) / 2)
+    return np.where(slow, np.where(secant > 0, secant, edges.K1_panel), edges.K1)
+
+
+def _pressed(edges: EdgePressures, panels: PanelGrid, q: Array) -> Flags:
+    """Returns which edges are left ones of zones that carry a load, array (n,)."""
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
-    middle, left, right = panels.e + panels.h / 2, edge[::2, None], edge[1::2, None]
-    inside = (panels.corner == corner[::2, None]) & (left < middle) & (middle < right)
-    pressed = np.repeat(inside @ forces > 0, 2) & (side > 0)
-    targets, held = _stopped_at_tips(problem, zones, corner, edge, K0, edge - side * step * free)
-    rows = np.transpose((corner, edge, targets, pressed))
-    free &= ~held
-    return _sorted_out(problem, load, rows), np.abs(K0[free]).max(initial=0.0), (corner, edge, K0)
+    middle = panels.e + panels.h / 2
+    inside = (edges.x[::2, None] < middle) & (middle < edges.x[1::2, None])
+    inside &= panels.corner == edges.corner[::2, None]
+    return np.repeat(inside @ forces > 0, 2) & (edges.side > 0)
 
 
-def _stopped_at_tips(problem, zones, corner, edge, K0, targets):
-    """Where edges go that would pass a tip of the obstacle, and which of them stay on it, arrays (n,).
+def _stopped_at_tips(
+    problem: Problem, zones: CornerZones, edges: EdgePressures, targets: Array
+) -> tuple[Array, Flags]:
+    """Returns where edges go that would pass a tip of the obstacle, and which stay on it, arrays (n,).
 
     A zone that ends at a tip with ``p = K0/sqrt(r)`` goes on by ``d = (K0/(2 K))^2``, K of the logarithm
     there: ``K log((sqrt(r) + sqrt(d))/(sqrt(r) - sqrt(d)))`` is ``2 K sqrt(d/r)`` far from both. If panels do
     not tell d from 0 the tip is an edge as that of a punch.
     """
-    targets, held = targets.copy(), np.zeros(len(edge), bool)
-    least = RESOLVED * np.ptp(zone_edges(problem.all_zones(zones)))
-    for i in np.flatnonzero((K0 > 0) & (targets != edge)):
-        way, number = np.sign(targets[i] - edge[i]), int(corner[i])
-        tips = problem.tips[number]
-        tips = tips[(way * (tips - edge[i]) >= 0) & (way * (targets[i] - tips) > 0)]
-        if not len(tips):
-            continue
-        beyond = (K0[i] / (2 * log_sizes_of(problem, zones, tips, number))) ** 2
-        stops = tips + way * np.where(beyond >= least, beyond, 0.0)
-        stop = stops[np.argmin(way * stops)]
-        if way * (targets[i] - stop) > 0:
-            targets[i], held[i] = stop, stop == edge[i]
-    return targets, held
+    targets = targets.copy()
+    stopped = np.zeros(len(targets), bool)
+    least = TIP_WIDTH * np.ptp(zone_edges(problem.all_zones(zones)))
+    for i in np.flatnonzero((edges.K0 > 0) & (targets != edges.x)):
+        way = np.sign(targets[i] - edges.x[i])
+        corner = int(edges.corner[i])
+        tips = problem.tips[corner]
+        tips = tips[(way * (tips - edges.x[i]) >= 0) & (way * (targets[i] - tips) > 0)]
+        if len(tips):
+            past = (edges.K0[i] / (2 * log_sizes_of(problem, zones, tips, corner))) ** 2
+            stops = tips + way * np.where(past >= least, past, 0.0)
+            stop = stops[np.argmin(way * stops)]
+            if way * (targets[i] - stop) > 0:
+                targets[i] = stop
+                stopped[i] = stop == edges.x[i]
+    return targets, stopped
 
 
-def _sorted_out(problem, load, rows):
-    edges = np.array(rows, float)
-    for corner in problem.corners:
-        own, pieces = edges[:, 0] == corner, np.clip(problem.pieces_of(corner), *problem.reach)
-        piece = np.searchsorted(pieces[1:, 0], edges[own, 1], side="right")  # that an edge moves in
-        edges[own, 2] = np.clip(edges[own, 2], *pieces[piece].T)
-    edges = _annihilated(edges)
+def _sorted_out(problem: Problem, load: float, edges: Iterable[Edge]) -> CornerZones:
+    """Returns the computed zones with edges at their targets, where those of two corners do not pass each
+    other by more than they meet; raises NotConverged if none is left.
+    """
+    bounded = _without_met([_within_piece(problem, edge) for edge in edges])
     if problem.mirror and not half_line(problem):
-        edges = np.concatenate((edges, (edges * (-1, -1, -1, 1) + (1, 0, 0, 0))[::-1]))
-    order = np.argsort(edges[:, 1], kind="stable")
-    for i, j in zip(order, order[1:]):
-        (one, start, end, _), (other, stop, reached, _) = edges[i], edges[j]
-        if one != other and start < stop and end > reached:
-            edges[[i, j], 2] = (end + reached + (stop - start) / 2 * np.array((1, -1))) / 2
-    edges = _annihilated(edges)
-    if not len(edges):
+        bounded += [replace(e, corner=1 - e.corner, start=-e.start, target=-e.target) for e in bounded[::-1]]
+    order = sorted(range(len(bounded)), key=lambda i: bounded[i].start)
+    for i, j in pairwise(order):
+        left = bounded[i]
+        right = bounded[j]
+        if left.corner != right.corner and left.start < right.start and left.target > right.target:
+            middle = left.target + right.target
+            half = (right.start - left.start) / 2
+            bounded[i] = replace(left, target=(middle + half) / 2)
+            bounded[j] = replace(right, target=(middle - half) / 2)
+    bounded = _without_met(bounded)
+    if not bounded:
         raise NotConverged(f"no zone is left at load {load:g}")
-    places = {corner: edges[edges[:, 0] == corner, 2].reshape(-1, 2) for corner in problem.corners}
-    return problem.computed({corner: tuple(map(tuple, own.tolist())) for corner, own in places.items()})
+    targets = {corner: [e.target for e in bounded if e.corner == corner] for corner in problem.corners}
+    return problem.computed({corner: tuple(zip(x[::2], x[1::2])) for corner, x in targets.items()})
 
 
-def _annihilated(edges):
-    """Edges without neighbours of one corner that have met; a pressed zone is halved."""
+def _within_piece(problem: Problem, edge: Edge) -> Edge:
+    """Returns an edge whose target lies on the piece of the obstacle that it moves in."""
+    pieces = np.clip(problem.pieces_of(edge.corner), *problem.reach)
+    piece = np.searchsorted(pieces[1:, 0], edge.start, side="right")
+    return replace(edge, target=float(np.clip(edge.target, *pieces[piece])))
+
+
+def _without_met(edges: list[Edge]) -> list[Edge]:
+    """Returns edges without neighbours of one corner that have met; a zone that carries a load is halved."""
+    edges = list(edges)
     while True:
-        ways = np.where(edges[1:, 0] == edges[:-1, 0], edges[1:, 2] - edges[:-1, 2], np.inf)
-        if not len(ways) or ways.min() > 0:
+        widths = [
+            right.target - left.target if left.corner == right.corner else np.inf
+            for left, right in pairwise(edges)
+        ]
+        if not widths or min(widths) > 0:
             return edges
-        i = int(np.argmin(ways))
-        (_, left, one, pressed), (_, right, other, _) = edges[i : i + 2]
-        if pressed:
-            half = (right - left) / 4
-            middle = np.clip((one + other) / 2, left + half, right - half)
-            edges[i : i + 2, 2:] = (middle - half, 0), (middle + half, 0)
+        i = int(np.argmin(widths))
+        left, right = edges[i : i + 2]
+        if left.pressed:
+            half = (right.start - left.start) / 4
+            middle = np.clip((left.target + right.target) / 2, left.start + half, right.start - half)
+            left = replace(left, target=float(middle - half), pressed=False)
+            edges[i : i + 2] = left, replace(right, target=float(middle + half), pressed=False)
         else:
-            edges = np.delete(edges, (i, i + 1), axis=0)
+            del edges[i : i + 2]
 
 
-def _require_finite_chain(problem, zones):
-    """NotConverged where a corner touches an edge of the second body."""
-    touched = [
-        edge
-        for corner, intervals in zones.items()
-        for edge in np.ravel(intervals)
-        if edge in problem.ends.get(corner, ())
-    ]
-    if touched and decay(problem):
-        raise NotConverged(
-            f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's "
-            "side apart, which panels do not follow: take Cells()"
-        )
+def _require_finite_chain(problem: Problem, zones: CornerZones) -> None:
+    """Raises NotConverged where a corner touches an edge of the second body."""
+    if not decay(problem):
+        return
+    for corner, intervals in zones.items():
+        for edge in np.intersect1d(intervals, problem.ends.get(corner, ())):
+            raise NotConverged(
+                f"at the edge of the second body at x = {edge:g} zones open again and again, a block's "
+                "side apart, which panels do not follow: take Cells()"
+            )

@@ -14,14 +14,14 @@ from ..model.state import ErrorParts, LineSolution
 from ..model.types import CornerZones
 from ..threads import bounded
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
-from .panels import Panels, response
+from .panels import PanelGrid, response
 from .second_half_plane import counter_kernel
 from .subsurface import fields_at
 from .transmitted_singularities import transmitted_singularities
 
 
 @dataclass(frozen=True)
-class Estimate(ErrorParts):
+class PanelErrors(ErrorParts):
     """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
 
     Attributes
@@ -55,12 +55,12 @@ class OnPanels(LineSolution):
 
     problem: Problem
     load: float
-    zones: dict
-    panels: Panels
+    zones: CornerZones
+    panels: PanelGrid
     q: np.ndarray
     approach: float
     iterations: int
-    estimate: Estimate
+    estimate: PanelErrors
     further: Any = None
     solver: Any = None  # a Solver, which puts itself in
     notes: tuple = ()
@@ -89,7 +89,7 @@ class OnPanels(LineSolution):
     @cached_property
     def _anchored(self):
         """q at the anchors of root panels, but for fixed edges: those of the obstacle, and those at its tips
-        (`edges.RESOLVED`).
+        (`edges.TIP_WIDTH`).
         """
         panels, rows = self.whole
         ends = [end for ends in self.problem.ends.values() for end in ends if np.isfinite(end)]
@@ -223,7 +223,7 @@ class PanelSolution(OnPanels):
         return x1, x2, triangles, found.psi, found.stress
 
 
-def difference(coarse, fine):
+def relative_change(coarse, fine):
     """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
     own, total = fine.tractions, fine.tractions.sum(axis=0)

@@ -25,9 +25,10 @@ from .sampling_uncertainty import with_sampling_note
 class PanelSolver(Solver):
     """States of a half-plane without images on fitted panels; its `options` are `Panels`.
 
-    The way of a state: `Problem` has corners, gaps and levers over ell; `search.solve` finds zones on cells
-    and moves their edges (`edges.fit`); at given edges `panels.response` integrates `kernels.gap_kernel`,
-    a function of distance/ell, and the system gives the `PanelSolution` that a `State` asks for pressures.
+    The way of a state: `Problem` has corners, gaps and levers over ell; `zone_search.solve` finds zones on
+    cells and moves their edges (`edges.newton_zone_edges`); at given edges `panels.response` integrates
+    `kernels.gap_kernel`, a function of distance/ell, and the system gives the `PanelSolution` that a `State`
+    asks for pressures.
     """
 
     has_level = False

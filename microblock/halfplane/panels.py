@@ -30,7 +30,7 @@ def unresolved(order):
 
 
 @dataclass(frozen=True)
-class Panels:
+class PanelGrid:
     """Panels of all corners: anchors e, signed lengths h; 0 <= v <= 1."""
 
     corner: np.ndarray
@@ -75,7 +75,7 @@ class Panels:
             return self
         images = len(problem.law.corners) - 1 - self.corner, -self.e, -self.h, self.root, self.log_size
         own = self.corner, self.e, self.h, self.root, self.log_size
-        return Panels(*map(np.concatenate, zip(own, images)), self.order)
+        return PanelGrid(*map(np.concatenate, zip(own, images)), self.order)
 
     @property
     def points(self):
@@ -116,7 +116,7 @@ def make_panels(problem, zones, order):
     ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
-    return Panels(corner, e, h, root, np.array(log_size), order)
+    return PanelGrid(corner, e, h, root, np.array(log_size), order)
 
 
 def panels_outside(problem, zones, order):
@@ -130,7 +130,7 @@ def panels_outside(problem, zones, order):
         beside = contains(touched, np.array([anchor + length / 2])).any()
         rows += short_enough(problem, anchor, length, root) if beside else [(anchor, length, root)]
     e, h, root = np.reshape(rows, (-1, 3)).T
-    return Panels(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
+    return PanelGrid(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
 
 
 def _rows(problem, zones, order, kinks, intervals):

@@ -18,7 +18,7 @@ from ..model.intervals import contact_zones, lowest, moved_on, without, zone_cha
 from ..model.methods import Cells
 from ..model.progress import counted, kept
 from ..model.state import State
-from .edges import fit
+from .edges import newton_zone_edges
 from .transmitted_singularities import meeting_exponent
 
 NEAR = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
@@ -246,7 +246,7 @@ class ZonePath(LoadPath):
         for near, other in zip(known, [*known[1:], known[0]]):
             share = (load - near.load) / (near.load - other.load) if len(known) > 1 else 0.0
             zones = moved_on(near.zones, other.zones, share) or near.zones
-            state = fit(problem, load, zones, order, SAME)
+            state = newton_zone_edges(problem, load, zones, order, SAME)
             alike = [*map(len, _opened(near).values())] == [*map(len, _opened(state).values())]
             if alike and state.estimate.edges < 1e3 * SAME:
                 return state

@@ -12,9 +12,9 @@ from ..model.missed_contact import total_worth
 from ..model.problem import half_line
 from ..model.refinement import Usual, best_or_raise, is_last
 from .contact_violations import contact_violations
-from .edges import fit, tolerated
+from .edges import newton_zone_edges, tolerated
 from .first_zones import first_zones
-from .panel_solution import difference
+from .panel_solution import relative_change
 from .panels import orders, unresolved
 
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
@@ -34,7 +34,7 @@ def solve(problem, load, rtol, order=None, near=None):
         try:
             if order is None:
                 return _climb(problem, load, zones, rtol)
-            return _verified(_amended(fit(problem, load, zones, order, 1e-9), 0.0))
+            return _verified(_amended(newton_zone_edges(problem, load, zones, order, 1e-9), 0.0))
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
@@ -58,7 +58,7 @@ def _climb(problem, load, zones, rtol):
         if rtol < unresolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(tolerated(order)))
         try:
-            state = fit(problem, load, zones, order, tolerance)
+            state = newton_zone_edges(problem, load, zones, order, tolerance)
         except NotConverged as failure:
             return best_or_raise(rtol, best, failure)
         if coarse is None and not problem.candidates.simple:
@@ -88,7 +88,7 @@ def _verified(state):
 
 
 def _beside(coarse, state):
-    error = difference(coarse, state)
+    error = relative_change(coarse, state)
     return state.changed(estimate=replace(state.estimate, discretisation=error))
 
 
@@ -106,7 +106,7 @@ def _amended(state, tolerance):
             return best
         edges = max(state.estimate.edges, tolerance / 3)
         try:
-            state = fit(state.problem, state.load, zones, state.panels.order, edges)
+            state = newton_zone_edges(state.problem, state.load, zones, state.panels.order, edges)
         except NotConverged:  # a zone that hardly touches, or none: the estimate has what it is worth
             return best
 

@@ -43,7 +43,7 @@ def contains(intervals: ArrayLike, x: Array) -> Flags:
     return np.any((left <= x) & (x <= right), axis=0)
 
 
-def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:
+def common(first: Iterable[Interval], second: Sequence[Interval] | Array) -> list[Interval]:
     (a, b), (c, d) = (np.reshape(intervals, (-1, 2)).T for intervals in (list(first), second))
     left, right = np.maximum.outer(a, c), np.minimum.outer(b, d)
     return sorted(zip(left[left < right].tolist(), right[left < right].tolist()))

@@ -347,7 +347,7 @@ def trials():
         start = dict(enumerate(wrong * len(problem.corners) if len(wrong) == 1 else wrong))
         for load in (1.0, 0.1):
             try:
-                state = zone_search.fit(problem, load, start, 8, 1e-4)
+                state = zone_search.newton_zone_edges(problem, load, start, 8, 1e-4)
             except mb.NotConverged as failure:
                 yield f"trial {name} {load} fails", f"{failure} in {failure.iterations}", "outcome"
                 continue
