@@ -16,6 +16,7 @@ first one alone (Murty, Opsearch 11 (1974) 123).
 
 from copy import copy, deepcopy
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.blas import dgemm
@@ -23,16 +24,22 @@ from scipy.linalg.blas import dgemm
 from ..errors import NotConverged, require
 from ..model.law import tangents
 from ..model.progress import counted
-from ..model.types import Array, Flags
+from ..model.types import Array, Flags, Integers
 from ..threads import with_outer_threads
 from .rounding import EPS_PIVOT
-
-KINDS = "leave", "slip", "stick", "open", "close", "slip"  # the last one backwards
 
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
 BUDGET = 500  # times the number of pairs: exchanges at one load, and events on one leg
 PENDING = 48  # pivots that are not yet in the tableau
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
+
+
+class Rows(NamedTuple):
+    """Rows of corners, nodes and motions in M: x are forces and motions, y are gaps, slip and loads."""
+
+    corners: slice
+    nodes: slice
+    motions: slice
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,41 +64,53 @@ class FrictionalContact:
     coupled: bool = True
     normals: Array | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.nodes, "tangential", self.tangential, "must be of one node or more")
 
     @property
-    def nodes(self):
+    def nodes(self) -> int:
         return len(self.tangential)
 
-    def moved(self, n, t):
-        """Changes of gaps, then drag s, of forces: array (corners n + n,)."""
-        gaps = self.normal @ n + (self.cross.T @ t if self.coupled else 0.0)
-        return np.concatenate((gaps, self.cross @ n + self.tangential @ t))
+    @property
+    def rows(self) -> Rows:
+        corners = len(self.gaps)
+        forces = corners + self.nodes
+        return Rows(slice(0, corners), slice(corners, forces), slice(forces, forces + 2))
+
+    def displaced(self, normal: Array, tangential: Array) -> Array:
+        """Returns changes of the gaps, then the drag s, under forces: array (corners n + n,)."""
+        gaps = self.normal @ normal
+        if self.coupled:
+            gaps += self.cross.T @ tangential
+        return np.concatenate((gaps, self.cross @ normal + self.tangential @ tangential))
 
     @property
-    def size(self):
+    def size(self) -> float:
         """Largest displacement of a node under a unit shear force there (length per force)."""
         return float(np.abs(np.diag(self.tangential)).max()) or 1.0
 
     @property
-    def motions(self):
+    def motions(self) -> Array:
         """B: rows of corners, then of nodes; columns d and D."""
         n = self.nodes
         normals = np.tile((0.0, 1.0), (n, 1)) if self.normals is None else self.normals
         return np.vstack((*[tangents(normals)] * (len(self.gaps) // n), normals))
 
     @property
-    def matrix(self):
+    def matrix(self) -> Array:
         """M, compliances over `size`."""
-        B, m = self.motions, len(self.gaps)
-        M = np.zeros(2 * [len(B) + 2], order="F")
-        M[:m, :m], M[m:-2, :m], M[m:-2, m:-2] = self.normal, self.cross, self.tangential
-        M[:m, m:-2] = self.cross.T * self.coupled
+        corners, nodes, motions = self.rows
+        B = self.motions
+        M = np.zeros(2 * [motions.stop], order="F")
+        M[corners, corners] = self.normal
+        M[nodes, corners] = self.cross
+        M[nodes, nodes] = self.tangential
+        M[corners, nodes] = self.cross.T * self.coupled
         M /= self.size
-        held = m + np.flatnonzero(np.diag(self.tangential) == 0)  # which could not stick alone
-        M[held, held] = np.sqrt(np.finfo(float).eps)
-        M[:-2, -2:], M[-2:, :-2] = -B, B.T
+        fixed = corners.stop + np.flatnonzero(np.diag(self.tangential) == 0)  # which could not stick alone
+        M[fixed, fixed] = np.sqrt(np.finfo(float).eps)
+        M[: motions.start, motions] = -B
+        M[motions, : motions.start] = B.T
         return M
 
 
@@ -155,357 +174,538 @@ class PivotTableau:
     sign : that of the product of all pivots
     """
 
-    def __init__(self, matrix):
-        self._made, self.sign, self._count = matrix, 1.0, 0
+    def __init__(self, matrix: Array) -> None:
+        self.sign = 1.0
         self.exchanged = np.zeros(len(matrix), bool)
-        self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
+        self._matrix = matrix
+        self._pending = 0
+        self._columns, self._rows = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
 
-    def times(self, numbers, weights):
-        return self._made[:, numbers] @ weights + self._left @ (self._right[numbers].T @ weights)
+    def times(self, rows: slice | Flags, values: Array) -> Array:
+        """Returns what values, array (k,), in k rows yield in all rows, array (N,)."""
+        return self._matrix[:, rows] @ values + self._columns @ (self._rows[rows].T @ values)
 
-    def entries(self, rows, columns):
-        return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
+    def entries(self, rows: int | Integers, columns: int | Integers) -> Array:
+        pending = (self._columns[rows] * self._rows[columns]).sum(axis=-1)
+        return np.asarray(self._matrix[rows, columns] + pending)
 
-    def pivot(self, i):
+    def pivot(self, i: int) -> bool:
         """Exchanges a pair and returns True, unless the pivot is 0 to rounding."""
-        column = self._made[:, i] + self._left @ self._right[i]
-        row = self._made[i] + self._right @ self._left[i]
+        column = self._matrix[:, i] + self._columns @ self._rows[i]
+        row = self._matrix[i] + self._rows @ self._columns[i]
         pivot = column[i]
         if abs(pivot) <= EPS_PIVOT:
             return False
         self.exchanged[i] ^= True
         self.sign *= np.sign(pivot)
         row /= -pivot
-        column[i] = row[i] = self._left[i] = self._right[i] = 0.0
-        self._made[i], self._made[:, i] = row, column / pivot
-        self._made[i, i] = 1 / pivot
-        self._left[:, self._count], self._right[:, self._count] = column, row
-        self._count = (self._count + 1) % PENDING
-        if not self._count:
-            with with_outer_threads(len(row)):
-                self._made = dgemm(
-                    1.0, self._left, self._right, 1.0, self._made, trans_b=True, overwrite_c=True
-                )
-            self._left[:] = self._right[:] = 0.0
+        column[i] = row[i] = self._columns[i] = self._rows[i] = 0.0
+        self._matrix[i] = row
+        self._matrix[:, i] = column / pivot
+        self._matrix[i, i] = 1 / pivot
+        self._columns[:, self._pending] = column
+        self._rows[:, self._pending] = row
+        self._pending = (self._pending + 1) % PENDING
+        if not self._pending:
+            self._apply_pending()
         return True
 
-    def add_friction_coupling(self, i, others, share):
-        """Replaces x_i by x_i - share*sum(x_others); where it is not exchanged, the others are not."""
-        there = self.exchanged[others]
-        if not share:  # of most
+    def _apply_pending(self) -> None:
+        with with_outer_threads(len(self._matrix)):
+            self._matrix = dgemm(
+                1.0, self._columns, self._rows, 1.0, self._matrix, trans_b=True, overwrite_c=True
+            )
+        self._columns[:] = self._rows[:] = 0.0
+
+    def add_friction_coupling(self, shear: int, corners: Integers, factor: float) -> None:
+        """Replaces x_shear by x_shear - factor*sum(x_corners); where it is not exchanged, the corners are
+        not.
+        """
+        if not factor:  # of most
             return
-        if self.exchanged[i]:
-            self._made[i] -= share * self._made[others[there]].sum(axis=0)
-            self._left[i] -= share * self._left[others[there]].sum(axis=0)
-            self._made[i, others[~there]] -= share
+        if self.exchanged[shear]:
+            closed = self.exchanged[corners]
+            self._matrix[shear] -= factor * self._matrix[corners[closed]].sum(axis=0)
+            self._columns[shear] -= factor * self._columns[corners[closed]].sum(axis=0)
+            self._matrix[shear, corners[~closed]] -= factor
         else:
-            self._made[:, others] += share * self._made[:, i, None]
-            self._right[others] += share * self._right[i]
+            self._matrix[:, corners] += factor * self._matrix[:, shear, None]
+            self._rows[corners] += factor * self._rows[shear]
+
+
+class Pivot(NamedTuple):
+    """The exchange of one limit: a corner closes or opens, or a node slips, sticks or leaves.
+
+    Attributes
+    ----------
+    pairs : rows of M that are exchanged
+    node : number of the node
+    slip : sign of its tangential force afterwards if it slips, else 0
+    """
+
+    pairs: list[int]
+    node: int
+    slip: float
 
 
 class ActiveSets:
     """Closed corners and nodes that stick or slip, with their tableau.
 
+    Limits are numbered: a corner's force or gap as the corner, the bound of a node's tangential force
+    forwards as its row in M, backwards n further.
+
     Parameters
     ----------
-    pairs : numbers of closed corners, nodes that stick and motions, in this order
+    pairs : rows in M of closed corners, nodes that stick and motions, in this order
 
     Attributes
     ----------
     slips : array (n,), sign of t where a node slips, else 0
-    of : array (corners, n), numbers of each node's corners
-    flat : whether all normals are (0, 1)
+    corners_of : array (corners, n), rows of each node's corners
+    level : whether all normals are (0, 1)
 
     Raises NotConverged if the answer is not unique.
     """
 
-    def __init__(self, contact, pairs):
-        m, n = len(contact.gaps), contact.nodes
-        self.contact, self.slips, self.tableau = contact, np.zeros(n), PivotTableau(contact.matrix)
-        self.of, self.flat = np.arange(m).reshape(-1, n), not contact.motions[:m, 1].any()
+    def __init__(self, contact: FrictionalContact, pairs: list[int]) -> None:
+        self.contact = contact
+        self.rows = contact.rows
+        self.slips = np.zeros(contact.nodes)
+        self.tableau = PivotTableau(contact.matrix)
+        self.corners_of = np.arange(len(contact.gaps)).reshape(-1, contact.nodes)
+        self.level = not contact.motions[self.rows.corners, 1].any()
         if not all([self.tableau.pivot(pair) for pair in pairs]):
             raise NotConverged(f"the rates of the contact are not unique; {UNIQUE}")
         self.tableau.sign = 1.0
 
     @property
-    def closed(self):
-        return self.tableau.exchanged[: self.of.size]
+    def closed(self) -> Flags:
+        return self.tableau.exchanged[self.rows.corners]
 
     @property
-    def stick(self):
-        return self.tableau.exchanged[self.of.size : -2]
+    def stick(self) -> Flags:
+        return self.tableau.exchanged[self.rows.nodes]
 
     @property
-    def last(self):
+    def last_sticks(self) -> bool:
         """Whether one node alone sticks."""
-        return self.flat and np.count_nonzero(self.stick) == 1
+        return self.level and np.count_nonzero(self.stick) == 1
 
-    def pivots_for(self, number, passing):
-        """Pairs to exchange, the node, and its slip then."""
-        m, n = len(self.closed), len(self.slips)
-        node = (number - m) % n
-        shear, slips, corners = m + node, float(self.slips[node]), self.of[:, node]
-        if number >= m:
-            direction = (1.0 if number == shear else -1.0) if self.stick[node] else 0.0
-            return [shear] if direction or slips else [], node, direction
-        if self.closed[corners].sum() != self.closed[number]:  # others of the node are closed
-            return [number], node, slips
-        if self.closed[number]:
-            return [shear, number] if self.stick[node] else [number], node, 0.0
-        still = abs(passing[node]) <= AT_LIMIT * np.abs(passing).max()
-        direction = 0.0 if still else float(np.sign(passing[node]))
-        return [number] if direction else [number, shear], node, direction
+    def may_slip(self, direction: float) -> Flags:
+        """Returns the nodes that stick and may begin to slip, boolean array (n,): the last one only where
+        another, which slips the other way, can stick instead.
+        """
+        return self.stick & (not self.last_sticks or bool(np.any(self.slips == -direction)))
 
-    def exchange(self, number, passing):
+    def pivot_of(self, limit: int, velocity: Array) -> Pivot:
+        """Returns the Pivot of a limit; see `exchange`."""
+        first = self.rows.nodes.start
+        node = (limit - first) % len(self.slips)
+        shear = first + node
+        slip = float(self.slips[node])
+        if limit >= first:
+            if slip:
+                return Pivot([shear], node, 0.0)
+            if not self.stick[node]:
+                return Pivot([], node, 0.0)
+            return Pivot([shear], node, 1.0 if limit == shear else -1.0)
+        closed = self.closed[self.corners_of[:, node]].sum()
+        if closed != self.closed[limit]:  # others of the node are closed
+            return Pivot([limit], node, slip)
+        if self.stick[node]:
+            return Pivot([shear, limit], node, 0.0)
+        if closed:
+            return Pivot([limit], node, 0.0)
+        if abs(velocity[node]) <= AT_LIMIT * np.abs(velocity).max():
+            return Pivot([limit, shear], node, 0.0)
+        return Pivot([limit], node, float(np.sign(velocity[node])))
+
+    def exchange(self, limit: int, velocity: Array) -> bool:
         """Closes or opens a corner, or lets a node slip or stick; returns False where that is singular.
 
         Parameters
         ----------
-        number : int
-            Of a corner; corners + node, for slip forwards or stick; corners + n + node for slip back.
-        passing : array (n,)
-            Velocity of the obstacle over the surface.
+        limit : int
+        velocity : array (n,), of the obstacle over the surface
         """
-        pairs, node, direction = self.pivots_for(number, passing)
-        shear = len(self.closed) + node
-        turn = shear, self.of[:, node], (direction - self.slips[node]) * self.contact.friction
-        if shear in pairs and self.stick[node] and self.last:
-            # another node holds the obstacle then, that over which it moves least
-            others = np.flatnonzero((self.slips != 0) & (self.slips != direction))
-            numbers = others[np.argsort(np.abs(passing[others]))[:1]] + len(self.closed)
-            if not any([self.exchange(int(other), passing) for other in numbers]):
-                return False
-        if direction:
-            self.tableau.add_friction_coupling(*turn)
+        pairs, node, slip = self.pivot_of(limit, velocity)
+        shear = self.rows.nodes.start + node
+        corners = self.corners_of[:, node]
+        factor = (slip - self.slips[node]) * self.contact.friction
+        if shear in pairs and self.stick[node] and self.last_sticks and not self._hold(slip, velocity):
+            return False
+        if slip:
+            self.tableau.add_friction_coupling(shear, corners, factor)
         done = [pair for pair in pairs if self.tableau.pivot(pair)]
         if done != pairs or not pairs:
             for pair in done:
                 self.tableau.pivot(pair)
-            if direction:
-                self.tableau.add_friction_coupling(*turn[:2], -turn[2])
+            if slip:
+                self.tableau.add_friction_coupling(shear, corners, -factor)
             return False
-        if not direction:
-            self.tableau.add_friction_coupling(*turn)
-        self.slips[node] = direction
+        if not slip:
+            self.tableau.add_friction_coupling(shear, corners, factor)
+        self.slips[node] = slip
         return True
 
-    def determinant(self, number, passing):
-        pairs, node, direction = self.pivots_for(number, passing)
-        T, row, corners = self.tableau.entries, len(self.closed) + node, self.of[:, node]
-        found = T(np.reshape(pairs, (-1, 1)), np.array(pairs, int))
-        if direction and direction != self.slips[node]:  # t = tau + f direction n from then on
-            slope = T(number, row) if number < row - node else -T(corners[self.closed[corners]], row).sum()
-            found = found + (direction - self.slips[node]) * self.contact.friction * slope
-        return float(np.linalg.det(found))
+    def _hold(self, slip: float, velocity: Array) -> bool:
+        """Lets the slowest node that slips another way stick, before the last one that sticks slips."""
+        candidates = np.flatnonzero((self.slips != 0) & (self.slips != slip))
+        if not len(candidates):
+            return False
+        slowest = candidates[np.argmin(np.abs(velocity[candidates]))]
+        return self.exchange(self.rows.nodes.start + int(slowest), velocity)
+
+    def determinant(self, limit: int, velocity: Array) -> float:
+        """Returns the determinant of the pivots of a limit."""
+        pairs, node, slip = self.pivot_of(limit, velocity)
+        entries = self.tableau.entries
+        shear = self.rows.nodes.start + node
+        pivots = entries(np.reshape(pairs, (-1, 1)), np.array(pairs, int))
+        if slip and slip != self.slips[node]:  # t = tau + f slip n from then on
+            if limit < self.rows.nodes.start:
+                slope = entries(limit, shear)
+            else:
+                corners = self.corners_of[:, node]
+                slope = -entries(corners[self.closed[corners]], shear).sum()
+            pivots = pivots + (slip - self.slips[node]) * self.contact.friction * slope
+        return float(np.linalg.det(pivots))
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Rates of x and y while loads grow, and limits of forces and gaps, numbered as in `ActiveSets`.
+
+    Attributes
+    ----------
+    dx, dy : arrays (N,), over the leg
+    velocity : array (n,), of the obstacle over the surface
+    distance : array (corners n + 2 n,)
+        Forces of closed corners and gaps of open ones; what bounds leave of the tangential forces of nodes
+        that stick, 0 where a node slips. inf without a limit.
+    fall : array like `distance`
+        Rates at which distances fall, and that of slip against t; 0 where they rise, or do not change.
+    rounding : array like `distance`
+        Distances that are no more.
+    """
+
+    dx: Array
+    dy: Array
+    velocity: Array
+    distance: Array
+    fall: Array
+    rounding: Array
+
+    @property
+    def reached(self) -> Flags:
+        return self.distance <= self.rounding
+
+    @property
+    def violated(self) -> Integers:
+        return np.flatnonzero(self.reached & (self.fall > 0))
+
+    def step(self, remaining: float) -> tuple[float, Integers]:
+        """Returns the share of the leg up to the next limit, and the numbers of the limits reached there."""
+        steps = np.full(len(self.fall), remaining)
+        falls = self.fall > 0
+        np.divide(np.maximum(self.distance, 0), self.fall, out=steps, where=falls)
+        step = float(steps.min())
+        numbers = np.flatnonzero(falls & (self.distance - step * self.fall <= self.rounding))
+        if step >= remaining * (1 - EPS_PIVOT):
+            step = remaining
+        return step, numbers
 
 
 class EventDrivenContact:
-    """The contact along loads (P, Q), from first touch on."""
+    """The contact along loads (P, Q), from first touch on.
 
-    def __init__(self, contact):
-        n, m = contact.nodes, len(contact.gaps)
-        self.contact, self.legs = contact, 0
-        self.changes = []
-        self._m, self._motions, self._nodes, self._u = (
-            m,
-            contact.motions,
-            slice(m, m + n),
-            np.array([m + n, m + n + 1]),
-        )
-        self._size, (self.x, self.y) = contact.size, np.zeros((2, m + n + 2))
-        self.y[:m] = contact.gaps / self._size
-        self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
-        self._terms = 100 * np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(2 * n))
-        self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
+    A leg to the next pair of loads repeats
+
+    1. rates: pairs whose limits are violated are exchanged until none is;
+    2. a step up to the next limit;
+    3. exchange of the pairs that are at their limit there.
+
+    Attributes
+    ----------
+    x, y : arrays (corners n + n + 2,), of (c) over `FrictionalContact.size`
+    sets : ActiveSets
+    changes : list of Change
+    legs : number of legs so far
+    work, dissipation : float
+    """
+
+    def __init__(self, contact: FrictionalContact) -> None:
+        rows = contact.rows
+        n = contact.nodes
+        self.contact = contact
+        self.rows = rows
+        self.legs = 0
+        self.changes: list[Change] = []
+        self.work = 0.0
+        self.dissipation = 0.0
+        self._motions = contact.motions
+        self._size = contact.size
         self._random = np.random.default_rng(0)
-        self._seen, down = np.repeat((3.0, 0.0), (m, n)), self._motions[:m, 0]
-        reached = np.isfinite(contact.gaps) & (down > 0)
-        heights = np.where(reached, self.y[:m], np.inf) / np.where(reached, down, 1.0)
-        corner = int(np.argmin(heights))
-        self.x[m + n] = heights[corner]
-        self.y[: m + n] -= heights[corner] * self._motions[:, 0]
-        self.sets = ActiveSets(contact, [corner, m + corner % n, m + n, m + n + 1])
+        self._first_contact = np.full(n, np.nan)  # place of the obstacle, from which slip counts
+        self._noted_closed = np.zeros(len(contact.gaps), bool)
+        self._noted_stick = np.zeros(n, bool)
+        self._noted_slips = np.zeros(n)
+        self.x = np.zeros(rows.motions.stop)
+        self.y = np.zeros(rows.motions.stop)
+        self.y[rows.corners] = contact.gaps / self._size
+        self._gap_rounding = EPS_PIVOT * float(np.ptp(self.y[np.isfinite(self.y)]))
+        # displacements under a unit force: 1 of nodes
+        self._responses = np.append(np.abs(contact.normal).max(axis=1) / self._size, np.ones(2 * n))
+        down = self._motions[rows.corners, 0]
+        reachable = np.isfinite(contact.gaps) & (down > 0)
+        gaps = np.where(reachable, self.y[rows.corners], np.inf)
+        approaches = gaps / np.where(reachable, down, 1.0)
+        corner = int(np.argmin(approaches))
+        approach_row = rows.motions.start
+        self.x[approach_row] = approaches[corner]
+        self.y[:approach_row] -= approaches[corner] * self._motions[:, 0]
+        first_node = rows.nodes.start + corner % n
+        self.sets = ActiveSets(contact, [corner, first_node, approach_row, approach_row + 1])
 
-    def to(self, *target):
-        """Follows loads (P, Q) on a straight way; returns the Moment at its end. Raises NotConverged if rates
+    @property
+    def loads(self) -> Array:
+        """(P, Q)."""
+        return self.y[self.rows.motions].copy()
+
+    def to(self, load: float, shear: float) -> FrictionState:
+        """Follows loads (P, Q) on a straight way; returns the state at its end. Raises NotConverged if rates
         are not unique or there are none; `reached` says where.
         """
-        end = np.array(target)
+        end = np.array((load, shear))
         try:
-            self._follow(end, end - self.y[self._u])
+            self._follow(end, end - self.loads)
         except NotConverged as failure:
-            now = tuple(self.y[self._u].tolist())
-            words = [", ".join(f"{each:.6g}" for each in pair) for pair in (now, target)]
+            P, Q = self.loads.tolist()
             raise NotConverged(
-                f"the history stopped at ({words[0]}) on the way to ({words[1]}): {failure}", reached=now
+                f"the history stopped at ({P:.6g}, {Q:.6g}) on the way to ({load:.6g}, {shear:.6g}): "
+                f"{failure}",
+                reached=(P, Q),
             ) from failure
         self.legs += 1
-        return self.moment()
+        return self.state()
 
-    def _follow(self, end, way):
+    def _follow(self, end: Array, way: Array) -> None:
+        if self.sets.level:
+            self._stop_at_full_slip(end, way)
         done = 0.0
-        start, f = self.y[self._u], self.contact.friction
-        if self.sets.flat:
-            left = [f * P - np.sign(end[1]) * Q for P, Q in (start, end)]  # of what friction allows
-            if left[1] < -AT_LIMIT * f * end[0]:
-                share = left[0] / (left[0] - left[1])
-                self._follow(start + share * way, share * way)
-                raise NotConverged("all nodes slip, and the shear load cannot grow further")
         for _ in range(BUDGET * len(self.x)):
             counted()
-            dx, dy, step, changing = self._settled(way, 1 - done)
-            self._note(done)
-            self._advance(dx, dy, step)
+            limits, step, numbers = self.find_rates(way, 1 - done)
+            self._note_changes(done)
+            self._advance(limits, step)
             if step == 1 - done:
-                self.y[self._u] = end
-                self._correct()
+                self.y[self.rows.motions] = end
+                self._correct_rounding()
                 return
             done += step
-            for number in changing.tolist():
-                self.sets.exchange(number, -dy[self._nodes])
+            for number in numbers.tolist():
+                self.sets.exchange(number, limits.velocity)
         raise NotConverged("corners open and nodes slip to and fro without end")
 
-    def _bound(self, x):
-        return self.contact.friction * x[: self._m].reshape(self.sets.of.shape).sum(axis=0)
+    def _stop_at_full_slip(self, end: Array, way: Array) -> None:
+        """Follows a leg beyond full slip up to it, then raises NotConverged."""
+        friction = self.contact.friction
+        start = self.loads
+        direction = np.sign(end[1])
+        reserve_before = friction * start[0] - direction * start[1]
+        reserve_after = friction * end[0] - direction * end[1]
+        if reserve_after < -AT_LIMIT * friction * end[0]:
+            share = reserve_before / (reserve_before - reserve_after)
+            self._follow(start + share * way, share * way)
+            raise NotConverged("all nodes slip, and the shear load cannot grow further")
 
-    def _rates(self, way):
-        active, nodes, rest = self.sets.tableau.exchanged, self._nodes, np.zeros(len(self.x))
-        rest[self._u] = way
-        rates = self.sets.tableau.times(self._u, way)
-        dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
-        dx[nodes] += self.sets.slips * self._bound(dx)
+    def _bound(self, x: Array) -> Array:
+        """Returns the largest tangential forces, f times the sum of n: array (n,)."""
+        return self.contact.friction * x[self.rows.corners].reshape(self.sets.corners_of.shape).sum(axis=0)
+
+    def _rates(self, way: Array) -> tuple[Array, Array]:
+        """Returns rates of x and y, arrays (N,), while loads grow by `way` over the leg."""
+        exchanged = self.sets.tableau.exchanged
+        given = np.zeros(len(self.x))
+        given[self.rows.motions] = way
+        rates = self.sets.tableau.times(self.rows.motions, way)
+        dx = np.where(exchanged, rates, given)
+        dy = np.where(exchanged, given, rates)
+        dx[self.rows.nodes] += self.sets.slips * self._bound(dx)
         return dx, dy
 
-    def evaluate_limits(self, way):
-        """Rates of x and y; then values, rates of falling and flags of limits, of forces or gaps of corners,
-        of bounds forwards or rates of slip, and of bounds backwards.
-        """
-        (dx, dy), m, nodes = self._rates(way), self._m, self._nodes
-        closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
-        last, slipping = self.sets.last, slips != 0
-        bound, dbound = self._bound(self.x), self._bound(dx)
-        up, down = (stick & (not last or np.any(slips == sign)) for sign in (-1, 1))
-        t, dt, gap = self.x[nodes], dx[nodes], np.where(closed, self.x[:m], self.y[:m])
-        forwards = np.where(up, bound - t, np.where(slipping, 0.0, np.inf))
-        value = np.concatenate((gap, forwards, np.where(down, bound + t, np.inf)))
-        rubs = np.where(slipping, slips * dy[nodes], dt - dbound)
-        fall = np.concatenate((np.where(closed, -dx[:m], -dy[:m]), rubs, -dt - dbound))
-        force, tiny = EPS_PIVOT * np.abs(dx[: nodes.stop]).max(), EPS_PIVOT * self.x[:m].max()
-        forces = np.concatenate((closed, ~slipping, ~slipping))
-        small, most = np.where(forces, 1.0, self._terms), np.full(len(value), tiny)
-        most[:m][~closed] = EPS_PIVOT * self._span
-        return dx, dy, value, np.where(fall > force * small, fall, 0.0), most
+    def limits(self, way: Array) -> Limits:
+        """Returns the Limits while loads grow by `way` over the leg."""
+        corners, nodes, _ = self.rows
+        sets = self.sets
+        dx, dy = self._rates(way)
+        slipping = sets.slips != 0
+        shear = self.x[nodes]
+        bound = self._bound(self.x)
+        forwards = np.where(sets.may_slip(1), bound - shear, np.where(slipping, 0.0, np.inf))
+        backwards = np.where(sets.may_slip(-1), bound + shear, np.inf)
+        gaps_or_forces = np.where(sets.closed, self.x[corners], self.y[corners])
+        distance = np.concatenate((gaps_or_forces, forwards, backwards))
+        bound_rate = self._bound(dx)
+        fall_forwards = np.where(slipping, sets.slips * dy[nodes], dx[nodes] - bound_rate)
+        fall_corners = np.where(sets.closed, -dx[corners], -dy[corners])
+        fall = np.concatenate((fall_corners, fall_forwards, -dx[nodes] - bound_rate))
+        are_forces = np.concatenate((sets.closed, ~slipping, ~slipping))
+        # a hundred terms of one size in a gap or a slip
+        scale = np.where(are_forces, 1.0, 100 * self._responses)
+        least_fall = EPS_PIVOT * np.abs(dx[: nodes.stop]).max() * scale
+        rounding = np.full(len(distance), EPS_PIVOT * self.x[corners].max())
+        rounding[corners][~sets.closed] = self._gap_rounding
+        return Limits(dx, dy, -dy[nodes], distance, np.where(fall > least_fall, fall, 0.0), rounding)
 
-    def _settled(self, way, remaining):
-        fewest, idle = np.inf, 0
+    def find_rates(self, way: Array, remaining: float) -> tuple[Limits, float, Integers]:
+        """Exchanges pairs until no limit is violated; returns the Limits, the step up to the next one, and
+        the numbers of those reached there. Raises NotConverged if there is none or more than one way on.
+        """
+        fewest = np.inf
+        without_gain = 0
         for _ in range(BUDGET * len(self.x)):
-            dx, dy, value, fall, most = self.evaluate_limits(way)
-            limit = value <= most
-            passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
+            limits = self.limits(way)
+            velocity = limits.velocity
+            violated = limits.violated
             if not len(violated):
-                self._require_unique(np.flatnonzero(limit), way, passing)
-                steps = np.full(len(fall), remaining)
-                np.divide(np.maximum(value, 0), fall, out=steps, where=fall > 0)
-                step = float(steps.min())
-                changing = np.flatnonzero((fall > 0) & (value - step * fall <= most))
-                return dx, dy, step if step < remaining * (1 - EPS_PIVOT) else remaining, changing
-            idle = 0 if len(violated) < fewest else idle + 1
+                self._require_unique(limits, way)
+                return limits, *limits.step(remaining)
+            without_gain = 0 if len(violated) < fewest else without_gain + 1
             fewest = min(fewest, len(violated))
-            if idle >= 3:  # the first one alone (Murty), and after many of them one by chance
+            if without_gain >= 3:  # the first one alone (Murty), and after many of them one by chance
                 violated = violated[:1]
-            if idle >= 50 + 3 * limit.sum():
-                pool = violated if self._random.random() < 0.5 else np.flatnonzero(limit)
-                violated, passing = self._random.choice(pool, 1), 0 * passing
-            for each in violated:
-                self.sets.exchange(int(each), passing)
+            if without_gain >= 50 + 3 * limits.reached.sum():
+                pool = violated if self._random.random() < 0.5 else np.flatnonzero(limits.reached)
+                violated = self._random.choice(pool, 1)
+                velocity = 0 * velocity
+            for number in violated.tolist():
+                self.sets.exchange(number, velocity)
         raise NotConverged(f"no rates were found; {UNIQUE}")
 
-    def _require_unique(self, limit, way, passing):
+    def _require_unique(self, limits: Limits, way: Array) -> None:
         """NotConverged where states turn back or there are two ways on."""
-        if self.sets.tableau.sign <= 0:
+        sets = self.sets
+        if sets.tableau.sign <= 0:
             raise NotConverged(f"the answer may not be unique, as states turn back; {UNIQUE}")
         if not self.contact.friction:
             return
-        own, node = self.sets, (limit - self._m) % len(self.sets.slips)
-        slipping = (limit >= self._m) & (own.slips[node] != 0)
-        pivots = own.tableau.entries(*2 * [np.where(slipping, limit, 0)])
-        pivots[~slipping] = [own.determinant(int(each), passing) for each in limit[~slipping]]
-        for number in limit[pivots < -1e-8]:  # beyond rounding
-            other = copy(self)
-            other.sets = deepcopy(own)
-            holds = other.sets.exchange(int(number), passing)
-            *_, value, fall, most = other.evaluate_limits(way)
-            if holds and not np.any((value <= most) & (fall > 0)):
+        first = self.rows.nodes.start
+        reached = np.flatnonzero(limits.reached)
+        slipping = (reached >= first) & (sets.slips[(reached - first) % len(sets.slips)] != 0)
+        diagonal = np.where(slipping, reached, 0)
+        pivots = sets.tableau.entries(diagonal, diagonal)
+        pivots[~slipping] = [
+            sets.determinant(number, limits.velocity) for number in reached[~slipping].tolist()
+        ]
+        for number in reached[pivots < -1e-8].tolist():  # beyond rounding
+            trial = copy(self)
+            trial.sets = deepcopy(sets)
+            if trial.sets.exchange(number, limits.velocity) and not len(trial.limits(way).violated):
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
-    def _advance(self, dx, dy, step):
+    def _advance(self, limits: Limits, step: float) -> None:
         """Goes on; means over the step make work and dissipation exact."""
-        nodes, u, m, size = self._nodes, self._u, self._m, self._size
-        x, y = self.x + step / 2 * dx, self.y[u] + step / 2 * dy[u]
-        self.work += step * size * float(y @ dx[u])
+        corners, nodes, motions = self.rows
+        mean_x = self.x + step / 2 * limits.dx
+        mean_loads = self.y[motions] + step / 2 * limits.dy[motions]
+        self.work += step * self._size * float(mean_loads @ limits.dx[motions])
         if not self.contact.coupled:  # the gaps do not know what the shear does to them; its work they do
-            self.work += step * float(dx[nodes] @ self.contact.cross @ x[:m])
-        self.dissipation -= step * size * float((x[nodes] * dy[nodes])[self.sets.slips != 0].sum())
-        self.x, self.y = self.x + step * dx, self.y + step * dy
-        self._snap()
+            self.work += step * float(limits.dx[nodes] @ self.contact.cross @ mean_x[corners])
+        power = (mean_x[nodes] * limits.dy[nodes])[self.sets.slips != 0].sum()
+        self.dissipation -= step * self._size * float(power)
+        self.x = self.x + step * limits.dx
+        self.y = self.y + step * limits.dy
+        self._put_at_limits()
 
-    def _snap(self):
+    def _put_at_limits(self) -> None:
         """Puts all that is at its limit there exactly."""
-        closed, stick, slips = self.sets.closed, self.sets.stick, self.sets.slips
-        self.x[: self._m][~closed] = self.y[: self._m][closed] = 0.0
-        self.x[self._nodes] = np.where(stick, self.x[self._nodes], slips * self._bound(self.x))
+        corners, nodes, _ = self.rows
+        closed = self.sets.closed
+        self.x[corners][~closed] = 0.0
+        self.y[corners][closed] = 0.0
+        self.x[nodes] = np.where(self.sets.stick, self.x[nodes], self.sets.slips * self._bound(self.x))
 
-    def _off(self):
-        """The residual of (c)."""
-        m, nodes = self._m, self._nodes
-        moved = self.contact.moved(self.x[:m], self.x[nodes]) / self._size
-        found = np.append(moved - self._motions @ self.x[self._u], self._motions.T @ self.x[: nodes.stop])
-        found[:m] += self.contact.gaps / self._size
-        there = np.isfinite(self.y)
-        return np.where(there, found, 0.0) - np.where(there, self.y, 0.0)
+    def _residual(self) -> Array:
+        """Returns what (c) has beyond y: gaps, slip and loads, array (N,)."""
+        corners, nodes, motions = self.rows
+        displaced = self.contact.displaced(self.x[corners], self.x[nodes]) / self._size
+        y = np.append(displaced - self._motions @ self.x[motions], self._motions.T @ self.x[: nodes.stop])
+        y[corners] += self.contact.gaps / self._size
+        can_touch = np.isfinite(self.y)
+        return np.where(can_touch, y, 0.0) - np.where(can_touch, self.y, 0.0)
 
-    def _correct(self):
-        off, active = self._off(), self.sets.tableau.exchanged
-        fix = self.sets.tableau.times(active, off[active])
-        self.x, self.y = self.x - np.where(active, fix, 0.0), self.y + np.where(active, 0.0, off - fix)
-        self._snap()
+    def _correct_rounding(self) -> None:
+        residual = self._residual()
+        exchanged = self.sets.tableau.exchanged
+        correction = self.sets.tableau.times(exchanged, residual[exchanged])
+        self.x = self.x - np.where(exchanged, correction, 0.0)
+        self.y = self.y + np.where(exchanged, 0.0, residual - correction)
+        self._put_at_limits()
 
-    def _note(self, share):
-        now = np.concatenate((3.0 + self.sets.closed, np.where(self.sets.stick, 2.0, self.sets.slips)))
-        for i in np.flatnonzero(now != self._seen).tolist():
-            self.changes.append(Change(self.legs, share, KINDS[int(now[i])], i - self._m * (i >= self._m)))
-        new = np.isnan(self.first) & (now[self._nodes] != 0)
-        self._seen, self.first[new] = now, -self.y[self._nodes][new]
+    def _note_changes(self, share: float) -> None:
+        """Notes the changes of corners and nodes since it was called before."""
+        sets = self.sets
+        corner_kinds = np.where(sets.closed, "close", "open")
+        node_kinds = np.where(sets.stick, "stick", np.where(sets.slips != 0, "slip", "leave"))
+        closed_changes = sets.closed != self._noted_closed
+        stick_changes = (sets.stick != self._noted_stick) | (sets.slips != self._noted_slips)
+        for kinds, changes in ((corner_kinds, closed_changes), (node_kinds, stick_changes)):
+            for i in np.flatnonzero(changes).tolist():
+                self.changes.append(Change(self.legs, share, str(kinds[i]), i))
+        touches_first = np.isnan(self._first_contact) & (node_kinds != "leave")
+        self._first_contact[touches_first] = -self.y[self.rows.nodes][touches_first]
+        self._noted_closed = sets.closed.copy()
+        self._noted_stick = sets.stick.copy()
+        self._noted_slips = sets.slips.copy()
 
-    def moment(self):
-        own, m, size, off = self.contact, self._m, self._size, self._off()
-        n, t, bound = self.x[:m].copy(), self.x[self._nodes].copy(), self._bound(self.x)
-        raised, displaced = np.split(own.moved(n, t), [m])
-        across = t @ own.cross @ n
-        energy = (n @ raised + t @ displaced + (0.0 if own.coupled else across)) / 2
-        ways, gaps = -self.y[self._nodes], self.y[:m] + off[:m]
-        short = np.where(self.sets.slips != 0, np.abs(np.abs(t) - bound), np.abs(t) - bound)
-        forces = -n.min(), short.max(), np.abs(off[self._u]).max()
-        lengths = np.where(self.sets.closed, np.abs(gaps), -gaps).max(), np.abs(off[self._nodes]).max()
-        longest = max(np.abs(raised).max(), np.abs(displaced).max()) / size or 1.0
-        (P, Q), (d, D) = self.y[self._u], size * self.x[self._u]
+    def state(self) -> FrictionState:
+        """Returns the FrictionState at the loads reached."""
+        corners, nodes, motions = self.rows
+        contact = self.contact
+        normal = self.x[corners].copy()
+        tangential = self.x[nodes].copy()
+        raised, displaced = np.split(contact.displaced(normal, tangential), [corners.stop])
+        energy = normal @ raised + tangential @ displaced
+        if not contact.coupled:
+            energy += tangential @ contact.cross @ normal
+        slip = -self.y[nodes] - self._first_contact
+        bound = self._bound(self.x)
+        in_contact = self.sets.stick | (self.sets.slips != 0)
+        load, shear = self.loads.tolist()
+        approach, offset = (self._size * self.x[motions]).tolist()
         return FrictionState(
-            load=float(P),
-            shear=float(Q),
-            normal=n,
-            gaps=self.y[:m] * size,
-            tangential=t,
-            slip=size * np.where(np.isnan(self.first), 0.0, ways - self.first),
+            load=load,
+            shear=shear,
+            normal=normal,
+            gaps=self.y[corners] * self._size,
+            tangential=tangential,
+            slip=self._size * np.where(np.isnan(slip), 0.0, slip),
             raised=raised,
             closed=self.sets.closed.copy(),
             stick=self.sets.stick.copy(),
-            at_limit=(self.sets.stick | (self.sets.slips != 0))
-            & (bound - np.abs(t) <= AT_LIMIT * bound.max()),
+            at_limit=in_contact & (bound - np.abs(tangential) <= AT_LIMIT * bound.max()),
             iterations=len(self.changes),
-            approach=float(d),
-            offset=float(D),
-            energy=float(energy),
+            approach=approach,
+            offset=offset,
+            energy=float(energy / 2),
             work=self.work,
             dissipation=self.dissipation,
-            residual=float(max(0.0, max(forces) / (n.max() or 1.0), max(lengths) / longest)),
+            residual=self._largest_residual(max(np.abs(raised).max(), np.abs(displaced).max())),
         )
+
+    def _largest_residual(self, displacement: float) -> float:
+        """Returns the largest violated condition over the largest force or the largest displacement."""
+        corners, nodes, motions = self.rows
+        residual = self._residual()
+        normal = self.x[corners]
+        beyond_bound = np.abs(self.x[nodes]) - self._bound(self.x)
+        gaps = self.y[corners] + residual[corners]
+        force = max(
+            -normal.min(),
+            np.where(self.sets.slips != 0, np.abs(beyond_bound), beyond_bound).max(),
+            np.abs(residual[motions]).max(),
+        )
+        length = max(np.where(self.sets.closed, np.abs(gaps), -gaps).max(), np.abs(residual[nodes]).max())
+        largest_length = displacement / self._size or 1.0
+        return float(max(0.0, force / (normal.max() or 1.0), length / largest_length))

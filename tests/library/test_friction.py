@@ -100,9 +100,9 @@ def one_block(friction):
 )
 def test_one_block_sticks_slips_and_tips(friction, shear, forces, limit):
     """By hand."""
-    moment = EventDrivenContact(one_block(friction)).to(1.0, shear)
-    assert moment.normal == pytest.approx(forces, abs=1e-6) and moment.at_limit.all() == limit
-    assert moment.closed.tolist() == [force > 0 for force in forces] and moment.dissipation == 0
+    state = EventDrivenContact(one_block(friction)).to(1.0, shear)
+    assert state.normal == pytest.approx(forces, abs=1e-6) and state.at_limit.all() == limit
+    assert state.closed.tolist() == [force > 0 for force in forces] and state.dissipation == 0
 
 
 def test_shear_beyond_friction_ends_where_all_slips():
@@ -119,7 +119,7 @@ def test_the_residual_sees_whatever_is_wrong(entry):
     path = EventDrivenContact(one_block(0.5))
     assert path.to(1.0, 0.2).residual < 1e-6  # rounding of compliances of 1e9
     path.x[entry] += 1e-3 * np.abs(path.x).max()
-    assert path.moment().residual > 1e-4
+    assert path.state().residual > 1e-4
 
 
 # --- histories from event to event
@@ -141,18 +141,18 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
         ends = np.column_stack((loads, F * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)))
         path, often, before, last = EventDrivenContact(own), EventDrivenContact(own), 0.0, np.zeros(2)
         for end in ends:
-            moment = path.to(*end)
-            n, t = moment.normal, moment.tangential
+            state = path.to(*end)
+            n, t = state.normal, state.tangential
             bound = F * n.reshape(-1, len(edges)).sum(axis=0)
-            gap = own.gaps - moment.approach + own.normal @ n + coupled * own.cross.T @ t
-            assert abs(moment.work - moment.energy - moment.dissipation) < 1e-8 * end[0]
-            assert moment.dissipation >= before - 1e-12 and (n.sum(), t.sum()) == pytest.approx(end, abs=1e-9)
+            gap = own.gaps - state.approach + own.normal @ n + coupled * own.cross.T @ t
+            assert abs(state.work - state.energy - state.dissipation) < 1e-8 * end[0]
+            assert state.dissipation >= before - 1e-12 and (n.sum(), t.sum()) == pytest.approx(end, abs=1e-9)
             assert min(n.min(), gap.min(), (bound - np.abs(t)).min()) > -1e-9 > -np.abs(gap * n).max() - 2e-9
             for share in (0.3, 0.7, 1.0):
                 stepped = often.to(*(last + share * (end - last)))
             assert stepped.tangential == pytest.approx(t, abs=1e-9)
-            assert stepped.dissipation == pytest.approx(moment.dissipation, rel=1e-8, abs=1e-12)
-            before, last = moment.dissipation, end
+            assert stepped.dissipation == pytest.approx(state.dissipation, rel=1e-8, abs=1e-12)
+            before, last = state.dissipation, end
 
 
 # --- edges
@@ -529,10 +529,10 @@ def all_rates(contact, now, way):
 @pytest.mark.nightly(200)
 def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     """Wherever a history goes on, enumeration finds one way; where it is refused, none or two."""
-    seen, settled = Counter(), EventDrivenContact._settled
+    seen, settled = Counter(), EventDrivenContact.find_rates
 
     def compared(event_driven, way, remaining):
-        ways = len(all_rates(event_driven.contact, event_driven.moment(), way))
+        ways = len(all_rates(event_driven.contact, event_driven.state(), way))
         try:
             found = settled(event_driven, way, remaining)
         except mb.NotConverged:
@@ -541,7 +541,7 @@ def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
         seen[ways, "goes on"] += 1
         return found
 
-    monkeypatch.setattr(EventDrivenContact, "_settled", compared)
+    monkeypatch.setattr(EventDrivenContact, "find_rates", compared)
     for seed in seeds:
         contact = drawn(seed, -0.3)
         event_driven = EventDrivenContact(contact)
