@@ -8,8 +8,8 @@ import numpy as np
 
 def hertz(x, load, half_width):
     """Returns the pressure of a cylinder on a classical half-plane, (50)."""
-    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
-    return 2 * load / (math.pi * half_width) * np.sqrt(rest)
+    below_ellipse = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
+    return 2 * load / (math.pi * half_width) * np.sqrt(below_ellipse)
 
 
 def punch(x, load, half_width):
@@ -80,8 +80,8 @@ class Wavy:
         phase = math.pi * x / self.wavelength
         if self.mean >= self.closure:
             return self.mean + self.closure * np.cos(2 * phase)
-        rest = self.mean / self.closure - np.sin(phase) ** 2
-        return 2 * self.closure * np.abs(np.cos(phase)) * np.sqrt(np.maximum(rest, 0))
+        inside = self.mean / self.closure - np.sin(phase) ** 2
+        return 2 * self.closure * np.abs(np.cos(phase)) * np.sqrt(np.maximum(inside, 0))
 
 
 def stress(solid, gradient, psi):

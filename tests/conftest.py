@@ -31,8 +31,8 @@ def dome(order=3, maxh=0.3, quads=False):
     face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
     face.edges.name = "contact"
     face.edges.Min(occ.Y).name = "base"
-    made = occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh, quad_dominated=quads)
-    return ng.Mesh(made).Curve(order)
+    mesh = occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh, quad_dominated=quads)
+    return ng.Mesh(mesh).Curve(order)
 
 
 @pytest.fixture
@@ -65,9 +65,9 @@ def memory(monkeypatch):
 @pytest.fixture
 def forms(monkeypatch):
     """Bilinear forms that NGSolve makes, a list of their spaces: one for each body that is condensed."""
-    made, form = [], ng.BilinearForm
-    monkeypatch.setattr(ng, "BilinearForm", lambda space, **more: made.append(space) or form(space, **more))
-    return made
+    spaces, form = [], ng.BilinearForm
+    monkeypatch.setattr(ng, "BilinearForm", lambda space, **more: spaces.append(space) or form(space, **more))
+    return spaces
 
 
 def pytest_generate_tests(metafunc):
@@ -78,10 +78,12 @@ def pytest_generate_tests(metafunc):
     for mark in metafunc.definition.iter_markers("nightly"):
         if not mark.args:
             continue
-        count, *known = mark.args
-        few = sorted({*range(-(-count // 10)), *known})
+        count, *extra_seeds = mark.args
+        few = sorted({*range(-(-count // 10)), *extra_seeds})
         seeds = (
-            sorted({*range(count), *known}) if "nightly" in metafunc.config.getoption("-m").split() else few
+            sorted({*range(count), *extra_seeds})
+            if "nightly" in metafunc.config.getoption("-m").split()
+            else few
         )
         if "seeds" in metafunc.fixturenames:
             metafunc.parametrize("seeds", [seeds], ids=[f"{len(seeds)}"])

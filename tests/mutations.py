@@ -115,8 +115,8 @@ def variants(node, view):
                     yield "index", part, str(int(text(part)) + 1)
         case ast.Compare(ops=[op]) if type(op) in OTHER:
             boundary, *opposite = OTHER[type(op)].split()
-            for other in (boundary, *opposite) if WHOLE.search(text(node)) else opposite or (boundary,):
-                yield "compare", node, f"({text(node.left)} {other} {text(node.comparators[0])})"
+            for replacement in (boundary, *opposite) if WHOLE.search(text(node)) else opposite or (boundary,):
+                yield "compare", node, f"({text(node.left)} {replacement} {text(node.comparators[0])})"
         case ast.Constant(value="A" | "B"):
             yield "corner", node, repr("AB".replace(node.value, ""))
         case ast.For() | ast.comprehension() if "corner" in text(node.target) + text(node.iter):
@@ -170,7 +170,9 @@ def drawn(seed=SEED, count=PLACES):
         sizes[path.parent] += sum(
             isinstance(node, ast.stmt) for node in ast.walk(ast.parse(path.read_bytes()))
         )
-    unused = EQUIVALENT.keys() - set().union(*(equivalents(place) for own in rooms.values() for place in own))
+    unused = EQUIVALENT.keys() - set().union(
+        *(equivalents(place) for places_of_room in rooms.values() for place in places_of_room)
+    )
     if unused:
         raise SystemExit(f"EQUIVALENT names no place by {unused}")
     ends = np.rint(np.cumsum(list(sizes.values())) * count / sum(sizes.values())).astype(int)
@@ -271,7 +273,7 @@ def tests_of(place):
     """
     import coverage
 
-    there, beside = {}, {}
+    at_place, beside = {}, {}
     for file in test_files():
         lines = lines_of(file)
         if lines.with_suffix(".json").exists():
@@ -279,10 +281,12 @@ def tests_of(place):
             data = coverage.CoverageData(lines)
             data.read()
             for line, names in data.contexts_by_lineno(str(ROOT / place.file)).items():
-                found = there if line in place.lines else beside
-                found.update((name, seconds[name]) for name in names if name in seconds)
-    ordered = [dict(sorted(found.items(), key=lambda item: item[1])) for found in (there, beside)]
-    return ordered[0] | {name: spent for name, spent in ordered[1].items() if name not in there}, len(there)
+                tests = at_place if line in place.lines else beside
+                tests.update((name, seconds[name]) for name in names if name in seconds)
+    ordered = [dict(sorted(tests.items(), key=lambda item: item[1])) for tests in (at_place, beside)]
+    return ordered[0] | {name: spent for name, spent in ordered[1].items() if name not in at_place}, len(
+        at_place
+    )
 
 
 def judged(place, most):
@@ -321,18 +325,18 @@ def main():
         words.add_argument(f"--{name}", type=type(usual), default=usual)
     for name, does in {"list": "print the places alone", "map": "record what tests execute"}.items():
         words.add_argument(f"--{name}", action="store_true", help=does)
-    given = words.parse_args()
+    arguments = words.parse_args()
 
     def say(number, place):
-        said = "" if given.list else f": {judged(place, given.seconds)}"
+        said = "" if arguments.list else f": {judged(place, arguments.seconds)}"
         print(f"{number} {words_of(place)}{said}", flush=True)
 
     with ThreadPoolExecutor(WORKERS) as pool:
-        if given.map:
+        if arguments.map:
             (CACHE / "lines").mkdir(parents=True, exist_ok=True)
             list(pool.map(record, test_files()))
         else:
-            chosen = [*enumerate(drawn())][given.first : given.first + given.count]
+            chosen = [*enumerate(drawn())][arguments.first : arguments.first + arguments.count]
             list(pool.map(say, *zip(*chosen)))
 
 

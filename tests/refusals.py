@@ -129,7 +129,7 @@ def raising(failure):
 NAMES = {
     **globals(),
     **{name: getattr(mb, name) for name in mb.__all__},
-    **{one.__name__: one for one in (Decimal, CubicSpline, SimpleNamespace, ThreadPoolExecutor)},
+    **{helper.__name__: helper for helper in (Decimal, CubicSpline, SimpleNamespace, ThreadPoolExecutor)},
     "active_set": active_set,
     "friction": friction,
     "kernels": kernels,
@@ -365,7 +365,7 @@ def functions(public):
     """{qualified name: function} of a public name, and its public methods."""
     methods = inspect.getmembers(public, inspect.isfunction) if inspect.isclass(public) else []
     called = [public, *(method for name, method in methods if not name.startswith("_"))]
-    return {each.__qualname__: each for each in called}
+    return {function.__qualname__: function for function in called}
 
 
 def arguments(call):
@@ -384,15 +384,17 @@ def made():
     """(callable, argument, value) of the rows that are made by program: all values of what is called first by
     a name, of the same with other bodies and methods a few.
     """
-    seen = set()
+    places = set()
     for call in CALLS:
         for name, default in arguments(evaluated(call)).items():
             place = whole(evaluated(call), name)
             kind = None if place in LEFT_OUT else ARGUMENTS.get(place, ARGUMENTS.get(name))
             for value in KINDS[kind].split() if kind else ():
-                if not (value == "None" and default is None) and (place not in seen or value in FEW.split()):
+                if not (value == "None" and default is None) and (
+                    place not in places or value in FEW.split()
+                ):
                     yield call, name, value
-            seen.add(place)
+            places.add(place)
     for command in CONTRACT:
         for option in options(import_module(commands.cases()[command.split()[0]][0]).solve).values():
             for value in KINDS[option.kind].split():
@@ -413,15 +415,15 @@ def again(rows):
 def uncovered(rows):
     """Arguments of the public names that no row gives a bad value."""
     called = {row[:2] for row in rows if row[0] in CALLS}
-    seen = {whole(evaluated(call), name) for call, names in called for name in names.split(", ")}
+    covered = {whole(evaluated(call), name) for call, names in called for name in names.split(", ")}
     names = [*(getattr(mb, name) for name in mb.__all__)]
-    public = {name: call for each in names for name, call in functions(each).items()}
+    public = {name: call for value in names for name, call in functions(value).items()}
     return sorted(
         f"{call}.{name}"
         for call, function in public.items()
         if call not in LEFT_OUT
         for name in arguments(function)
-        if f"{call}.{name}" not in seen | LEFT_OUT
+        if f"{call}.{name}" not in covered | LEFT_OUT
     )
 
 
@@ -429,12 +431,12 @@ def differences():
     """(rows as they are, those of them that differ and how): of the table, and of what the program makes."""
     with TABLE.open(newline="") as file:
         _, *before = map(tuple, csv.reader(file))
-    known = {row[:3] for row in before}
-    rows = before + [(*row, "no row", "", "") for row in made() if row not in known]
-    now = list(again(rows))
-    return now, [
+    keys = {row[:3] for row in before}
+    rows = before + [(*row, "no row", "", "") for row in made() if row not in keys]
+    outcomes = list(again(rows))
+    return outcomes, [
         " ".join(new[:3]) + f": {' '.join(old[3:])} -> {' '.join(new[3:])}"
-        for old, new in zip(rows, now)
+        for old, new in zip(rows, outcomes)
         if old != new
     ]
 

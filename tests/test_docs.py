@@ -80,12 +80,12 @@ def lower_levels():
     for room in ("model", "contact_solvers", "halfplane", "fem"):
         for _, name, _ in pkgutil.iter_modules(import_module(f"microblock.{room}").__path__):
             module = import_module(f"microblock.{room}.{name}")
-            for own, thing in vars(module).items():
-                example = getattr(thing, "__module__", "") == module.__name__ and ">>>" in (
-                    thing.__doc__ or ""
+            for attribute, value in vars(module).items():
+                example = getattr(value, "__module__", "") == module.__name__ and ">>>" in (
+                    value.__doc__ or ""
                 )
-                if example and own not in mb.__all__:
-                    yield f"{room}.{name}.{own}"
+                if example and attribute not in mb.__all__:
+                    yield f"{room}.{name}.{attribute}"
     for kind in (mb.State, mb.LoadPath, mb.History, mb.Contact, PlainData):
         for name, method in vars(kind).items():
             if ">>>" in (method.__doc__ or "") and not name.startswith("_"):
@@ -95,8 +95,8 @@ def lower_levels():
 @pytest.mark.parametrize("name", [*mb.__all__, *lower_levels()])
 def test_example_of_a_name_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    thing = pkgutil.resolve_name(f"microblock.{name}")
-    example = doctest.DocTestParser().get_doctest(thing.__doc__, {"mb": mb, "np": np}, name, None, None)
+    public = pkgutil.resolve_name(f"microblock.{name}")
+    example = doctest.DocTestParser().get_doctest(public.__doc__, {"mb": mb, "np": np}, name, None, None)
     printed = []
     assert example.examples and not doctest.DocTestRunner().run(example, out=printed.append).failed, printed
 
@@ -123,7 +123,10 @@ def test_links_names_and_words_of_pages():
             aim = (page.parent / target).resolve() if target else page
             assert aim.exists(), (page, target)
             headings = (
-                [re.sub(r"[^\w\- ]", "", one.lower()) for one in re.findall(r"^#+ (.*)$", text(aim), re.M)]
+                [
+                    re.sub(r"[^\w\- ]", "", title.lower())
+                    for title in re.findall(r"^#+ (.*)$", text(aim), re.M)
+                ]
                 if anchor
                 else ()
             )
@@ -153,21 +156,21 @@ def letters(latex):
     for node in root.iter():  # an index says of what, not what; an exponent is a quantity
         if node.tag.rpartition("}")[2] in ("msub", "munder", "msubsup", "munderover"):
             node.remove(node[1])
-    found = [node.text.strip() for node in root.iter() if node.tag.endswith("}mi") or node.tag == "mi"]
+    texts = [node.text.strip() for node in root.iter() if node.tag.endswith("}mi") or node.tag == "mi"]
     # a bold letter is the same letter, but not ℓ; signs are no quantities
-    plain = {one for one in found if len(one) == 1} - {*"∂Δd∞…"}
-    return {one if one == "ℓ" else unicodedata.normalize("NFKC", one) for one in plain}
+    plain = {letter for letter in texts if len(letter) == 1} - {*"∂Δd∞…"}
+    return {letter if letter == "ℓ" else unicodedata.normalize("NFKC", letter) for letter in plain}
 
 
 def test_every_letter_of_an_equation_is_in_the_notation_once_and_terms_are_in_order():
     first = re.findall(r"^\| (\$.*?) \|", text(DOCS / "notation.md"), re.M)
     rows = [set().union(*map(letters, re.findall(r"\$([^$]+)\$", row))) for row in first]
-    known = [letter for row in rows for letter in row]
-    assert len(rows) > 50 and all(len(row) == 1 for row in rows) and len(known) == len({*known})
+    defined = [letter for row in rows for letter in row]
+    assert len(rows) > 50 and all(len(row) == 1 for row in rows) and len(defined) == len({*defined})
     for page in (*DOCS.glob("theory/*.md"), DOCS / "differences.md", DOCS / "notation.md"):
         plain = re.sub(r"^```.*?^```|`[^`\n]*`", "", text(page), flags=re.S | re.M)
         for latex in re.findall(r"\$\$?([^$]+)\$\$?", plain):
-            assert not letters(latex) - {*known}, (page, latex)
+            assert not letters(latex) - {*defined}, (page, latex)
     assert letters(r"\mathbf{u}_1 = \frac{\ell}{2} \exp(-\mathrm{i} k x) + p_A^2") == set("uℓikxp")
     lines = re.findall(r"^- (.*)$", text(DOCS / "notation.md").partition("## Glossary")[2], re.M)
     terms = [re.sub(r"[^a-z0-9 ]", "", re.match(r"\*\*(.+?)\*\*: ", line)[1].lower()) for line in lines]
@@ -183,9 +186,11 @@ def test_speeds_of_readme_and_methods_are_those_of_the_records():
 
     def least(scene, method, most):
         """(seconds up to an error, least error) of a method."""
-        own = [row for row in runs if (row["scene"], row["method"]) == (scene, method)]
-        seconds = [float(row["setup"]) + float(row["solve"]) for row in own if float(row["error"]) <= most]
-        return min(seconds, default=np.inf), min(float(row["error"]) for row in own)
+        runs_of_method = [row for row in runs if (row["scene"], row["method"]) == (scene, method)]
+        seconds = [
+            float(row["setup"]) + float(row["solve"]) for row in runs_of_method if float(row["error"]) <= most
+        ]
+        return min(seconds, default=np.inf), min(float(row["error"]) for row in runs_of_method)
 
     said = {method: table(README)[name] for name, method in METHODS.items()}
     values = [

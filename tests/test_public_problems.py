@@ -146,8 +146,8 @@ def mcewen(x: np.ndarray, depth: np.ndarray) -> np.ndarray:
 def error_below(state: mb.State) -> float:
     x, depth = (grid.ravel() * A_LINE for grid in np.meshgrid([-1.3, 0.2, 0.7], [0.05, 0.4, 1.0, 3.0]))
     stress = state.fields(x, -depth).stress
-    found = np.stack([stress[0, 0], stress[1, 1], stress[0, 1]])
-    return float(abs(found - mcewen(x, depth)).max())
+    by_state = np.stack([stress[0, 0], stress[1, 1], stress[0, 1]])
+    return float(abs(by_state - mcewen(x, depth)).max())
 
 
 ESTIMATE = "the best of about a second has an error of some 3e-4 in L2, of which edges and means have less"
@@ -879,7 +879,7 @@ def rough_heights() -> np.ndarray:
     spectrum = np.where(band, np.where(band, number, 1) ** -1.8, 0) * phases
     heights = np.fft.ifft2(spectrum).real
     transform = np.fft.fft2(heights)
-    slopes = [np.fft.ifft2(2j * np.pi * each * transform).real for each in (wave[:, None], wave)]
+    slopes = [np.fft.ifft2(2j * np.pi * wave_along * transform).real for wave_along in (wave[:, None], wave)]
     return heights * 0.1 / math.sqrt(np.mean(slopes[0] ** 2 + slopes[1] ** 2))
 
 
@@ -983,9 +983,9 @@ ROWS = [*ROLLERS, *PROFILES, *WAVES, *DATA, *LOOPS, *LAYERS, *PATCHES, *SHAPES, 
 
 @pytest.mark.parametrize("row", ROWS, ids=str)
 def test_public_problem(row: Row) -> None:
-    found = row.figure(row.problem())
+    value = row.figure(row.problem())
     right = row.right() if callable(row.right) else row.right
-    assert abs(found - right) <= row.tolerance * (row.scale or abs(right)), row.reason
+    assert abs(value - right) <= row.tolerance * (row.scale or abs(right)), row.reason
 
 
 # --- advice: to ask for an rtol is advised where it may be asked for

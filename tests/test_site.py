@@ -37,11 +37,11 @@ class Page(HTMLParser):
         self.feed(path.read_text())
 
     def handle_starttag(self, tag, attributes):
-        given = {name: value for name, value in attributes if value}
-        self.ids |= {given[name] for name in ("id", "name") if name in given}
+        named = {name: value for name, value in attributes if value}
+        self.ids |= {named[name] for name in ("id", "name") if name in named}
         self.equations += tag == "math"
         (self.links if tag == "a" else self.loaded).update(
-            given[name] for name in ("href", "src") if name in given
+            named[name] for name in ("href", "src") if name in named
         )
 
 
@@ -66,7 +66,7 @@ def built(folder):
 
 def lost(pages):
     """Links and files that lead nowhere, or out of the pages."""
-    found = []
+    dead_links = []
     for path, page in pages.items():
         for target in page.links | page.loaded:
             file, _, anchor = target.partition("#")
@@ -75,8 +75,8 @@ def lost(pages):
                 good = target.startswith(EXTERNAL) and target not in page.loaded
             else:
                 good = aim.exists() and (not anchor or aim in pages and unquote(anchor) in pages[aim].ids)
-            found += [] if good else [(path.name, target)]
-    return found
+            dead_links += [] if good else [(path.name, target)]
+    return dead_links
 
 
 @pytest.mark.site

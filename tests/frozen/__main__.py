@@ -10,11 +10,11 @@ parser = argparse.ArgumentParser(
 )
 parser.add_argument("rooms", nargs="*", metavar="ROOM", help=", ".join(ROOMS) + " (all)")
 parser.add_argument("--write", action="store_true", help="write the files")
-given = parser.parse_args()
-rooms = given.rooms or ROOMS
+arguments = parser.parse_args()
+rooms = arguments.rooms or ROOMS
 if unknown := set(rooms) - set(ROOMS):
     parser.error(f"no room {', '.join(sorted(unknown))}: there are {', '.join(ROOMS)}")
-if given.write:
+if arguments.write:
     for room in rooms:
         Room(room).write()
 else:

@@ -161,7 +161,7 @@ def measured(state, problem):
     """{quantity: number} of a state."""
     if problem["method"] == "newton":
         return _of_newton(state)
-    found = {
+    numbers = {
         "load": state.load,
         "approach": state.solution.approach,
         "half_width": state.half_width,
@@ -181,11 +181,11 @@ def measured(state, problem):
     if estimated(problem):  # the largest at a node is the nodes' own, and under a punch's edge infinite
         squares = ("pressure squared", "micromoment squared") if problem["obstacle"][0] == "Punch" else ()
         left_out += "pressure_max", "micromoment_max", *squares
-    parts = [{name: value for name, value in found.items() if name not in left_out}]
-    parts += [_edges(name, intervals) for name, intervals in state.zones.items()]
-    parts += [_at(state, problem, x) for x in problem.get("at", ())]
-    parts += [below(state, *point) for point in problem.get("below", ())]
-    return {name: value for part in parts for name, value in part.items()}
+    groups = [{name: value for name, value in numbers.items() if name not in left_out}]
+    groups += [_edges(name, intervals) for name, intervals in state.zones.items()]
+    groups += [_at(state, problem, x) for x in problem.get("at", ())]
+    groups += [below(state, *point) for point in problem.get("below", ())]
+    return {name: value for part in groups for name, value in part.items()}
 
 
 def _edges(name, intervals):
@@ -209,7 +209,7 @@ def _at(state, problem, x):
 
     Between the nodes of cells and meshes all but the pressure on meshes are taken as linear.
     """
-    found, law, place = {}, law_of(problem), np.array([x])
+    numbers, law, place = {}, law_of(problem), np.array([x])
     panels, cells = (problem["method"] == kind for kind in ("panels", "cells"))
     by_itself = panels or estimated(problem)  # nodes are those that the accuracy asked for
 
@@ -222,32 +222,32 @@ def _at(state, problem, x):
     for number, corner in enumerate(law.corners):
         if closed[number]:
             pressures[number] = nodal(state.pressures[corner]) if cells else state.pressure_at(x, corner)
-            found[f"pressure {corner}"] = pressures[number]
+            numbers[f"pressure {corner}"] = pressures[number]
         else:
-            found[f"gap {corner}"] = (
+            numbers[f"gap {corner}"] = (
                 state.gap_at(corner, x) if by_itself else nodal(state.surface().gaps[number])
             )
     if any(closed) and len(law.corners) == 2:
         levers = np.array([lever[0] for lever in law.levers(place).values()])
-        found["micromoment"] = problem["solid"]["ell"] / 2 * levers @ pressures
+        numbers["micromoment"] = problem["solid"]["ell"] / 2 * levers @ pressures
     elif any(closed) and law.clamps_rotation:
-        found["micromoment"] = state.solution.reaction(place)[0] if panels else nodal(state.micromoment)
+        numbers["micromoment"] = state.solution.reaction(place)[0] if panels else nodal(state.micromoment)
     if not law.clamps_rotation and (panels or not by_itself):
-        found["psi"] = state.solution.displacement_and_rotation(place)[1][0] if panels else nodal(state.psi)
-    return {f"{name} at {x:g}": value for name, value in found.items()}
+        numbers["psi"] = state.solution.displacement_and_rotation(place)[1][0] if panels else nodal(state.psi)
+    return {f"{name} at {x:g}": value for name, value in numbers.items()}
 
 
 def below(state, x1, x2):
     """Fields at a point below the surface."""
-    own = state.fields([x1], [x2])
+    fields = state.fields([x1], [x2])
     names = "psi", "s11", "s12", "s21", "s22", "m1", "m2"
-    values = np.concatenate([np.ravel(part) for part in (own.psi, own.stress, own.couple_stress)])
+    values = np.concatenate([np.ravel(part) for part in (fields.psi, fields.stress, fields.couple_stress)])
     return {f"{name} at x1={x1:g} x2={x2:g}": value for name, value in zip(names, values)}
 
 
 def _of_newton(state):
     """The same of a state of Newton's method on its own, whose contact nodes need no line."""
-    found = {
+    numbers = {
         "load": state.load,
         "approach": state.approach,
         "energy": state.fields.energy(),
@@ -259,7 +259,7 @@ def _of_newton(state):
         "residual": max(state.residual, ROUNDING),
     }
     closed = zip(state.law.corners, state.closed)
-    return found | {f"closed {corner} number": flags.sum() for corner, flags in closed}
+    return numbers | {f"closed {corner} number": flags.sum() for corner, flags in closed}
 
 
 def path_of(problem):
@@ -286,23 +286,23 @@ SOLIDS = {
 
 
 def of_materials():
-    found, mesh = {}, MakeStructured2DMesh(nx=1, ny=1)
+    rows, mesh = {}, MakeStructured2DMesh(nx=1, ny=1)
     place = mesh(0.5, 0.5)
     gradient = ng.CF((0.01, 0.002, 0, -0.004, -0.02, 0, 0, 0, 0), dims=(3, 3))
     gamma = contact_term.relative_deformation(gradient, ng.CF((0, 0, 0.005)))
     kappa = ng.CF((0, 0, 0, 0, 0, 0, 0.3, -0.2, 0), dims=(3, 3))
-    for name, other in SOLIDS.items():
-        solid = material({"solid": given.solid(**other)})
-        parts = "mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length"
-        values = {part: getattr(solid, part) for part in parts}
+    for name, moduli in SOLIDS.items():
+        solid = material({"solid": given.solid(**moduli)})
+        attributes = "mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length"
+        values = {part: getattr(solid, part) for part in attributes}
         values["energy density"] = contact_term.energy(solid, (gamma, kappa))(place)
         stress = contact_term.stress(solid, gamma)(place)
         values |= zip(("s11", "s12", "s21", "s22"), (stress[i] for i in (0, 1, 3, 4)))
         values |= zip(("m1", "m2"), contact_term.couple_stress(solid, kappa)(place)[6:8])
         values |= zip(("short waves U", "short waves W"), kernels.short_waves(solid))
         values["exponent of coalescence"] = kernels.coalescence_exponent(solid)
-        found |= {f"material {name} {part}": value for part, value in values.items()}
-    return found
+        rows |= {f"material {name} {part}": value for part, value in values.items()}
+    return rows
 
 
 def of_obstacles():
@@ -326,7 +326,7 @@ def of_obstacles():
 
 
 def of_laws():
-    found, points = {}, np.array([[-0.3, 0.01], [0.17, -0.02]])
+    rows, points = {}, np.array([[-0.3, 0.01], [0.17, -0.02]])
     normals = np.array([[0.0, 1.0], [0.6, 0.8]])
     for name, law in {
         "psi0=0.01": given.ROTATED,
@@ -334,34 +334,39 @@ def of_laws():
         "psi0(x)": given.VARYING,
         "unilateral": given.UNILATERAL,
     }.items():
-        own = law_of({"law": law})
-        gaps = initial_gaps(own, points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
-        found |= {
+        law_at = law_of({"law": law})
+        gaps = initial_gaps(law_at, points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
+        rows |= {
             f"law {name} {kind} {corner} at {x:g}": value
-            for kind, values in (("gap", dict(zip(own.corners, gaps))), ("lever", own.levers(points[:, 0])))
-            for corner in own.corners
+            for kind, values in (
+                ("gap", dict(zip(law_at.corners, gaps))),
+                ("lever", law_at.levers(points[:, 0])),
+            )
+            for corner in law_at.corners
             for x, value in zip(points[:, 0], values[corner])
         }
-    return found
+    return rows
 
 
 def of_kernels():
-    found, waves, places = {}, np.array([1e-3, 1.0, 30.0, 1e4]), np.array([1e-8, 0.01, -1.0, 50.0])
-    for name, other in (("beta=1", {}), ("beta=1.9 nu=0.45", {"beta": 1.9, "nu": 0.45})):
-        solid = material({"solid": given.solid(**other)})
+    rows, waves, places = {}, np.array([1e-3, 1.0, 30.0, 1e4]), np.array([1e-8, 0.01, -1.0, 50.0])
+    for name, moduli in (("beta=1", {}), ("beta=1.9 nu=0.45", {"beta": 1.9, "nu": 0.45})):
+        solid = material({"solid": given.solid(**moduli)})
         UVW, table = kernels.symbol(solid, waves), kernels.kernels(solid.nu, solid.beta, solid.curvature)
         symbols = zip(("U", "V", "W", "U clamped"), (*UVW, kernels.clamped(*UVW)))
-        found |= {f"symbol {name} {part} at k={k:g}": x for part, own in symbols for k, x in zip(waves, own)}
-        found |= {
-            f"kernel {name} {part} at x/ell={x:g}": value
-            for part, own in zip("UVW", table(places))
-            for x, value in zip(places, own)
+        rows |= {
+            f"symbol {name} {part} at k={k:g}": x for part, column in symbols for k, x in zip(waves, column)
         }
-    return found
+        rows |= {
+            f"kernel {name} {part} at x/ell={x:g}": value
+            for part, column in zip("UVW", table(places))
+            for x, value in zip(places, column)
+        }
+    return rows
 
 
 def of_closed_forms():
-    x, parts = np.array([0.1, 0.25]), ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
+    x, attributes = np.array([0.1, 0.25]), ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
     strips = {
         name: Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
         for name, delta in (("partial", 0.01), ("full", 0.04))
@@ -375,11 +380,15 @@ def of_closed_forms():
         "tilted punch": closed_forms.tilted_punch(x, 1.0, 0.34, -0.01, 100.0)[0],
         "wedge": closed_forms.wedge(x, 1.0, 0.34),
     }
-    found = {
-        **{f"strip {name} {part}": getattr(own, part) for name, own in strips.items() for part in parts},
+    rows = {
         **{
-            f"strip {name} {part}": getattr(own, part)(0.7)
-            for name, own in strips.items()
+            f"strip {name} {part}": getattr(form, part)
+            for name, form in strips.items()
+            for part in attributes
+        },
+        **{
+            f"strip {name} {part}": getattr(form, part)(0.7)
+            for name, form in strips.items()
             for part in ("psi", "u1", "u2")
         },
         "wave half_width": wavy.half_width,
@@ -394,7 +403,7 @@ def of_closed_forms():
             for place, value in zip(x, pressures)
         },
     }
-    return {f"closed form {name}": value for name, value in found.items()}
+    return {f"closed form {name}": value for name, value in rows.items()}
 
 
 def of_bodies():
@@ -403,7 +412,7 @@ def of_bodies():
         force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)}, micromoment={"contact": 0.1}
     )
     fields = body_of({"solid": given.SOLID, "mesh": "block", "order": 3}).solve(loads)
-    found = {f"body under loads {name}": value for name, value in under_loads(fields, (0.31, -0.27)).items()}
+    rows = {f"body under loads {name}": value for name, value in under_loads(fields, (0.31, -0.27)).items()}
     strip = next(problem for problem in given.NEWTON if problem["name"] == "newton strip line")
     solver, last = contact_of(strip).solver, None
     for level in (0.002, 0.004, 0.02):
@@ -411,7 +420,7 @@ def of_bodies():
     traction, moment = -last.pressures.sum(axis=0)[0], last.micromoment[0]
     u1, solid = (last.nodes.traces["u1"] @ last.fields.values)[0], body_of(strip).solid
     psi, slope = last.psi[0], moment / (solid.curvature * solid.ell**2 * solid.mu)
-    return found | {
+    return rows | {
         "strip load path last traction": traction,
         "strip load path last micromoment": moment,
         "strip layer length psi": psi / slope,
@@ -423,9 +432,9 @@ def under_loads(fields, point):
     """Fields of a body without contact at a point, its energy, and what its supports exert."""
     force, moment = fields.reaction("bottom")
     place = fields.body.mesh(*point)
-    found = {name: field(place) for name, field in zip(("u1", "u2", "psi"), fields)}
+    numbers = {name: field(place) for name, field in zip(("u1", "u2", "psi"), fields)}
     reactions = {"reaction f1": force[0], "reaction f2": force[1], "reaction moment": moment}
-    return found | reactions | {"energy": fields.energy()}
+    return numbers | reactions | {"energy": fields.energy()}
 
 
 def of_two_faces():

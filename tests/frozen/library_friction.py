@@ -55,19 +55,19 @@ def solve_system(compliance, gaps, friction, path, coupled=True):
     """The path of a small system, `Followed`, by the follower of cells."""
     corners, n = gaps.shape
     m = corners * n
-    own = EventDrivenContact(
+    solver = EventDrivenContact(
         FrictionalContact(
             compliance[:m, :m], compliance[m:, :m], compliance[m:, m:], gaps.ravel(), friction, coupled
         )
     )
-    found = [own.to(*pair) for pair in path]
+    states = [solver.to(*pair) for pair in path]
     return Followed(
-        _events([_plain(one) for one in own.changes], path, friction),
-        np.array([np.concatenate((one.normal, one.tangential)) for one in found]),
-        np.array([(one.energy, one.work, one.dissipation) for one in found]),
-        np.array([(one.approach, one.offset) for one in found]),
-        np.array([one.slip for one in found]),
-        max(one.residual for one in found),
+        _events([_plain(each_state) for each_state in solver.changes], path, friction),
+        np.array([np.concatenate((each_state.normal, each_state.tangential)) for each_state in states]),
+        np.array([(each_state.energy, each_state.work, each_state.dissipation) for each_state in states]),
+        np.array([(each_state.approach, each_state.offset) for each_state in states]),
+        np.array([each_state.slip for each_state in states]),
+        max(each_state.residual for each_state in states),
     )
 
 
@@ -83,27 +83,27 @@ def touching(compliance, gaps, load):
     """{solver: (corner forces, gaps, approach)} without friction at a load, and events on the way there."""
     m = gaps.size
     H, initial = compliance[:m, :m], gaps.ravel()
-    there = np.isfinite(initial)
+    finite = np.isfinite(initial)
     state = active_set.solve(H, initial, load=load)
     pressed = active_set.solve(H, initial, approach=state.approach)
     events = active_set.path(H, initial, load)
     changed = np.bincount([event.corner for event in events], minlength=m) % 2 == 1
     path = active_set.solve(H, initial, load=load, start=changed)
     products = projected_gradients.solve(_Dense(H), initial.reshape(gaps.shape), load=load, rtol=1e-13)
-    found = {
+    solutions = {
         "active set": (state.forces, state.gaps, state.approach),
         "approach given": (pressed.forces, pressed.gaps, pressed.approach),
         "path": (path.forces, path.gaps, path.approach),
         "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
     }
-    own = H[np.ix_(there, there)]
-    lift, forces = active_set.lifted(own), np.zeros(m)
-    closed = np.ones(there.sum(), bool)
-    forces[there], *_ = active_set.block_pivoting(own + lift, initial[there], closed, load)
+    compact = H[np.ix_(finite, finite)]
+    lift, forces = active_set.lifted(compact), np.zeros(m)
+    closed = np.ones(finite.sum(), bool)
+    forces[finite], *_ = active_set.block_pivoting(compact + lift, initial[finite], closed, load)
     bare = initial + H @ forces
     approach = float(bare[forces > 0].mean())
-    found["exchange"] = forces, bare - approach, approach
-    return found, [(one.kind, one.corner, one.load) for one in events]
+    solutions["exchange"] = forces, bare - approach, approach
+    return solutions, [(change.kind, change.corner, change.load) for change in events]
 
 
 def touching_twice(compliance, gaps, load):
@@ -139,43 +139,43 @@ def _events(changes, path, friction):
 
     On a leg from full slip to full slip all nodes that touch count as slipping.
     """
-    raw, shown, found = {}, {}, []
+    raw, shown, events = {}, {}, []
     full = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
     sliding = [before != 0 and before == after for before, after in zip(full, full[1:])]
     for leg, slides in enumerate(sliding):
-        for share, group in _groups([one[1:] for one in changes if one[0] == leg]):
+        for share, group in _groups([change[1:] for change in changes if change[0] == leg]):
             raw |= {(kind in ("close", "open"), number): kind for _, kind, number in group}
             last = full[leg + 1] and share >= 1 - SAME
             for key in sorted(raw, key=lambda key: (raw[key], key)):
-                now, before = raw[key], shown.get(key, "open" if key[0] else "leave")
-                now = "slip" if slides and now == "stick" else now
-                if now != before and not (last and {now, before} == NODES):
-                    found.append((leg, share, now, key[1]))
-                    shown[key] = now
-    return found
+                kind_after, before = raw[key], shown.get(key, "open" if key[0] else "leave")
+                kind_after = "slip" if slides and kind_after == "stick" else kind_after
+                if kind_after != before and not (last and {kind_after, before} == NODES):
+                    events.append((leg, share, kind_after, key[1]))
+                    shown[key] = kind_after
+    return events
 
 
 def _groups(changes):
     """[(share, changes there), ...] of a leg, from share 0 on."""
-    found = [(0.0, [])]
-    for one in changes:
-        if one[0] > found[-1][0] + SAME:
-            found.append((one[0], []))
-        found[-1][1].append(one)
-    return found
+    groups = [(0.0, [])]
+    for change in changes:
+        if change[0] > groups[-1][0] + SAME:
+            groups.append((change[0], []))
+        groups[-1][1].append(change)
+    return groups
 
 
 def history_of(problem):
     """The History of a problem."""
     contact, pairs = contact_of(problem), np.array(problem["pairs"])
     if "cells" not in problem and "levels" not in problem:
-        more = library._given(problem, "rtol")
-        return contact.history(problem["pairs"], coupled=problem["coupled"], **more)
+        tolerance = library._given(problem, "rtol")
+        return contact.history(problem["pairs"], coupled=problem["coupled"], **tolerance)
     solver, level = FrictionSolver(contact.solver, pairs, problem["coupled"]), None
     for number in range(problem.get("levels", 0)):
         level = solver.level(number, level)
     level = level or solver.on(cells_of(*problem["cells"]))
-    return History(contact, [State(one) for one in level.solutions], level.events)
+    return History(contact, [State(solution) for solution in level.solutions], level.events)
 
 
 def cells_of(reach, number):
@@ -197,51 +197,51 @@ def contact_of(problem):
 def integrals(state, full):
     """{quantity: number} of a state of a history, some of them unless it is `full`."""
     fields = {"pressure": state.pressure, "shear": state.shear_traction, "slip": state.slip}
-    found = {"approach": state.approach, "work": state.work, "dissipation": state.dissipation}
+    numbers = {"approach": state.approach, "work": state.work, "dissipation": state.dissipation}
     if full:
         fields |= {"micromoment": state.micromoment, "psi": state.psi}
-        found |= {
+        numbers |= {
             "tangential approach": state.tangential_approach,
             "half_width": state.half_width,
             "energy": state.energy,
             "normal force": state.weights @ state.pressure,
             "shear force": state.weights @ state.shear_traction,
         }
-    return found | {f"{name} squared": state.weights @ values**2 for name, values in fields.items()}
+    return numbers | {f"{name} squared": state.weights @ values**2 for name, values in fields.items()}
 
 
 def pointwise(state, problem):
     """{quantity at a point: number}: fields on the surface, gaps or pressures of corners, fields below."""
-    found, law, read = {}, state.law, {True: "pressure", False: "gap"}
+    numbers, law, read = {}, state.law, {True: "pressure", False: "gap"}
     values = {"shear": state.shear_traction, "slip": state.slip}
     values |= {"micromoment": state.micromoment} if len(law.corners) > 1 or law.clamps_rotation else {}
     values |= {} if law.clamps_rotation else {"psi": state.psi}
     fixed = {} if library.estimated(problem) else values  # there nodes follow from what is asked for
     for x in problem["at"]:
-        found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in fixed.items()}
+        numbers |= {f"{name} at {x:g}": np.interp(x, state.x, nodal) for name, nodal in fixed.items()}
         for corner in law.corners:
             pressure = state.pressure_at(x, corner)
             closed = bool(pressure > OPEN * state.pressure.max())
             value = float(pressure if closed else state.gap_at(corner, x))
-            found[f"{read[closed]} {corner} at {x:g}"] = value
+            numbers[f"{read[closed]} {corner} at {x:g}"] = value
     for x in problem.get("beside", ()):  # of panels: between nodes they are as accurate as at them
-        found[f"gap at {x:g}"] = state.gap_at(law.corners[0], x)
+        numbers[f"gap at {x:g}"] = state.gap_at(law.corners[0], x)
         moved = state.counter_displacement([x, 2 * x])
-        found[f"counter displacement at {x:g} over {2 * x:g}"] = moved[0] - moved[1]
+        numbers[f"counter displacement at {x:g} over {2 * x:g}"] = moved[0] - moved[1]
     for point in problem.get("below", ()):
-        found |= library.below(state, *point)
+        numbers |= library.below(state, *point)
     if "supports" in problem:
         force, moment = state.reaction(problem["supports"])
-        found |= zip(("support force 1", "support force 2", "support moment"), (*force, moment))
-    return found
+        numbers |= zip(("support force 1", "support force 2", "support moment"), (*force, moment))
+    return numbers
 
 
 def profile(state):
     """{quantity: sum over its values}: what is exported of a state, and its surface around the contact."""
     around = state.surface()
     values = {f"surface {name}": getattr(around, name) for name in ("x", "gaps", "displacement", "psi")}
-    values |= {f"profile {name}": each for name, each in export.profile(state).items() if name != "x2"}
-    return {name: digest(np.where(np.isfinite(each), each, 0.0)) for name, each in values.items()}
+    values |= {f"profile {name}": column for name, column in export.profile(state).items() if name != "x2"}
+    return {name: digest(np.where(np.isfinite(column), column, 0.0)) for name, column in values.items()}
 
 
 def digest(values):

@@ -67,23 +67,23 @@ def contact_of(problem):
 
 
 def solve(problem):
-    more = {"approach": problem["approach"]} if "approach" in problem else {}
-    return contact_of(problem).solve(problem["load"], **more)
+    approach = {"approach": problem["approach"]} if "approach" in problem else {}
+    return contact_of(problem).solve(problem["load"], **approach)
 
 
 def measured(state, problem):
     """{quantity: number} of a state, what its supports exert, and kinds of its warnings."""
-    found = short(library.measured(state, problem))
-    found["warnings"] = ", ".join(kinds_of(state.warnings)) or "none"
+    numbers = short(library.measured(state, problem))
+    numbers["warnings"] = ", ".join(kinds_of(state.warnings)) or "none"
     names = "AB" if len(state.law.corners) == 2 else "C"
-    found |= {
+    numbers |= {
         f"gap {name} at 0.45": float(state.gap_at(name, 0.45)) for name in names if problem["at"][-1] > 0.1
     }
     if problem["solver"] in ("condensed", "al", "penalty"):
         force, moment = state.reaction("bottom")
-        found |= {"reaction f1": force[0], "reaction f2": force[1], "reaction moment": moment}
-        found["energy of fields"] = state.solution.fields.energy()
-    return found
+        numbers |= {"reaction f1": force[0], "reaction f2": force[1], "reaction moment": moment}
+        numbers["energy of fields"] = state.solution.fields.energy()
+    return numbers
 
 
 def short(found):
@@ -100,7 +100,7 @@ def kinds_of(warnings):
 
 def that_travel():
     """States that were copied and pickled, and what they compute afterwards."""
-    found = {}
+    rows = {}
     for problem in (given.STATES[number] for number in (6, 9, 12)):
         state = solve(problem)
         for way, again in library.copies(state).items():
@@ -110,13 +110,13 @@ def that_travel():
                 "reaction moment": again.reaction("bottom")[1],
                 "psi below": again.fields([0.1], [-0.1]).psi[0],
             }
-            found |= {f"{problem['name']} {way} {name}": value for name, value in values.items()}
-    return found
+            rows |= {f"{problem['name']} {way} {name}": value for name, value in values.items()}
+    return rows
 
 
 def of_bodies():
     """Bodies without contact: values that are prescribed, orders, periods; a picture; a load path's state."""
-    found, solid, mesh = {}, library.material({"solid": given.SOLID}), library.mesh_of("block")
+    rows, solid, mesh = {}, library.material({"solid": given.SOLID}), library.mesh_of("block")
     loads = Loads(
         force=(0.1, -0.2), couple=0.05, traction={"contact": (ng.x, -1)}, micromoment={"contact": 0.1}
     )
@@ -128,13 +128,13 @@ def of_bodies():
         "triangles": mb.Body(mesh_of("bent"), solid, 3, fixed="bottom"),
     }
     for name, body in bodies.items():
-        own = library.under_loads(body.solve(loads), (0.31, 0.2 if name == "triangles" else -0.27))
-        found |= {f"under loads {name} {part}": value for part, value in own.items()}
+        numbers = library.under_loads(body.solve(loads), (0.31, 0.2 if name == "triangles" else -0.27))
+        rows |= {f"under loads {name} {part}": value for part, value in numbers.items()}
     x1, x2, triangles, psi, stress = solve(given.STATES[0]).solution.fields_below(((-0.5, 0.5), 0.4))
     path = mb.Contact(mb.Block(solid, 4.0), mb.Cylinder(R=10.0), mb.Microblock(), mb.Fitted(order=3)).path(
         1.0
     )
-    found |= {
+    rows |= {
         "picture points number": len(x1),
         "picture triangles number": len(triangles),
         "picture psi": psi @ x1,
@@ -143,7 +143,7 @@ def of_bodies():
         "fitted path half_width": path.at(0.5).half_width,
         "fitted path energy": path.at(0.5).energy,
     }
-    return {f"mesh {name}": value for name, value in found.items()}
+    return {f"mesh {name}": value for name, value in rows.items()}
 
 
 def refusals():

@@ -37,39 +37,39 @@ def cells_of(edges=EDGES):
 
 
 def of_shear_kernels():
-    found, places, few = {}, np.array([0.01, -1.0, 50.0]), [0, 1, 2, 15, 17, 255, 300, 4095, 4999]
+    rows, places, few = {}, np.array([0.01, -1.0, 50.0]), [0, 1, 2, 15, 17, 255, 300, 4095, 4999]
     solids = {"beta=1": solid_of(), "beta=0.3": solid_of(**SOFT)}
     for name, solid in solids.items():
-        own = solid.nu, solid.beta, solid.curvature
-        table = enumerate(kernels.kernels(*own)(places, range(3, 9)), 3)
-        twice = kernels.kernels(*own, averages.SecondAntiderivatives)(places, range(9))
+        moduli = solid.nu, solid.beta, solid.curvature
+        table = enumerate(kernels.kernels(*moduli)(places, range(3, 9)), 3)
+        twice = kernels.kernels(*moduli, averages.SecondAntiderivatives)(places, range(9))
         cells = zip("UVWYE", kernels.HalfPlane(solid).cells(5000, 0.003, (0, 1, 2, 3, 4)))
-        found |= {
+        rows |= {
             **{f"kernel {name} {i} at x/ell={x:g}": v for i, values in table for x, v in zip(places, values)},
-            **{f"second antiderivative {name} {i}": digest(each) for i, each in enumerate(twice)},
+            **{f"second antiderivative {name} {i}": digest(column) for i, column in enumerate(twice)},
             **{f"cells {name} {part}": digest(values[few]) for part, values in cells},
         }
-    for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
-        found[f"normal kernel {name}"] = digest(kernels.on_the_line(own, places, (0,))[0])
-        found[f"normal symbol {name}"] = digest(kernels.normal_symbol(own, np.abs(places)))
-    return found
+    for name, moduli in {**solids, "classical": solid_of(**CLASSICAL)}.items():
+        rows[f"normal kernel {name}"] = digest(kernels.on_the_line(moduli, places, (0,))[0])
+        rows[f"normal symbol {name}"] = digest(kernels.normal_symbol(moduli, np.abs(places)))
+    return rows
 
 
 def of_averages():
     """Averages over cells of unlike widths, near and far, and the compliances that are made of them."""
-    found, edges = {}, cells_of()
+    rows, edges = {}, cells_of()
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
-    for name, other, which in (
+    for name, moduli, which in (
         ("beta=1", {}, range(9)),
         ("beta=0.3", SOFT, range(9)),
         ("classical", CLASSICAL, (0, 5)),
     ):
-        solid = solid_of(**other)
-        apart, both = middle[:, None] - middle, (width, width[:, None])
-        normal = averages.averaged(solid, apart, *both, (0,))[0]
+        solid = solid_of(**moduli)
+        apart, widths = middle[:, None] - middle, (width, width[:, None])
+        normal = averages.averaged(solid, apart, *widths, (0,))[0]
         alike = shear_cells.averages(solid, edges, which)
-        shifted = averages.averaged(solid, apart + solid.ell, *both, which)
-        found |= {
+        shifted = averages.averaged(solid, apart + solid.ell, *widths, which)
+        rows |= {
             **{
                 f"averages {name} shift={shift:g} {i}": digest(matrix)
                 for shift, matrices in ((0.0, alike), (solid.ell, shifted))
@@ -82,10 +82,10 @@ def of_averages():
     for name, law in LAWS.items():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
         corners, even = len(law.corners), np.linspace(-0.2, 0.2, 7)
-        own = shear_cells.frictional_contact(problem, edges, np.zeros(corners * len(edges)))
-        each = shear_cells.with_counter(own, problem, edges)
-        ways = {"": own, " with a body, a force for each corner": each}
-        found |= {
+        cells = shear_cells.frictional_contact(problem, edges, np.zeros(corners * len(edges)))
+        with_second = shear_cells.with_counter(cells, problem, edges)
+        ways = {"": cells, " with a body, a force for each corner": with_second}
+        rows |= {
             **{
                 f"cells {name}{words} {part}": digest(getattr(way, part))
                 for words, way in ways.items()
@@ -95,14 +95,14 @@ def of_averages():
             f"counter flexibility {name}": digest(counter_flexibility(problem, even, np.full(7, 0.05))),
             f"graded flexibility {name}": digest(first_zones._flexibility(problem, middle, width)),
         }
-    return found
+    return rows
 
 
 def as_matrix(flexibility):
     """A product as a matrix, by unit forces."""
     shape = len(flexibility.offsets), *flexibility.tilt.shape[1:]
     forces = np.eye(np.prod(shape)).reshape(-1, *shape)
-    return np.array([(flexibility @ one).ravel() for one in forces]).T
+    return np.array([(flexibility @ unit).ravel() for unit in forces]).T
 
 
 def flexibility(line, law, grid, second=None):
@@ -113,79 +113,79 @@ def flexibility(line, law, grid, second=None):
 
 def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
-    found, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
+    rows, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
     for words, period, count in (("", None, 40), (" of a period", 1.0, 41), (" of a long line", None, 300)):
         grid, line = Grid(count, 1 / count, (0.0,)), mb.HalfPlane(solid_of(), period)
         for name, law in LAWS.items():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
             for body, second in bodies.items():
-                own = flexibility(line, law, grid, second and mb.HalfPlane(second, period))
+                response = flexibility(line, law, grid, second and mb.HalfPlane(second, period))
                 values = {
-                    "": own @ forces,
-                    " back": own.on_face(np.ones(forces.shape, bool))(own @ forces),
-                    " matrix": as_matrix(own) if count < 300 else None,
+                    "": response @ forces,
+                    " back": response.on_face(np.ones(forces.shape, bool))(response @ forces),
+                    " matrix": as_matrix(response) if count < 300 else None,
                 }
-                values[" aside"] = own.aside and own.aside(forces)
+                values[" aside"] = response.aside and response.aside(forces)
                 row = f"product{words} {name}{body}"
-                found |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
-    return found
+                rows |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
+    return rows
 
 
 def of_gradients():
     """A state on cells by products alone, and the same by exchange of faces."""
-    (line, grid), found = (mb.HalfPlane(solid_of()), Grid(60, 0.02, (0.0,))), {}
+    (line, grid), rows = (mb.HalfPlane(solid_of()), Grid(60, 0.02, (0.0,))), {}
     (x,) = grid.axes
     for name, law in LAWS.items():
-        own = flexibility(line, law, grid)
+        response = flexibility(line, law, grid)
         gaps = initial_gaps(law, *level_surface(x), 0.085, mb.Cylinder(R=10.0))
-        products = projected_gradients.solve(own, gaps, load=1.0, rtol=1e-13)
-        found[f"gradients {name}"] = digest(products.forces)
-        found[f"gradients {name} approach"] = products.approach
-        matrix = as_matrix(own)
+        products = projected_gradients.solve(response, gaps, load=1.0, rtol=1e-13)
+        rows[f"gradients {name}"] = digest(products.forces)
+        rows[f"gradients {name} approach"] = products.approach
+        matrix = as_matrix(response)
         lift = active_set.lifted(matrix)
         every = np.ones(gaps.size, bool)
         faces = active_set.block_pivoting(matrix + lift, gaps.ravel(), every, 1.0)
-        found[f"exchange {name}"] = digest(faces[0])
-    return found
+        rows[f"exchange {name}"] = digest(faces[0])
+    return rows
 
 
 def of_second_bodies():
     """What a second body carries from corner to corner."""
-    found, solid = {}, solid_of()
-    for name, other in (("alike", {}), ("behind", problems.BEHIND), ("soft", {"E": 20.0, "nu": 0.45})):
+    rows, solid = {}, solid_of()
+    for name, moduli in (("alike", {}), ("behind", problems.BEHIND), ("soft", {"E": 20.0, "nu": 0.45})):
         for obstacle in (mb.Cylinder(R=10.0), mb.Wedge(slope=0.02)):
-            problem = Problem(solid, mb.Microblock(), obstacle, counter=solid_of(**other))
+            problem = Problem(solid, mb.Microblock(), obstacle, counter=solid_of(**moduli))
             row = f"carried {name} {type(obstacle).__name__}"
-            own = {0: ((-0.3, 0.1),), 1: ((-0.1, 0.3),)}
-            found |= {
+            zones = {0: ((-0.3, 0.1),), 1: ((-0.1, 0.3),)}
+            rows |= {
                 f"{row} decay": transmitted_singularities.decay(problem),
-                f"{row} edges": digest(transmitted_singularities.carried_edges(problem, own, 8)),
-                f"{row} exponent": transmitted_singularities.meeting_exponent(problem, own, 0.0),
+                f"{row} edges": digest(transmitted_singularities.carried_edges(problem, zones, 8)),
+                f"{row} exponent": transmitted_singularities.meeting_exponent(problem, zones, 0.0),
                 f"{row} logarithms": digest(
                     [
                         x
-                        for place, sizes in transmitted_singularities.log_sizes(problem, own, 8).items()
+                        for place, sizes in transmitted_singularities.log_sizes(problem, zones, 8).items()
                         for x in (place, *sizes.values())
                     ]
                 ),
             }
-        found[f"carried {name} modulus"] = problem.E_star
-    return found
+        rows[f"carried {name} modulus"] = problem.E_star
+    return rows
 
 
 def of_memories():
     """The superposition of Cattaneo and Mindlin along pairs that grow, turn back, fall and slide."""
-    found, memory = {}, LoadingHistory(np.zeros(1), np.zeros(1))
+    rows, memory = {}, LoadingHistory(np.zeros(1), np.zeros(1))
     for number, pair in enumerate(
         ((1.0, 0.1), (1.4, 0.1), (1.4, 0.3), (1.4, -0.1), (1.2, 0.05), (1.5, 0.1), (0.7, -0.21), (0.7, 0.1))
     ):
         memory = memory.to(*pair, 0.3)
-        found |= {
+        rows |= {
             f"superposition {number} bounds": digest(memory.loads),
             f"superposition {number} shares": digest(np.diff(memory.shears) / np.diff(memory.loads)),
             f"superposition {number} stuck": memory.stuck,
         }
-    return found
+    return rows
 
 
 SHAPES = {
@@ -204,18 +204,20 @@ SHAPES = {
 def of_pictures():
     """What is detected of obstacles from their heights: (name, value, how far it may move)."""
     for name, shape in SHAPES.items():
-        own = contact_candidates.find_candidates(Problem(solid_of(), mb.Microblock(), shape), 1.0)
-        parts = "kinks", "ends", "steps", "stretches", "minima"
-        counts = [f"{len(getattr(own, part))} {part}" for part in parts if len(getattr(own, part))]
-        values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps")}
-        values["end"] = np.clip(own.ends, -9, 9)
-        yield f"picture {name}", f"{', '.join(counts)}{', simple' if own.simple else ''}", "outcome"
-        yield f"picture {name} rise", own.rise, "definition"
-        yield f"picture {name} 1 + lowest", 1 + own.lowest, "estimated", 1e-6
-        yield f"picture {name} half_width", own.half_width, "estimated", 1e-3
-        for part, each in values.items():
+        candidates = contact_candidates.find_candidates(Problem(solid_of(), mb.Microblock(), shape), 1.0)
+        kinds = "kinks", "ends", "steps", "stretches", "minima"
+        counts = [
+            f"{len(getattr(candidates, part))} {part}" for part in kinds if len(getattr(candidates, part))
+        ]
+        values = {part: getattr(candidates, part) for part in ("kinks", "jumps", "steps")}
+        values["end"] = np.clip(candidates.ends, -9, 9)
+        yield f"picture {name}", f"{', '.join(counts)}{', simple' if candidates.simple else ''}", "outcome"
+        yield f"picture {name} rise", candidates.rise, "definition"
+        yield f"picture {name} 1 + lowest", 1 + candidates.lowest, "estimated", 1e-6
+        yield f"picture {name} half_width", candidates.half_width, "estimated", 1e-3
+        for part, numbers in values.items():
             yield from (
-                (f"picture {name} {part} {i}", value, "estimated", 1e-6) for i, value in enumerate(each)
+                (f"picture {name} {part} {i}", value, "estimated", 1e-6) for i, value in enumerate(numbers)
             )
     angle = piecewise_chebyshev.proxy(lambda x: np.abs(np.sin(3 * x)) + x, np.linspace(-1, 2, 13))
     yield "proxy kinks", len(angle.singular), "outcome"
@@ -275,8 +277,8 @@ def of_edges():
     p, q = root[0], 0.3 * (root[0] - 0.6 * root[1])
     closed, stick = p > 0, root[1] > 0
     q = np.where(stick, q, 0.3 * p)
-    own, _ = zones_on_cells(cells_of(edges), closed[None], stick, p[None], 0.3 * p, q, (), ["C"])
-    for name, pairs in own.items():
+    zones, _ = zones_on_cells(cells_of(edges), closed[None], stick, p[None], 0.3 * p, q, (), ["C"])
+    for name, pairs in zones.items():
         for number, interval in enumerate(pairs):
             for side, edge in zip(("left", "right"), interval):
                 yield f"edges {name} {number} {side}", edge, "estimated", 1e-3
@@ -297,8 +299,10 @@ def of_others():
         **{f"tilted punch {load:g}": digest(contact) for load, (_, contact) in punches.items()},
         "thin layer approach": layer.approach(0.7, np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)),
         **{
-            f"of blocks couples={couples}": digest([own.E, own.nu, own.beta, own.curvature, own.eta])
-            for couples, own in blocks.items()
+            f"of blocks couples={couples}": digest(
+                [solid.E, solid.nu, solid.beta, solid.curvature, solid.eta]
+            )
+            for couples, solid in blocks.items()
         },
         **{
             f"kinks {i}": digest([1 + place, *(jumps[corner] for corner in sorted(jumps))])

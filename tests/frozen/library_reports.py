@@ -184,17 +184,17 @@ def words(thing):
 
 def of_state(name, state, kind=READ):
     """Rows of counts, of estimates, and of what is read between nodes."""
-    parts = vars(state.error_parts) if state.error_parts else {}
-    zone_errors = {zone: own and np.sum(own) for zone, own in (state.zone_errors or {}).items()}
+    error_parts = vars(state.error_parts) if state.error_parts else {}
+    zone_errors = {zone: errors and np.sum(errors) for zone, errors in (state.zone_errors or {}).items()}
     forces = ["load", "approach", "energy", "contact_area", "dissipation", "work", "tangential_approach"]
-    found = {part: getattr(state, part) for part in forces} | dict(state.zones or {})
+    numbers = {part: getattr(state, part) for part in forces} | dict(state.zones or {})
     if state.flat:
         at = {f"gap {corner}": state.gap_at(corner, PLACES) for corner in state.law.corners}
-        found |= {"pressures": state.pressure_at(PLACES), "moments": state.micromoment_at(PLACES), **at}
+        numbers |= {"pressures": state.pressure_at(PLACES), "moments": state.micromoment_at(PLACES), **at}
     sizes = [state.unknowns, *map(len, (state.zones or {}).values())]
     texts = {"method": f"{state.method} {sizes}", "warnings": " | ".join(state.warnings)}
-    yield from table(name, texts | found, kind)
-    yield from table(name, {"error": state.error_estimate, **parts}, DOUBT)
+    yield from table(name, texts | numbers, kind)
+    yield from table(name, {"error": state.error_estimate, **error_parts}, DOUBT)
     yield from table(f"{name} error of", zone_errors, DOUBT)
     yield from table(name, {"iterations": state.iterations}, STEPS)
 
@@ -204,7 +204,7 @@ def of_files(name, state):
     with tempfile.TemporaryDirectory() as folder:
         for file in mb.to_vtk(state, f"{folder}/state"):
             mesh = meshio.read(file)
-            cells = {"cells": " ".join(f"{len(own.data)} {own.type}" for own in mesh.cells)}
+            cells = {"cells": " ".join(f"{len(block.data)} {block.type}" for block in mesh.cells)}
             yield from table(f"{name} {file.stem}", cells | {"points": mesh.points} | mesh.point_data, CLOSE)
 
 
@@ -212,21 +212,26 @@ def of_figure(name, drawing, kind=FIXED):
     """Rows of the limits, ticks, texts, lines, images and collections of a figure."""
     for number, axis in enumerate(drawing.axes):
         texts = axis.get_xlabel(), axis.get_ylabel(), axis.get_title("left"), *axis.texts
-        found = {
+        numbers = {
             "texts": " | ".join(getattr(text, "get_text", text.__str__)() for text in texts),
-            "looks": str([(own.get_label(), own.get_color(), own.get_linestyle()) for own in axis.lines]),
+            "looks": str(
+                [(artist.get_label(), artist.get_color(), artist.get_linestyle()) for artist in axis.lines]
+            ),
             "limits": (*axis.get_xlim(), *axis.get_ylim(), *axis.get_yticks()),
-            **{f"line {i}": own.get_xydata() for i, own in enumerate(axis.lines)},
+            **{f"line {i}": artist.get_xydata() for i, artist in enumerate(axis.lines)},
             **{
-                f"image {i}": (ramp(own.get_array()), own.get_extent()[0])
-                for i, own in enumerate(axis.images)
+                f"image {i}": (ramp(artist.get_array()), artist.get_extent()[0])
+                for i, artist in enumerate(axis.images)
             },
         }
-        for i, own in enumerate(axis.collections):
-            shown = [path.vertices for path in own.get_paths()] + [own.get_offsets(), own.get_facecolor()]
-            values = [] if own.get_array() is None else own.get_array()
-            found[f"collection {i}"] = np.concatenate([np.ravel(each) for each in (*shown, values)])
-        yield from table(f"{name} {number}", found, kind)
+        for i, artist in enumerate(axis.collections):
+            shown = [path.vertices for path in artist.get_paths()] + [
+                artist.get_offsets(),
+                artist.get_facecolor(),
+            ]
+            values = [] if artist.get_array() is None else artist.get_array()
+            numbers[f"collection {i}"] = np.concatenate([np.ravel(vertices) for vertices in (*shown, values)])
+        yield from table(f"{name} {number}", numbers, kind)
 
 
 def room_of(body):
@@ -308,21 +313,23 @@ def candidates_in_the_plane():
     for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
         problem = seen(name, law, load)
         first = next(first_zones(problem, load))
-        parts = {
+        attributes = {
             part: getattr(problem.candidates, part) for part in ("half_width", "lengths", "edges", "sites")
         }
-        parts["lengths"] = parts["lengths"][:-1]  # behind the last edge it is inf
+        attributes["lengths"] = attributes["lengths"][:-1]  # behind the last edge it is inf
         kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
-        counts = f"{[np.size(own) for own in parts.values()]} {len(kinks)} {[*map(len, first.values())]}"
-        found = {
+        counts = (
+            f"{[np.size(zones) for zones in attributes.values()]} {len(kinks)} {[*map(len, first.values())]}"
+        )
+        numbers = {
             "stretches": problem.stretches,
             "scale": problem.scale(0.1, 0.2),
             "sites of the last corner": problem.sites(len(law.corners) - 1),
             "kinks": kinks,
             "ends": [problem.ends_of(corner) for corner in problem.corners],
-            "first zones": [edge for own in first.values() for edge in np.ravel(own)],
+            "first zones": [edge for zones in first.values() for edge in np.ravel(zones)],
         }
-        yield from table(f"seen {name} {number}", {"counts": counts} | parts | found, CLOSE)
+        yield from table(f"seen {name} {number}", {"counts": counts} | attributes | numbers, CLOSE)
 
 
 def candidates_in_space():
@@ -331,13 +338,13 @@ def candidates_in_space():
         for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
             contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
             for load, approach in ((1.0, None), (None, 0.02)):
-                own = contact.solver._picture(load, approach, contact.solver.given_window())
-                found = {part: getattr(own, part) for part in ("bound", "radius", "valleys", "lowest")}
-                found |= {
-                    "samples": own.samples[:, :2],
-                    "separate": np.unique(np.round(own.separate(own.bound), 6), axis=0),
+                squares = contact.solver._picture(load, approach, contact.solver.given_window())
+                numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
+                numbers |= {
+                    "samples": squares.samples[:, :2],
+                    "separate": np.unique(np.round(squares.separate(squares.bound), 6), axis=0),
                 }
-                yield from table(f"seen {name} {law.corners[0]} {window} {load}", found, CLOSE)
+                yield from table(f"seen {name} {law.corners[0]} {window} {load}", numbers, CLOSE)
 
 
 def trials():
@@ -351,15 +358,22 @@ def trials():
             except mb.NotConverged as failure:
                 yield f"trial {name} {load} fails", f"{failure} in {failure.iterations}", "outcome"
                 continue
-            found = zone_search.contact_violations(state)
-            amended = zone_search.amended(state, found, 1e-6) or {}
-            counts = state.iterations, len(found)
-            own = {"zones": state.zones, "further": state.further, "amended": amended}
+            violations_found = zone_search.contact_violations(state)
+            amended = zone_search.amended(state, violations_found, 1e-6) or {}
+            counts = state.iterations, len(violations_found)
+            violation = {"zones": state.zones, "further": state.further, "amended": amended}
             places = {
-                part: [edge for own in each.values() for edge in np.ravel(own)] for part, each in own.items()
+                part: [edge for violation in zones.values() for edge in np.ravel(violation)]
+                for part, zones in violation.items()
             }
-            violations = [(own.corner, own.left, own.right, own.depth) for own in found]
-            places |= {"violations": violations, "worth": np.linalg.norm([own.worth for own in found])}
+            violations = [
+                (violation.corner, violation.left, violation.right, violation.depth)
+                for violation in violations_found
+            ]
+            places |= {
+                "violations": violations,
+                "worth": np.linalg.norm([violation.worth for violation in violations_found]),
+            }
             yield from table(f"trial {name} {load}", {"counts": str(counts)} | places, READ)
             yield from table(f"trial {name} {load}", {"share of edges": state.estimate.edges}, DOUBT)
 
@@ -387,12 +401,13 @@ def parts():
         x, heights = contact_candidates._everywhere(shape, 1e-4, 24, 1e4, (0.0,))
         yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
     for name, function in PROXIES.items():
-        own = proxy(function, np.linspace(-1, 2, 13), 1e-9)
-        found = {
-            part: np.asarray(value) for part, value in (own._asdict() | {"lengths": own.lengths[:-1]}).items()
+        approximation = proxy(function, np.linspace(-1, 2, 13), 1e-9)
+        properties = {
+            part: np.asarray(value)
+            for part, value in (approximation._asdict() | {"lengths": approximation.lengths[:-1]}).items()
         }
-        sizes = {"sizes": str({part: len(value) for part, value in found.items()})}
-        yield from table(f"proxy {name}", sizes | found, READ)
+        sizes = {"sizes": str({part: len(value) for part, value in properties.items()})}
+        yield from table(f"proxy {name}", sizes | properties, READ)
     for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):
         ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
         finer = ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1))
@@ -405,10 +420,13 @@ def parts():
             yield f"mesh {half} {name}", f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}", "outcome"
         for quads in (True, False):
             mesh = meshes.uniform(ground, 0.15, quads)
-            found = {"points": [vertex.point for vertex in mesh.vertices], "sizes": f"{mesh.ne} {mesh.nv}"}
+            properties = {
+                "points": [vertex.point for vertex in mesh.vertices],
+                "sizes": f"{mesh.ne} {mesh.nv}",
+            }
             above = mesh.Boundaries("contact")
-            found["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
-            yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | found)
+            properties["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
+            yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | properties)
     stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
     numbers = {
         "longest element": [meshes.longest_element(SOLID, order) for order in orders],
@@ -416,38 +434,44 @@ def parts():
         "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
         "bytes": (cost.of_factors(1000, 50000), cost.of_nodes(100)),
         "magnified": [
-            blocks.magnification(*each) for each in ((0, 0), (0.1, 0.01), (0.001, 0.3), (1e-5, 1e-6))
+            blocks.magnification(*arguments)
+            for arguments in ((0, 0), (0.1, 0.01), (0.001, 0.3), (1e-5, 1e-6))
         ],
-        "window": [blocks.window(0.1, each) for each in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])],
+        "window": [
+            blocks.window(0.1, arguments) for arguments in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])
+        ],
     }
-    pairs, other = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
+    pairs, shifted_pairs = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
     near = [(left + 0.01, right + 0.02) for left, right in pairs]
     x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
-    one, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
+    low, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
     texts = {
         "over the end": [
             intervals.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
         ],
         "joined": [intervals.joined(reversed(pairs), slack) for slack in (0.0, 0.2, 0.25)],
-        "without": [intervals.without(pairs, *each) for each in other],
-        "common": intervals.common(pairs, other),
+        "without": [intervals.without(pairs, *arguments) for arguments in shifted_pairs],
+        "common": intervals.common(pairs, shifted_pairs),
         "changes": [
-            intervals.zone_changes(*each) for each in ((pairs, other), (other, pairs), (pairs, pairs))
+            intervals.zone_changes(*arguments)
+            for arguments in ((pairs, shifted_pairs), (shifted_pairs, pairs), (pairs, pairs))
         ],
-        "contains": intervals.contains(other, x).tolist(),
+        "contains": intervals.contains(shifted_pairs, x).tolist(),
         "interrupted": intervals.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
         "runs": np.array(intervals.runs(flags)).tolist(),
         "distance": intervals.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
         "moved": [intervals.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
-        "moved of others": intervals.moved_on({0: pairs}, {0: other[:2]}, 0.5),
+        "moved of others": intervals.moved_on({0: pairs}, {0: shifted_pairs[:2]}, 0.5),
         "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
         "elastic": words(mb.Elastic(100, 0.3)),
-        "alike": [one == same, hash(one) == hash(same), one == higher, one == "x"],
+        "alike": [low == same, hash(low) == hash(same), low == higher, low == "x"],
         "options": [
-            (own.name, own.kind.__name__, own.many, own.text) for own in command.options(solve).values()
+            (approximation.name, approximation.kind.__name__, approximation.many, approximation.text)
+            for approximation in command.options(solve).values()
         ],
         "first cells": [
-            library.refused(first_cells(*each)) for each in ((LINE, 42), (LINE, 3), (BLOCKS, 21), (BLOCKS, 3))
+            library.refused(first_cells(*arguments))
+            for arguments in ((LINE, 42), (LINE, 3), (BLOCKS, 21), (BLOCKS, 3))
         ],
     }
     with patch.object(cost, "available", lambda: 8e9), patch.dict(os.environ, COLUMNS="32"):

@@ -91,8 +91,8 @@ def _raised(mesh):
             points[number][2] = 0.05
     heights = {number: points[number].p[2] for number in range(1, len(points) + 1)}
     for facet in plain.Elements2D():
-        own = [heights[vertex.nr] for vertex in facet.vertices]
-        if min(own) == 0 and max(own) > 0:
+        levels = [heights[vertex.nr] for vertex in facet.vertices]
+        if min(levels) == 0 and max(levels) > 0:
             facet.index = ramp
     return ng.Mesh(plain)
 
@@ -120,34 +120,34 @@ def contact_of(problem):
 
 def solve(problem):
     """The state of a problem."""
-    more = {name: problem[name] for name in ("approach", "rtol") if name in problem}
-    return contact_of(problem).solve(problem["load"], **more)
+    options = {name: problem[name] for name in ("approach", "rtol") if name in problem}
+    return contact_of(problem).solve(problem["load"], **options)
 
 
 def measured(state, problem):
     """{quantity: number} of a state."""
-    found = {"energy of fields": state.fields.energy()} if problem["method"] == "body" else {}
-    found |= totals(state)
+    numbers = {"energy of fields": state.fields.energy()} if problem["method"] == "body" else {}
+    numbers |= totals(state)
     if problem.get("brief"):
-        found = {name: value for name, value in found.items() if name in BRIEF}
-    del found["approach" if "approach" in problem else "load"]
-    found |= {
+        numbers = {name: value for name, value in numbers.items() if name in BRIEF}
+    del numbers["approach" if "approach" in problem else "load"]
+    numbers |= {
         f"{name} at {x1:g} {x2:g}": value
         for x1, x2 in problem.get("at", ())
         for name, value in _at(state, x1, x2).items()
     }
     for x1, x2 in problem.get("between", ()):
-        found[f"pressure_at {x1:g} {x2:g}"] = state.pressure_at([(x1, x2)])[0]
+        numbers[f"pressure_at {x1:g} {x2:g}"] = state.pressure_at([(x1, x2)])[0]
         corner = list(state.pressures)[-1]
-        found[f"pressure_at {corner} {x1:g} {x2:g}"] = state.pressure_at([(x1, x2, 0.0)], corner)[0]
+        numbers[f"pressure_at {corner} {x1:g} {x2:g}"] = state.pressure_at([(x1, x2, 0.0)], corner)[0]
     if problem.get("along"):
         for direction in ("x1", "diagonal"):
             line = state.along(direction)
-            found |= {f"along {direction} {name}": np.abs(values).sum() for name, values in line.items()}
+            numbers |= {f"along {direction} {name}": np.abs(values).sum() for name, values in line.items()}
     if problem["method"] == "body" and not problem.get("brief"):
-        found |= fields_at(state.fields, problem.get("below", ()))
-        found |= {n: x for n, x in reactions(state.fields).items() if n[9:] in ("f3", "m1", "m2")}
-    return found
+        numbers |= fields_at(state.fields, problem.get("below", ()))
+        numbers |= {n: x for n, x in reactions(state.fields).items() if n[9:] in ("f3", "m1", "m2")}
+    return numbers
 
 
 def totals(state):
@@ -155,16 +155,16 @@ def totals(state):
     w, p, (x1, x2, _) = state.weights, state.pressure, state.points.T
     moment, psi = state.micromoment.T, state.psi.T
     names = "load", "approach", "energy", "contact_area", "unknowns", "iterations", "error_estimate"
-    found = {name.replace("t_a", "t a"): getattr(state, name, None) for name in names}
-    found |= {"pressure squared": w @ p**2, "pressure x1": w @ (p * x1), "pressure x2": w @ (p * x2)}
-    found |= {f"micromoment squared {i}": w @ each**2 for i, each in enumerate(moment, 1)}
-    found |= {f"psi squared {i}": w @ each**2 for i, each in enumerate(psi, 1)}
-    found |= {f"area of {n} closed": w @ (state.closed == n) for n in range(1, len(state.pressures) + 1)}
+    numbers = {name.replace("t_a", "t a"): getattr(state, name, None) for name in names}
+    numbers |= {"pressure squared": w @ p**2, "pressure x1": w @ (p * x1), "pressure x2": w @ (p * x2)}
+    numbers |= {f"micromoment squared {i}": w @ component**2 for i, component in enumerate(moment, 1)}
+    numbers |= {f"psi squared {i}": w @ component**2 for i, component in enumerate(psi, 1)}
+    numbers |= {f"area of {n} closed": w @ (state.closed == n) for n in range(1, len(state.pressures) + 1)}
     return (
-        {name: value for name, value in found.items() if value is not None}
+        {name: value for name, value in numbers.items() if value is not None}
         | {"displacement squared": w @ state.displacement**2}
         | {"warnings": ", ".join(kinds_of(state.warnings)) or "none"}
-        | dict(zip(["counter displacement squared"], [w @ each**2 for each in _above(state)]))
+        | dict(zip(["counter displacement squared"], [w @ component**2 for component in _above(state)]))
     )
 
 
@@ -180,27 +180,27 @@ def kinds_of(warnings):
 
 def _at(state, x1, x2):
     """What a node or a cell near (x1, x2) has."""
-    here = np.argmin(np.hypot(*(state.points[:, :2] - (x1, x2)).T))
+    index = np.argmin(np.hypot(*(state.points[:, :2] - (x1, x2)).T))
     if state.shape:
         cell = np.argmin(np.abs(state.x1 - x1)), np.argmin(np.abs(state.x2 - x2))
-        here = np.ravel_multi_index(cell, state.shape)
+        index = np.ravel_multi_index(cell, state.shape)
     vectors = {"micromoment": state.micromoment.T, "psi": state.psi.T}
     return (
-        {"displacement": state.displacement[here]}
-        | {f"pressure {name}": values[here] for name, values in state.pressures.items()}
-        | {f"{name} {i}": values[i - 1][here] for name, values in vectors.items() for i in (1, 2)}
-        | dict(zip(["counter displacement"], [other[here] for other in _above(state)]))
+        {"displacement": state.displacement[index]}
+        | {f"pressure {name}": values[index] for name, values in state.pressures.items()}
+        | {f"{name} {i}": values[i - 1][index] for name, values in vectors.items() for i in (1, 2)}
+        | dict(zip(["counter displacement"], [displacement[index] for displacement in _above(state)]))
     )
 
 
 def fields_at(fields, points):
     """Displacement, rotation, gamma, stresses and couple stresses at points (x1, x2, x3)."""
-    parts = {"u": fields.u, "psi": fields.psi, "s": fields.stress, "m": fields.couple_stress}
+    fields_by_name = {"u": fields.u, "psi": fields.psi, "s": fields.stress, "m": fields.couple_stress}
     return {
         f"{name}{i // 3 + 1}{i % 3 + 1 if name in 'sm' else ''} at "
         + " ".join(f"{x:g}" for x in point): value
         for point in points
-        for name, part in parts.items()
+        for name, part in fields_by_name.items()
         for i, value in zip(range(9) if name in "sm" else range(0, 9, 3), part(fields.body.mesh(*point)))
     }
 
@@ -208,13 +208,15 @@ def fields_at(fields, points):
 def reactions(fields):
     force, moment = fields.reaction("bottom")
     return {
-        f"reaction {name}{i}": x for name, own in (("f", force), ("m", moment)) for i, x in enumerate(own, 1)
+        f"reaction {name}{i}": x
+        for name, vector in (("f", force), ("m", moment))
+        for i, x in enumerate(vector, 1)
     }
 
 
 def of_bodies():
     """Bodies without contact under loads, nodes, graded coordinates, and what travels."""
-    found, loads = (
+    rows, loads = (
         {},
         Loads(
             force=(0.1, -0.2, 0.3),
@@ -227,7 +229,7 @@ def of_bodies():
         fields = mb.Body(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom").solve(loads)
         values = fields_at(fields, given.BENT if mesh == "bent" else given.INSIDE) | reactions(fields)
         values["energy"] = fields.energy()
-        found |= {f"body3d under loads {mesh} order={order} {part}": value for part, value in values.items()}
+        rows |= {f"body3d under loads {mesh} order={order} {part}": value for part, value in values.items()}
     for mesh, order in (("block", 2), ("tetrahedra", 1), ("bent", 2)):
         nodes = ContactNodes(mb.Body(mesh_of(mesh), mb.Cosserat(**given.SOLID), order, fixed="bottom"))
         values = {
@@ -236,15 +238,17 @@ def of_bodies():
             "weights squared": nodes.weights @ nodes.weights,
             "depths": meshes.thicknesses(nodes.body.mesh, nodes.region).sum(),
         }
-        found |= {f"contact nodes {mesh} order={order} {part}": value for part, value in values.items()}
+        rows |= {f"contact nodes {mesh} order={order} {part}": value for part, value in values.items()}
     x = meshes3d.graded(reach=0.5, step=0.2, far=4.0, growth=1.5)
-    return found | {f"graded {number}": x[number] for number in (1, 3, 4, -2)} | {"graded number": len(x)}
+    return rows | {f"graded {number}": x[number] for number in (1, 3, 4, -2)} | {"graded number": len(x)}
 
 
 def that_travel(method):
     """{what travels: its largest pressures, or an energy, before and after}."""
-    found, problems = {}, (given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6])
-    for problem in (one for one in problems if one["method"] == method):
+    rows, problems = {}, (given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6])
+    for problem in (
+        problem_of_method for problem_of_method in problems if problem_of_method["method"] == method
+    ):
         state = solve(problem)
         for way, again in copies(state).items():
             same = np.array_equal(again.pressure, state.pressure) and np.array_equal(again.psi, state.psi)
@@ -252,14 +256,17 @@ def that_travel(method):
             if method == "body":
                 values["energy of fields"] = again.fields.energy()
                 values["reaction"] = again.fields.reaction("bottom").moment[0]
-            found |= {f"{problem['name']} {way} {name}": value for name, value in values.items()}
-    return found
+            rows |= {f"{problem['name']} {way} {name}": value for name, value in values.items()}
+    return rows
 
 
 def of_kernels():
     """Symbols at wavenumbers, kernels at distances and averaged over cells."""
-    found, k, r = {}, np.array(given.WAVENUMBERS), np.array(given.DISTANCES)
-    names, parts = ("u", "v", "w0", "w2", "u clamped", "m clamped"), ("u", "v1", "v2", "w11", "w12", "w22")
+    rows, k, r = {}, np.array(given.WAVENUMBERS), np.array(given.DISTANCES)
+    names, components = (
+        ("u", "v", "w0", "w2", "u clamped", "m clamped"),
+        ("u", "v1", "v2", "w11", "w12", "w22"),
+    )
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
         table, ell = kernels.kernels(solid), solid.ell
@@ -270,23 +277,25 @@ def of_kernels():
             "clamped": (table.cells(14, 0.2 * ell, clamped=True).T * scale[[4, 5, 5]]).T,
         }
         symbols = zip(("U", "V", "W", "W along"), symbol.symbol(solid, k))
-        found |= {
-            **{f"symbol {name} {part} at k={at:g}": x for part, own in symbols for at, x in zip(k, own)},
+        rows |= {
+            **{
+                f"symbol {name} {part} at k={at:g}": x for part, column in symbols for at, x in zip(k, column)
+            },
             **{
                 f"kernel {name} {part} at r={at:g}": x
-                for part, own in zip(names, (table(r * ell).T * scale).T)
-                for at, x in zip(r, own)
+                for part, column in zip(names, (table(r * ell).T * scale).T)
+                for at, x in zip(r, column)
                 if part != "w2" or at > 1e-3  # w2 vanishes there, a difference of equal numbers
             },
             **{
-                f"cells {name} {kind} {part} at {i} {j}": own[i, j]
+                f"cells {name} {kind} {part} at {i} {j}": column[i, j]
                 for kind, values in cells.items()
-                for part, own in zip(parts, values)
+                for part, column in zip(components, values)
                 for i, j in ((0, 0), (13, 5))
             },
             f"symbol {name} W at rest": at_rest(solid),
         }
-    return found
+    return rows
 
 
 FORCES = np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
@@ -294,33 +303,37 @@ FORCES = np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
 
 def of_second_bodies():
     """The response of second bodies: symbol, shares, products."""
-    found, offsets = {}, on_surface(mb.Microblock()).offsets
+    rows, offsets = {}, on_surface(mb.Microblock()).offsets
     for name, options in (("softer", given.SOFTER), ("classical", given.CLASSICAL)):
         solid = mb.Cosserat(**options)
         waves = zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS)))
         values = {f"symbol at k={k:g}": value for k, value in waves}
         for where, periodic in (("alone", False), ("on a period", True)):
-            own = second_half_space.SecondBodyCells(solid, 0.3, offsets, 0.11, 8, periodic)
-            values |= {f"{where} gap {i}": gap[3, 5] for i, gap in enumerate(own @ FORCES)}
-            values[f"{where} pressed"] = own.pressed(FORCES)[4, 6]
-        found |= {f"second {name} {part}": value for part, value in values.items()}
-    return found
+            cells = second_half_space.SecondBodyCells(solid, 0.3, offsets, 0.11, 8, periodic)
+            values |= {f"{where} gap {i}": gap[3, 5] for i, gap in enumerate(cells @ FORCES)}
+            values[f"{where} pressed"] = cells.pressed(FORCES)[4, 6]
+        rows |= {f"second {name} {part}": value for part, value in values.items()}
+    return rows
 
 
 def of_products():
     """The flexibility of cells on a field of forces, and its preconditioner."""
-    found, solid, grid = {}, mb.Cosserat(**given.TWISTED), Grid(8, 0.11, (0.385, 0.385))
+    rows, solid, grid = {}, mb.Cosserat(**given.TWISTED), Grid(8, 0.11, (0.385, 0.385))
     for name, pair in {**given.LAWS, "varying": given.VARYING}.items():
         solver = mb.Contact(mb.HalfSpace(solid), mb.Sphere(1.0), _made(pair), mb.Cells()).solver
-        own = FORCES[: len(solver.offsets)]
+        forces = FORCES[: len(solver.offsets)]
         for where, periodic in (("alone", False), ("on a period", True)):
             H = solver.alone(grid, periodic)
-            parts = {"gap": H @ own, "preconditioned": H.on_face(np.ones(own.shape, bool))(own)}
-            beside = {} if len(own) > 1 else dict(enumerate(H.aside(own)[:, 3, 5], 1))
-            values = {f"{part} {i}": one[3, 5] for part, each in parts.items() for i, one in enumerate(each)}
+            products = {"gap": H @ forces, "preconditioned": H.on_face(np.ones(forces.shape, bool))(forces)}
+            beside = {} if len(forces) > 1 else dict(enumerate(H.aside(forces)[:, 3, 5], 1))
+            values = {
+                f"{part} {i}": field[3, 5]
+                for part, fields in products.items()
+                for i, field in enumerate(fields)
+            }
             values |= {f"beside {i}": value for i, value in beside.items()}
-            found |= {f"flexibility {name} {where} {part}": value for part, value in values.items()}
-    return found
+            rows |= {f"flexibility {name} {where} {part}": value for part, value in values.items()}
+    return rows
 
 
 def of_least_norm():
@@ -339,19 +352,19 @@ def of_surfaces():
     rough = _made(given.ROUGH).height(*np.meshgrid(x1, x2, indexing="ij"))
     laws = {**given.LAWS, "levers": given.LEVERS, "varying": given.VARYING}
     laws = {name: on_surface(_made(pair)) for name, pair in laws.items()}
-    parts = {f"{name} gap": law.initial_gaps(_made("skew"), 0.3, x1, x2) for name, law in laws.items()}
-    parts |= {f"{name} tilt": law.tilt(x1, x2) for name, law in laws.items()}
+    gaps = {f"{name} gap": law.initial_gaps(_made("skew"), 0.3, x1, x2) for name, law in laws.items()}
+    gaps |= {f"{name} tilt": law.tilt(x1, x2) for name, law in laws.items()}
     return {
         **{
             f"surface {name} height {i}": x if np.isfinite(x) else "none"
-            for name, own in heights.items()
-            for i, x in enumerate(own)
+            for name, table in heights.items()
+            for i, x in enumerate(table)
         },
         **{f"surface rough on a grid {i} {j}": rough[i, j] for i, j in np.ndindex(2, 2)},
         **{
-            f"surface law {name} {c} {i}": own[c, i]
-            for name, own in parts.items()
-            for c, i in np.ndindex(own.shape)
+            f"surface law {name} {c} {i}": table[c, i]
+            for name, table in gaps.items()
+            for c, i in np.ndindex(table.shape)
         },
     }
 

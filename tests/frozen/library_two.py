@@ -41,18 +41,18 @@ def contact_of(problem):
 
 
 def solve(problem):
-    more = {name: problem[name] for name in ("approach", "rtol") if name in problem}
-    return contact_of(problem).solve(problem["load"], **more)
+    options = {name: problem[name] for name in ("approach", "rtol") if name in problem}
+    return contact_of(problem).solve(problem["load"], **options)
 
 
 def measured(state, problem):
     """{quantity: number} of a state, and how the second body gives way."""
-    found = short(library.measured(state, problem))
+    numbers = short(library.measured(state, problem))
     places = np.array(problem["at"])
     moved = state.counter_displacement(places)
     if problem["method"] == "panels" or (problem["method"] == "cells" and "period" not in problem):
         moved = moved - moved[0]  # the level of a half-plane is arbitrary
-    return found | {f"counter displacement at {x:g}": u for x, u in zip(places, moved)}
+    return numbers | {f"counter displacement at {x:g}": u for x, u in zip(places, moved)}
 
 
 def path_of(problem):
@@ -65,7 +65,7 @@ def refusals():
     solid, cylinder, law = mb.Cosserat(**problems.SOLID), mb.Cylinder(R=10.0), mb.Microblock()
     plane, roller = mb.HalfPlane(solid), mb.Deformable(mb.HalfPlane(solid), cylinder)
     block = library.body_of({"solid": problems.SOLID, "mesh": "block", "order": 1})
-    other = mb.Body(upper(), solid, 1, fixed="top")
+    above = mb.Body(upper(), solid, 1, fixed="top")
     small = mb.Body(upper(1.0, 4), solid, 1, fixed="top")
 
     def pressed(body, obstacle, method=None, **asked):
@@ -77,10 +77,10 @@ def refusals():
         "second body without a shape": lambda: mb.Deformable(plane, 1.0),
         "second half-plane on a body": pressed(block, roller),
         "second half-plane on a block": pressed(mb.Block(solid, 10.0), roller),
-        "second half-plane, Newton": pressed(block, mb.Deformable(other, cylinder), mb.Newton()),
+        "second half-plane, Newton": pressed(block, mb.Deformable(above, cylinder), mb.Newton()),
         "second half-plane, uniform": pressed(mb.Block(solid, 4.0), roller, mb.Uniform(h=0.1)),
         "second block": pressed(plane, mb.Deformable(mb.Block(solid, 10.0), cylinder)),
-        "second body on a half-plane": pressed(plane, mb.Deformable(other, cylinder)),
+        "second body on a half-plane": pressed(plane, mb.Deformable(above, cylinder)),
         "second half-space": pressed(plane, mb.Deformable(mb.HalfSpace(solid), mb.Sphere(1.0))),
         "second body of another period": pressed(
             plane, mb.Deformable(mb.HalfPlane(solid, 1.0), mb.Wave(0.1, 1.0))
@@ -90,7 +90,7 @@ def refusals():
         ),
         "second body below": pressed(block, mb.Deformable(block, cylinder)),
         "second body too narrow": pressed(block, mb.Deformable(small, mb.Cylinder(R=500.0)), load=30.0),
-        "second body and rtol": pressed(block, mb.Deformable(other, cylinder), load=1.0, rtol=0.1),
+        "second body and rtol": pressed(block, mb.Deformable(above, cylinder), load=1.0, rtol=0.1),
         "second punch that opens again": pressed(
             mb.HalfPlane(mb.Cosserat(**{**problems.SOLID, "ell": 0.4})),
             mb.Deformable(mb.HalfPlane(mb.Cosserat(**given.SOFTER)), mb.Punch(half_width=0.5)),

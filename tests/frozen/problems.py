@@ -42,7 +42,7 @@ def solid(**other):
 
 
 def problem(name, method, obstacle=CYLINDER, law=MICROBLOCK, load=1.0, **options):
-    given = {
+    entries = {
         "name": name,
         "method": method,
         "solid": SOLID,
@@ -52,8 +52,8 @@ def problem(name, method, obstacle=CYLINDER, law=MICROBLOCK, load=1.0, **options
         **options,
     }
     if "approach" in options:
-        given["load"] = None
-    return given
+        entries["load"] = None
+    return entries
 
 
 PANELS = [

@@ -42,12 +42,12 @@ def system(name, number):
     draw = np.random.default_rng((SEED, list(SETS).index(name), number))
     n, corners = int(draw.integers(2, 13)), 1 + (name == "two corners" or number % 3 == 0)
     make = _at_random if name in ("random", "two corners", "pressed", "sliding") else _on_a_line
-    limits, *others = {"wedged": WEDGED, "ties": TIED}.get(name, ((0.05, 0.9),))
+    limits, *line_options = {"wedged": WEDGED, "ties": TIED}.get(name, ((0.05, 0.9),))
     friction = float(draw.uniform(*limits))
     gaps = draw.exponential(draw.choice([0.1, 0.3, 1.0]), size=(corners, n))
     if draw.random() < 0.1:
         gaps[-1, draw.integers(n)] = np.inf
-    compliance, path = make(draw, corners, n, *others), _path(draw, friction, n)
+    compliance, path = make(draw, corners, n, *line_options), _path(draw, friction, n)
     if name == "pressed":  # nodes open that stick, without any shear
         compliance = _coupled(compliance, 0.0, n)
         path = [(P * share, 0.0) for P, _ in path for share in (1.0, 0.3)]
@@ -83,32 +83,32 @@ def _on_a_line(draw, corners, n, coupling=1.0, least=LEAST, even=False):
         corners * n
     )
     cross = np.hstack([draw.uniform(0.5, 1.0) * odd + a * turned for a in signs])
-    whole = np.block([[normal, cross.T], [cross, draw.uniform(0.7, 1.5) * symmetric + 0.1 * np.eye(n)]])
+    compliance = np.block([[normal, cross.T], [cross, draw.uniform(0.7, 1.5) * symmetric + 0.1 * np.eye(n)]])
     for share in coupling * 0.9 ** np.arange(50):
-        found = _coupled(whole, share, n)
-        values = np.linalg.eigvalsh(found)
+        coupled = _coupled(compliance, share, n)
+        values = np.linalg.eigvalsh(coupled)
         if values[0] > least * values[-1] / len(values):
-            return found
+            return coupled
     raise ValueError("no coupling is small enough")
 
 
 def _coupled(whole, share, n):
     """The compliance with its coupling times a share."""
-    found = whole.copy()
-    found[-n:, :-n] *= share
-    found[:-n, -n:] *= share
-    return found
+    compliance = whole.copy()
+    compliance[-n:, :-n] *= share
+    compliance[:-n, -n:] *= share
+    return compliance
 
 
 def _path(draw, friction, n):
     """Two to five pairs (P, Q): pressing, then both forces up, down, back, or over to full slip."""
-    P, found = n * draw.uniform(0.2, 1.0), []
+    P, pairs = n * draw.uniform(0.2, 1.0), []
     if draw.random() < 0.7:
-        found.append((P, 0.0))
-    for _ in range(draw.integers(2, 6) - len(found)):
+        pairs.append((P, 0.0))
+    for _ in range(draw.integers(2, 6) - len(pairs)):
         P = P * (1.0 if draw.random() < 0.5 else draw.uniform(0.4, 1.6))
-        found.append((P, float(np.clip(draw.uniform(-1.15, 1.15), -1, 1)) * friction * P))
-    return found
+        pairs.append((P, float(np.clip(draw.uniform(-1.15, 1.15), -1, 1)) * friction * P))
+    return pairs
 
 
 def history(name, method, law, pairs, obstacle=CYLINDER, **options):
@@ -120,8 +120,8 @@ def history(name, method, law, pairs, obstacle=CYLINDER, **options):
     full      numbers of the states of which all is frozen; of others integrals alone
     supports  boundary whose forces are frozen
     """
-    found = problem(name, method, obstacle, law, None, pairs=pairs, coupled=True, full=(1,))
-    return {**found, "solid": solid(**options.pop("moduli", {})), "at": POINTS, **options}
+    entries = problem(name, method, obstacle, law, None, pairs=pairs, coupled=True, full=(1,))
+    return {**entries, "solid": solid(**options.pop("moduli", {})), "at": POINTS, **options}
 
 
 def _law(name, friction=0.3, **options):
@@ -280,8 +280,8 @@ FUNCTIONS["valley"] = lambda x: 0.04 * np.abs(np.abs(x) - 0.15)
 
 def between(name, method, law, obstacle=CYLINDER, second=None, **options):
     """A state without friction between a half-plane and a second one."""
-    found = {"beside": 0.38, **problem(name, method, obstacle, law, at=POINTS, **options)}
-    return {**found, "second": second or {}}
+    entries = {"beside": 0.38, **problem(name, method, obstacle, law, at=POINTS, **options)}
+    return {**entries, "second": second or {}}
 
 
 BETWEEN = [

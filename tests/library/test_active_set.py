@@ -41,8 +41,8 @@ def problem(seed):
         g0 = rng.integers(0, 2, m) + 0.0
     elif kind == "pairs":  # two corners at each node, mirrored
         half = spd(rng, m)
-        other = 0.3 * (half + half[::-1, ::-1])
-        H = np.block([[half + half[::-1, ::-1], other], [other, half + half[::-1, ::-1]]])
+        coupling = 0.3 * (half + half[::-1, ::-1])
+        H = np.block([[half + half[::-1, ::-1], coupling], [coupling, half + half[::-1, ::-1]]])
         g0 = np.abs(g0 + g0[::-1])
         g0, c = np.tile(g0, 2), np.ones(2 * m)
     elif kind == "singular":
@@ -70,8 +70,8 @@ def residual(H, g0, c, state, load=None):
     length = (np.abs(g0) + abs(state.approach) + np.abs(H) @ share)[state.closed[touch]].max(initial=0) or 1.0
     if share.sum() == 0:
         return max(0, -gaps.min())
-    parts = [max(0, -gaps.min()) / length, np.abs(share * gaps).sum() / (share.sum() * length)]
-    return max(parts + ([] if load is None else [abs(share.sum() - load) / load]))
+    residuals = [max(0, -gaps.min()) / length, np.abs(share * gaps).sum() / (share.sum() * length)]
+    return max(residuals + ([] if load is None else [abs(share.sum() - load) / load]))
 
 
 @pytest.mark.nightly(10_000)

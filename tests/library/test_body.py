@@ -70,10 +70,10 @@ PATCHES = {  # microrotation over 1e-3, loads, sigma_12 - 1.5, m
 
 def stress_error(case, loads=None, order=2, quads=False):
     """Relative L2 error of stresses and couple stresses."""
-    psi, own, excess, m = PATCHES[case]
+    psi, usual_loads, excess, m = PATCHES[case]
     values = {"u1": 1e-3 * (x + y / 2), "u2": 1e-3 * (x + y), "psi": 1e-3 * psi}
     body = Body(rectangle(0.24, 0.12, 0.05, quads), PATCH, order, prescribed=on_all_sides(values))
-    fields = body.solve(loads or own)
+    fields = body.solve(loads or usual_loads)
     exact = ng.CF((4, 1.5 + excess, 1.5 - excess, 4, *m))
     off = ng.CF((fields.stress, fields.couple_stress)) - exact
     return math.sqrt(
@@ -158,7 +158,7 @@ def box(n=2, solid=TWISTED, order=1, fixed="bottom"):
 @pytest.mark.parametrize("order", [1, 2])
 def test_manufactured_fields_in_space_converge_with_the_order_plus_one(order):
     wave = ng.sin(ng.x + 2 * ng.y), ng.cos(2 * ng.x - ng.z), ng.sin(ng.y * ng.z + ng.x)
-    u, psi = (ng.CF(tuple((1 + ng.z) * one for one in waves)) for waves in (wave, wave[::-1]))
+    u, psi = (ng.CF(tuple((1 + ng.z) * component for component in waves)) for waves in (wave, wave[::-1]))
     axes = ng.x, ng.y, ng.z
 
     def gradient(vector):
@@ -175,7 +175,7 @@ def test_manufactured_fields_in_space_converge_with_the_order_plus_one(order):
     n, sides = ng.specialcf.normal(3), "left|right|front|back|contact"
     loads = Loads(
         force=tuple(-part for part in divergence(sigma)),
-        couple=tuple(-part - own for part, own in zip(divergence(m), axial)),
+        couple=tuple(-part - moment for part, moment in zip(divergence(m), axial)),
         traction={sides: tuple((sigma * n)[i] for i in range(3))},
         micromoment={sides: tuple((m * n)[i] for i in range(3))},
     )
@@ -229,12 +229,12 @@ def test_stress_is_read_on_a_boundary_as_it_is_beside_it():
 
 def test_loads_of_the_users_are_integrated_as_fields_are():
     """A traction that is no polynomial does the work that it has: the reaction balances its integral."""
-    own = Body(MakeStructured2DMesh(nx=6, ny=4, mapping=lambda s, t: (2 * s, t)), SMOOTH, 1, fixed="bottom")
+    body = Body(MakeStructured2DMesh(nx=6, ny=4, mapping=lambda s, t: (2 * s, t)), SMOOTH, 1, fixed="bottom")
     wave = ng.sin(4 * x) ** 2
-    force, _ = own.solve(Loads(traction={"top": (0, wave)})).reaction("bottom")
-    whole = ng.Integrate(wave, own.mesh, definedon=own.mesh.Boundaries("top"), order=40)
+    force, _ = body.solve(Loads(traction={"top": (0, wave)})).reaction("bottom")
+    total = ng.Integrate(wave, body.mesh, definedon=body.mesh.Boundaries("top"), order=40)
     # elements of order 1 and bonus orders integrate degree 7 exactly: 8/3 of a radian on a facet leave 2e-7
-    assert force[1] == pytest.approx(-whole, rel=1e-6)
+    assert force[1] == pytest.approx(-total, rel=1e-6)
 
 
 # limits in closed form
@@ -424,13 +424,13 @@ def test_conditions_and_balances(law, order):
     places = [fields.body.mesh(x1, x2, 0.0) for x1, x2 in zip(state.x1, state.x2)]
     u3, psi1, psi2 = (np.array([part(place) for place in places]) for part in (fields.u[2], *fields.psi[:2]))
     assert pytest.approx(np.array((psi1, psi2)), abs=1e-8 * np.abs(u3).max() / half) == state.psi.T
-    for (a, b), own in zip(state.problem.solver.surface_law.offsets, state.pressures.values()):
+    for (a, b), forces in zip(state.problem.solver.surface_law.offsets, state.pressures.values()):
         x1, x2 = state.x1 + half * a, state.x2 + half * b
         # (21): the corner goes with the block
         gap = height(x1, x2) - state.approach - u3 - half * (b * psi1 - a * psi2)
-        assert own.min() >= 0 and gap.min() > -1e-7 * state.approach  # the residual of the conditions
-        assert np.abs(gap[own > 0]).max() < 1e-7 * state.approach
-        moment += np.array((-x2, x1)) @ (state.weights * own)
+        assert forces.min() >= 0 and gap.min() > -1e-7 * state.approach  # the residual of the conditions
+        assert np.abs(gap[forces > 0]).max() < 1e-7 * state.approach
+        moment += np.array((-x2, x1)) @ (state.weights * forces)
     moment += state.weights @ state.micromoment * law.clamps_rotation
     corners = np.column_stack((state.x1, state.x2))[state.triangles]
     areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 2
@@ -457,8 +457,8 @@ def test_a_flat_punch_ends_at_its_nodes():
     )
     below = (at.x1 <= x[3]) & (at.x2 <= x[3])
     assert np.count_nonzero(below) == 49 and np.array_equal(at.pressure > 0, below)
-    told = [any("between nodes" in words for words in state.warnings) for state in (at, beside)]
-    assert told == [False, True]
+    warned = [any("between nodes" in words for words in state.warnings) for state in (at, beside)]
+    assert warned == [False, True]
 
 
 @pytest.mark.parametrize(
@@ -473,8 +473,8 @@ def test_a_flat_punch_ends_at_its_nodes():
 def test_states_say_what_they_cannot_estimate(reach, step, ell, words):
     x = meshes3d.graded(reach=0.6, step=step, far=2.0, growth=3.0)
     body = quarter(x, [-2.0, -0.5, -0.2, 0.0], reach=reach, ell=ell)
-    told = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
-    assert words in " ".join(told) and bool(words) == bool(told)
+    warnings = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
+    assert words in " ".join(warnings) and bool(words) == bool(warnings)
 
 
 def tetrahedra(n):
@@ -587,8 +587,13 @@ def test_the_memory_of_systems_in_space_is_that_of_matrices_and_factors(memory):
     body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), 2, fixed="bottom", contact="top")
     rows, columns, values = map(np.array, body.bulk(body.space).mat.COO())
     matrix, free = sparse.csr_matrix((values, (rows, columns))), np.array(body.space.FreeDofs())
-    fields = [np.arange(own.start, own.stop) for own in map(body.space.Range, range(len(FIELDS)))]
-    factors = [splu(matrix[np.ix_(own[free[own]], own[free[own]])].tocsc()).L.nnz for own in fields]
+    fields = [
+        np.arange(unknowns.start, unknowns.stop) for unknowns in map(body.space.Range, range(len(FIELDS)))
+    ]
+    factors = [
+        splu(matrix[np.ix_(unknowns[free[unknowns]], unknowns[free[unknowns]])].tocsc()).L.nnz
+        for unknowns in fields
+    ]
     needed, newton = 12 * (3 * matrix.nnz + sum(factors)), mb.Newton()
     problem = mb.Contact(body, mb.Sphere(10.0), mb.Unilateral(), newton)
     memory(needed / 0.8)  # a fifth of what is there is left to others

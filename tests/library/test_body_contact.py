@@ -74,7 +74,7 @@ def hexahedra(n=4):
 
 
 def square(*x):
-    return sum(one**2 for one in x) / 20
+    return sum(coordinate**2 for coordinate in x) / 20
 
 
 def pressed(mesh, law=BLOCKS, method=None, solid=SOLID, obstacle=square, load=0.5, **options):
@@ -111,9 +111,9 @@ def test_micromoments_are_the_reaction_where_supports_hold_psi(law):
         states.append(pressed(flat(), CLAMPED, order=2))
     largest = np.abs(states[0].micromoment).max()
     assert largest > 1e-3
-    for other in states[1:]:
+    for state in states[1:]:
         # one discrete problem, to rounding
-        np.testing.assert_allclose(other.micromoment, states[0].micromoment, rtol=0, atol=1e-9 * largest)
+        np.testing.assert_allclose(state.micromoment, states[0].micromoment, rtol=0, atol=1e-9 * largest)
 
 
 class OfTheLine:
@@ -244,8 +244,8 @@ def test_a_crack_below_the_contact_interrupts_it():
         half.edges.Max(occ.Y).name, half.edges.Min(occ.Y).name = "contact", "bottom"
     mesh = ng.Mesh(occ.OCCGeometry(occ.Compound(halves), dim=2).GenerateMesh(maxh=0.3))
     problem = mb.Contact(mb.Body(mesh, SOLID, 3, fixed="bottom"), CYLINDER, LINE)
-    whole, finer = problem.solve(load=0.5), problem.solve(load=0.5, rtol=3e-2)
-    assert whole.apart.sum() == 1 and finer.apart.sum() == 1 and finer.error_estimate <= 3e-2
+    coarse, finer = problem.solve(load=0.5), problem.solve(load=0.5, rtol=3e-2)
+    assert coarse.apart.sum() == 1 and finer.apart.sum() == 1 and finer.error_estimate <= 3e-2
     # of two halves that are their mirror images; the pressure is
     assert finer.pressure_at([-0.1]) == pytest.approx(finer.pressure_at([0.1]), rel=3e-2)
 
@@ -293,16 +293,16 @@ WARNED = {  # words, (what does not bring them, what does)
 
 @pytest.mark.parametrize("words", WARNED)
 def test_a_state_says_what_nobody_would_see(words):
-    told = [any(words in text for text in pressed(flat(), **options).warnings) for options in WARNED[words]]
-    assert told == [False, True]
+    warned = [any(words in text for text in pressed(flat(), **options).warnings) for options in WARNED[words]]
+    assert warned == [False, True]
 
 
 def test_a_contact_that_fills_its_boundary_and_would_go_on_says_so():
     """It carries twice the pressure at the ends, and no refinement reaches an rtol that means something."""
     problem = mb.Contact(mb.Body(ground(6.0), UNIT, 3, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
     words = "contact would go on beyond x1 = "
-    told = [any(words in text for text in problem.solve(load=load).warnings) for load in (P, 8 * P)]
-    assert told == [False, True]
+    warned = [any(words in text for text in problem.solve(load=load).warnings) for load in (P, 8 * P)]
+    assert warned == [False, True]
     on_top = pressed(flat(), obstacle=mb.Plane())  # ends where the surface does
     assert not any(words in text for text in on_top.warnings)
     with pytest.raises(mb.NotConverged, match="or name all of the surface.*" + words) as stalled:
@@ -321,8 +321,8 @@ def test_an_obstacle_deep_in_a_body_says_so_wherever_it_was_at_first(height):
 
     lightly, hard = (pressed(flat(), obstacle=raised, load=load) for load in (1.0, 20.0))
     assert lightly.approach - height < 0.05 and hard.approach - height > 0.15
-    told = [any("deep into a body" in text for text in state.warnings) for state in (lightly, hard)]
-    assert told == [False, True]
+    warned = [any("deep into a body" in text for text in state.warnings) for state in (lightly, hard)]
+    assert warned == [False, True]
 
 
 def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
@@ -361,8 +361,8 @@ def test_quadrilaterals_with_curved_sides_are_cut_like_others():
 def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
     """Corner A ends half a block later than the contact point, B earlier."""
     ends = {0: (-0.9, 1.1), 1: (-1.1, 0.9)}
-    seen = SimpleNamespace(ends=ends, pieces_of=lambda corner: np.reshape(ends[corner], (-1, 2)))
-    state = SimpleNamespace(law=BLOCKS, sampled=seen)
+    sampled = SimpleNamespace(ends=ends, pieces_of=lambda corner: np.reshape(ends[corner], (-1, 2)))
+    state = SimpleNamespace(law=BLOCKS, sampled=sampled)
     squares = recovery._beyond(state, np.array([[3.0], [5.0]]), np.array([-1.2, -1.0, 0.0, 1.0, 1.2]))
     assert squares[0].tolist() == [34, 9, 0, 25, 34] and squares[1] == pytest.approx(squares[0] / 4)
 
@@ -432,9 +432,9 @@ def test_a_state_is_the_start_of_the_next_on_its_own_mesh_and_on_another():
         for h in (0.12, 0.07)
     )
     fresh = second.solve(load=P)
-    again, other = (second.solve(load=P, initial=one) for one in (fresh, first.solve(load=P)))
-    assert other.iterations < fresh.iterations > 2 >= again.iterations
-    assert other.pressure == pytest.approx(fresh.pressure, abs=1e-10)  # rounding; they are about 1
+    again, from_first = (second.solve(load=P, initial=initial) for initial in (fresh, first.solve(load=P)))
+    assert from_first.iterations < fresh.iterations > 2 >= again.iterations
+    assert from_first.pressure == pytest.approx(fresh.pressure, abs=1e-10)  # rounding; they are about 1
 
 
 def on(make, method, law=BLOCKS, **options):
@@ -475,13 +475,13 @@ def test_what_was_asked_before_changes_nothing(name):
     rng = np.random.default_rng([SEED, 27, len(name)])
     used, loads, last = PROBLEMS[name](), (0.2, 0.5), None
     fresh = {load: PROBLEMS[name]().solve(load=load) for load in loads}
-    others = (
+    methods = (
         [mb.Uniform(h=0.15)] if isinstance(used.body, mb.Block) else [*METHODS, mb.Newton("penalty", 1e6)]
     )
     asked = [(load, how) for load in loads for how in ("initial", "other")] + [(0.5, how) for how in COPIED]
     for load, how in (asked[number] for number in rng.permutation(len(asked))):
         if how == "other":
-            used.with_(method=others[rng.integers(len(others))]).solve(load=1.3 * load)
+            used.with_(method=methods[rng.integers(len(methods))]).solve(load=1.3 * load)
         last = COPIED.get(how, lambda one: one)(used).solve(load, initial=last if how == "initial" else None)
         require_same(last, fresh[load], name)
     for copied in COPIED.values():
@@ -491,11 +491,11 @@ def test_what_was_asked_before_changes_nothing(name):
 def test_copies_of_a_body_that_shear_follows_know_shear():
     """To rounding; the tangential compliance of a copy was off by 96 %."""
     nodes = Condensed(mb.Body(flat(), SOLID, 2, fixed="bottom", contact="top"), followed=True)
-    known = nodes.response(nodes.traces["u1"])
+    expected = nodes.response(nodes.traces["u1"])
     for copied in COPIED.values():
         again = copied(nodes)
-        off = again.response(again.traces["u1"]) - known
-        assert np.abs(off).max() < 1e-12 * np.abs(known).max()
+        off = again.response(again.traces["u1"]) - expected
+        assert np.abs(off).max() < 1e-12 * np.abs(expected).max()
 
 
 def test_zones_end_at_the_last_nodes_and_half_the_way_to_open_ones():
@@ -503,21 +503,23 @@ def test_zones_end_at_the_last_nodes_and_half_the_way_to_open_ones():
     assert zones_of(x, closed, LINE)["contact"] == [(0.0, 0.5), (3.5, 4.0)]
 
 
-def require_same(one, other, name):
+def require_same(answer, expected_state, name):
     # the residual that iterations of each method leave, in pressures and what follows from them
     close = 1e-6 if name in ("space al", "space penalty") else 1e-8
     for part in ("load", "approach", "energy", "pressure", "micromoment", "psi", "weights"):
-        own, known = getattr(one, part), getattr(other, part)
+        value, expected = getattr(answer, part), getattr(expected_state, part)
         # a moment that symmetry makes 0 is what iterations leave of the contact's conditions, 1e-9
-        zero = 1e-9 * SOLID.ell * other.pressure.max() if part == "micromoment" else 0.0
+        zero = 1e-9 * SOLID.ell * expected_state.pressure.max() if part == "micromoment" else 0.0
         np.testing.assert_allclose(
-            own, known, rtol=0, atol=max(close * np.abs(known).max(), zero), err_msg=part
+            value, expected, rtol=0, atol=max(close * np.abs(expected).max(), zero), err_msg=part
         )
-    assert (one.warnings, one.method) == (other.warnings, other.method)
+    assert (answer.warnings, answer.method) == (expected_state.warnings, expected_state.method)
     for boundary in ("bottom", ".*"):
         for part in ("force", "moment"):
-            own, known = (getattr(state.fields.reaction(boundary), part) for state in (one, other))
-            np.testing.assert_allclose(own, known, rtol=0, atol=close * other.load)
+            value, expected = (
+                getattr(state.fields.reaction(boundary), part) for state in (answer, expected_state)
+            )
+            np.testing.assert_allclose(value, expected, rtol=0, atol=close * expected_state.load)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
@@ -545,7 +547,10 @@ def test_a_hill_narrower_than_a_tenth_of_an_element_is_not_missed():
         return np.minimum((x + 3) ** 2 / 20, (x - 3.0123) ** 2 / 2e-4)
 
     plain, state = (mb.Contact(body, hills, mb.Unilateral()).solve(load=1.0, rtol=5e-2) for body in bodies)
-    shares = [float(one.weights[one.x > 0] @ one.pressure[one.x > 0]) for one in (plain, state)]
+    shares = [
+        float(pressed_state.weights[pressed_state.x > 0] @ pressed_state.pressure[pressed_state.x > 0])
+        for pressed_state in (plain, state)
+    ]
     assert shares[0] > 0.3 and shares[1] == pytest.approx(shares[0], abs=0.02)
 
 
@@ -611,10 +616,10 @@ def test_a_classical_solid_on_rollers_takes_an_rtol_and_a_path():
     fixed = body.fixed | {"psi": "bottom"}
     nearly = problem.with_(body=mb.Body(slab(8), mb.Cosserat(100, 0.3, 1.0, beta=1e-9), 3, fixed=fixed))
     # the same mesh, with a psi that is all but uncoupled
-    other = nearly.solve(load=1.0, rtol=0.05)
-    assert state.half_width == pytest.approx(other.half_width, rel=1e-6)
-    assert state.error_estimate == pytest.approx(other.error_estimate, rel=1e-6)
-    assert state.unknowns < 0.7 * other.unknowns
+    coupled = nearly.solve(load=1.0, rtol=0.05)
+    assert state.half_width == pytest.approx(coupled.half_width, rel=1e-6)
+    assert state.error_estimate == pytest.approx(coupled.error_estimate, rel=1e-6)
+    assert state.unknowns < 0.7 * coupled.unknowns
     assert [event.kind for event in problem.path(load=1.0).events] == ["born"]
 
 
@@ -634,8 +639,8 @@ def test_what_turns_nothing_is_refused_and_what_holds_nothing_passed_over():
     assert list(body.fixed) == ["u1", "u2"] and body.unknowns == 71
     assert body.of(UNCOUPLED).fixed["psi"] == "bottom"
     pulled = Loads(traction={"contact": (0, -1)})
-    for other in (body, mb.Body(slab(4), UNCOUPLED, order_psi=0, fixed=ROLLERS)):
-        point = other.solve(pulled)(0.3, -1.0)
+    for classical in (body, mb.Body(slab(4), UNCOUPLED, order_psi=0, fixed=ROLLERS)):
+        point = classical.solve(pulled)(0.3, -1.0)
         assert point.u[1] == pytest.approx(-1 / (ELASTIC.lam + 2 * ELASTIC.mu), rel=1e-10)  # rounding
         assert point.psi == 0 and not point.couple_stress.any()
     for load in (Loads(couple=0.1), Loads(micromoment={"contact": 0.1})):
@@ -765,10 +770,12 @@ def test_errors_of_events_on_meshes_hold_against_fitted_blocks(seed):
     except mb.NotConverged:
         return
     for event in mb.Contact(body, obstacle, law).path(1.0).events:
-        alike = [other for other in fitted if (other.kind, other.zone) == (event.kind, event.zone)]
-        for other in sorted(alike, key=lambda other: abs(other.x - event.x))[:1]:
+        alike = [
+            reference for reference in fitted if (reference.kind, reference.zone) == (event.kind, event.zone)
+        ]
+        for reference in sorted(alike, key=lambda reference: abs(reference.x - event.x))[:1]:
             # 1e-9 is rounding
-            assert abs(event.load - other.load) <= event.load_error + other.load_error + 1e-9
+            assert abs(event.load - reference.load) <= event.load_error + reference.load_error + 1e-9
 
 
 def test_friction_where_rollers_hold_the_node_that_touches_first():
@@ -779,13 +786,13 @@ def test_friction_where_rollers_hold_the_node_that_touches_first():
         assert state.shear_traction == pytest.approx(0, abs=1e-6)  # half of the digits
     halves = {"u1": "left|bottom", "u2": "bottom", "psi": "left|bottom"}
     right = meshes.rectangles(np.linspace(0, 2, 11), np.linspace(-2, 0, 11), True, NAMES)
-    whole = meshes.rectangles(np.linspace(-2, 2, 21), np.linspace(-2, 0, 11), True, NAMES)
-    half, both = (
+    full = meshes.rectangles(np.linspace(-2, 2, 21), np.linspace(-2, 0, 11), True, NAMES)
+    half, symmetric = (
         mb.Contact(mb.Body(mesh, BLOCKY, fixed=fixed), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
-        for mesh, fixed in ((right, halves), (whole, "bottom"))
+        for mesh, fixed in ((right, halves), (full, "bottom"))
     )
     part = half.history([(0.2, 0), (0.5, 0)]).states[-1]
-    state = both.history([(0.4, 0), (1, 0)]).states[-1]
+    state = symmetric.history([(0.4, 0), (1, 0)]).states[-1]
     # the axis carries what shear the other half does, within its friction; half of the digits
     assert part.pressure[1:] == pytest.approx(state.pressure[-len(part.x) + 1 :], abs=1e-7)
     assert part.shear_traction[1:] == pytest.approx(state.shear_traction[-len(part.x) + 1 :], abs=1e-7)

@@ -85,7 +85,7 @@ def test_contact_term_is_that_of_the_paper_at_random_states(block):
     state = at_random(space, 8, 0.1)
     total, n, values = 0.0, np.array((0.0, 1.0)), state.vec.FV().NumPy()
     ranges = [space.Range(number) for number in (3, 4)]
-    lams = np.array([facets.multiplier(values[own.start : own.stop]) for own in ranges])
+    lams = np.array([facets.multiplier(values[unknowns.start : unknowns.stop]) for unknowns in ranges])
     for x, weight, lam_A, lam_B in zip(facets.points, facets.weights, *lams):
         u1, u2, psi = (component(block(*x, ng.BND)) for component in state.components[:3])
         S, N = np.array((1.0, angle * x[0])), np.array((-angle * x[0], 1.0))
@@ -174,9 +174,9 @@ def test_result_does_not_depend_on_rho(block):
     stiffness = indented(block).rho
     law, powers = Microblock(0.05), (-4, -2, 2, 4, 0)
     states = [indented(block, law, rho=stiffness * 10.0**k).solve(0.1) for k in powers]
-    *others, wanted = (state.forces for state in states)
+    *forces, wanted = (state.forces for state in states)
     # rounding by the conditioning of the extreme rho
-    assert others == pytest.approx(np.array(4 * [wanted]), abs=1e-9 * np.abs(wanted).max())
+    assert forces == pytest.approx(np.array(4 * [wanted]), abs=1e-9 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize("model", [Microblock(), Microblock(0.05), Unilateral()], ids=str)

@@ -56,11 +56,11 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     ],
 )
 def test_heights_that_return_lists_or_fractions_are_heights(height):
-    found, known = (
-        mb.Contact(PLANE, each, mb.Unilateral()).solve(1.0, rtol=1e-3) for each in (height, CYLINDER)
+    state, expected = (
+        mb.Contact(PLANE, obstacle, mb.Unilateral()).solve(1.0, rtol=1e-3) for obstacle in (height, CYLINDER)
     )
     # two estimates below 1e-3
-    assert found.half_width == pytest.approx(known.half_width, rel=2e-3)
+    assert state.half_width == pytest.approx(expected.half_width, rel=2e-3)
 
 
 # --- bad arguments of which `refusals.csv` can have no row: values as they are shown, too many elements

@@ -16,7 +16,10 @@ class Sliders:
         pytest.importorskip("ipywidgets", reason="sliders need the extra `notebook`")
         left, right = mb.explore(problem, load, rtol).children
         *controls, self.failed, self.table = left.children
-        self.controls, (self.picture, self.below) = {own.description: own for own in controls}, right.children
+        self.controls, (self.picture, self.below) = (
+            {widget.description: widget for widget in controls},
+            right.children,
+        )
 
 
 def on_mesh(block):
@@ -61,10 +64,10 @@ def test_each_slider_shows_the_state_of_the_problem_asked_afresh(kind, block):
         sliders.controls[name].value = value
         assert sliders.picture.value != picture and not sliders.failed.value
     shape = mb.Sphere if kind == "half-space" else mb.Cylinder
-    parts = {"obstacle": shape(values["R"])} if "R" in values else {}
+    changes = {"obstacle": shape(values["R"])} if "R" in values else {}
     if "ell" in values:
-        parts["solid"] = mb.Cosserat(E=problem.solid.E, nu=0.3, beta=1, ell=values["ell"])
-    state = problem.with_(**parts).solve(load=values["load"], rtol=rtol)
+        changes["solid"] = mb.Cosserat(E=problem.solid.E, nu=0.3, beta=1, ell=values["ell"])
+    state = problem.with_(**changes).solve(load=values["load"], rtol=rtol)
     contact = sliders.table.value.partition("contact ")[2].partition(", error")[0]
     assert contact == repr(state).partition("contact ")[2].partition(", error")[0]  # in four digits
 

@@ -83,37 +83,37 @@ KINDS = {
 
 def arrays(state, kind):
     """{name in the files: values} of a state."""
-    found = dict(zip(("x1", "x2"), state.points.T)) | {"displacement": state.displacement}
+    columns = dict(zip(("x1", "x2"), state.points.T)) | {"displacement": state.displacement}
     if state.zones is not None:
-        found |= {name: getattr(state, name) for name in ("micromoment", "psi")}
+        columns |= {name: getattr(state, name) for name in ("micromoment", "psi")}
     else:
-        found |= {"closed": state.closed}
-        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
-    found |= {"weight": state.weights, "pressure": state.pressure}
-    found |= {f"pressure_{name}": values for name, values in state.pressures.items()}
+        columns |= {"closed": state.closed}
+        columns |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
+    columns |= {"weight": state.weights, "pressure": state.pressure}
+    columns |= {f"pressure_{name}": values for name, values in state.pressures.items()}
     if "friction" in kind:
-        found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+        columns |= {"shear_traction": state.shear_traction, "slip": state.slip}
     if "two" in kind or kind == "friction on panels":
-        found |= {"counter_displacement": state.opposite}
-    return found
+        columns |= {"counter_displacement": state.opposite}
+    return columns
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
     """All arrays and numbers that a state has, to the last digit, from the table, the surface and JSON."""
-    made = KINDS[kind]()
-    states = made.states if isinstance(made, mb.History) else [made]
-    mb.to_csv(made, tmp_path / "state.csv")
-    rows, written = read_records(tmp_path / "state.csv"), mb.to_vtk(made, tmp_path / "state.vtu")
+    result = KINDS[kind]()
+    states = result.states if isinstance(result, mb.History) else [result]
+    mb.to_csv(result, tmp_path / "state.csv")
+    rows, written = read_records(tmp_path / "state.csv"), mb.to_vtk(result, tmp_path / "state.vtu")
     files = [file for file in written if "surface" in file.name]
     assert rows[0]["version_ngsolve"] and len(files) == len(states)
-    data = made.to_dict()
+    data = result.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data  # digit by digit, and no tuples
     for number, (state, file) in enumerate(zip(states, files)):
-        own, surface = [row for row in rows if row.get("state", 0) == number], meshio.read(file)
+        table, surface = [row for row in rows if row.get("state", 0) == number], meshio.read(file)
         plain = data["states"][number] if "friction" in kind else data
         for name, values in arrays(state, kind).items():
-            assert np.array_equal([row[name] for row in own], np.ravel(values)), name
+            assert np.array_equal([row[name] for row in table], np.ravel(values)), name
             place = {"x1": surface.points[:, 0], "x2": surface.points[:, 1]}.get(name)
             back = surface.point_data[name].ravel() if place is None else place
             assert np.array_equal(back, np.ravel(values)), name
@@ -127,21 +127,21 @@ def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
         names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
         names += ["shear", "tangential_approach", "dissipation", "work"] * ("friction" in kind)
         expected = {name: getattr(state, name) for name in names}
-        assert {name: own[0][name] for name in names} == expected
+        assert {name: table[0][name] for name in names} == expected
         assert {name: plain[name] for name in names} == expected
-        assert (own[0]["warnings"] or "") == "; ".join(state.warnings)
+        assert (table[0]["warnings"] or "") == "; ".join(state.warnings)
 
 
 def test_histories_paths_and_rows_list_what_they_have(tmp_path):
     history = rubbed(rtol=0.2)
     path = mb.Contact(GROUND, CYLINDER, mb.Microblock()).path(load=0.1)
-    for made, events in ((history.events, history.events), (path, path.events)):
-        mb.to_csv(made, tmp_path / "events.csv")
+    for result, events in ((history.events, history.events), (path, path.events)):
+        mb.to_csv(result, tmp_path / "events.csv")
         for row, event in zip(read_records(tmp_path / "events.csv"), events, strict=True):
             assert all(row[name] == value for name, value in asdict(event).items())
-    for made in (history, path):
-        kinds = [(event.kind, event.zone) for event in made.events]
-        assert [(event["kind"], event["zone"]) for event in made.to_dict()["events"]] == kinds
+    for result in (history, path):
+        kinds = [(event.kind, event.zone) for event in result.events]
+        assert [(event["kind"], event["zone"]) for event in result.to_dict()["events"]] == kinds
     rows = [{"radius": 5.0, "law": "microblock", "half_width": np.float64(0.1), "error": None}]
     mb.to_csv(rows, tmp_path / "rows.csv")
     (back,) = read_records(tmp_path / "rows.csv")
@@ -176,12 +176,12 @@ def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contac
     assert [len(block.data) for block in grid.cells] == [2 * 80 * 40]
     for number in range(0, len(points), 300):
         point = points[number]
-        own = state.fields(point[:1], point[1])
+        fields = state.fields(point[:1], point[1])
         wanted = {
-            "u": (*own.u[:, 0], 0),
-            "psi": own.psi,
-            "stress": own.stress,
-            "couple_stress": own.couple_stress,
+            "u": (*fields.u[:, 0], 0),
+            "psi": fields.psi,
+            "stress": fields.stress,
+            "couple_stress": fields.couple_stress,
         }
         for name, value in wanted.items():
             # the sums over sources are taken together, so that rounding of their terms differs
@@ -207,9 +207,9 @@ def test_fields_of_meshes_come_back(kind, tmp_path):
     expected["u"] = ng.CF((fields.u1, fields.u2, 0)) if mesh.dim == 2 else fields.u
     assert len(inner) > (mesh.ne if mesh.dim == 2 else 10)
     for name, field in expected.items():
-        there = field(mesh(*box[inner].T)).reshape(len(inner), -1)
-        own = back.point_data[name].reshape(len(points), -1)[inner]
-        assert np.abs(own - there).max() < 1e-9 * np.abs(there).max(), name  # rounding
+        expected_values = field(mesh(*box[inner].T)).reshape(len(inner), -1)
+        values = back.point_data[name].reshape(len(points), -1)[inner]
+        assert np.abs(values - expected_values).max() < 1e-9 * np.abs(expected_values).max(), name  # rounding
     assert back.point_data["stress"].shape[1] == mesh.dim**2
 
 
@@ -286,36 +286,42 @@ RESULTS = {
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_result_comes_back_from_its_file_digit_by_digit(name, tmp_path):
     """Every attribute; what lies between the points is refused by name, never another number."""
-    made = RESULTS[name]()
-    states = made.states if isinstance(made, mb.History) else [made] * (not isinstance(made, mb.LoadPath))
+    result = RESULTS[name]()
+    states = (
+        result.states if isinstance(result, mb.History) else [result] * (not isinstance(result, mb.LoadPath))
+    )
     assert all(type(state) is mb.State for state in states)
-    made.save(tmp_path / "result")
+    result.save(tmp_path / "result")
     back = mb.load(tmp_path / "result")
-    assert back.to_dict() == made.to_dict() and str(back) == str(made)
-    assert back.to_xarray().identical(made.to_xarray())
+    assert back.to_dict() == result.to_dict() and str(back) == str(result)
+    assert back.to_xarray().identical(result.to_xarray())
     back.to_xarray().to_netcdf(tmp_path / "result.nc", engine="scipy")
-    for state, other in zip(states, back.states if isinstance(made, mb.History) else [back]):
+    for state, loaded in zip(states, back.states if isinstance(result, mb.History) else [back]):
         for key in {*mb.State.names()} - {"solution", "problem", "body", "obstacle", "law"}:
-            assert_same(getattr(other, key), getattr(state, key))
+            assert_same(getattr(loaded, key), getattr(state, key))
         where = 0.0 if state.zones else np.zeros((1, 2))
-        for asked in (lambda: other.pressure_at(where), lambda: other.fields, lambda: other.solution.solver):
+        for asked in (
+            lambda: loaded.pressure_at(where),
+            lambda: loaded.fields,
+            lambda: loaded.solution.solver,
+        ):
             with pytest.raises(mb.BadArgument, match="^file = .what lies between the points"):
                 asked()
-        assert_same(pickle.loads(pickle.dumps(other)).pressure, state.pressure)
+        assert_same(pickle.loads(pickle.dumps(loaded)).pressure, state.pressure)
     if name != "depth":  # whose surface is one point
         back.plot(tmp_path / "result.png")
     plt.close("all")
 
 
-def assert_same(one, other):
-    if isinstance(one, np.ndarray):
-        assert one.dtype == other.dtype and np.array_equal(one, other)
-    elif isinstance(one, dict):
-        assert one.keys() == other.keys() and type(one) is type(other)
-        for name, own in one.items():
-            assert_same(own, other[name])
+def assert_same(result, expected):
+    if isinstance(result, np.ndarray):
+        assert result.dtype == expected.dtype and np.array_equal(result, expected)
+    elif isinstance(result, dict):
+        assert result.keys() == expected.keys() and type(result) is type(expected)
+        for name, value in result.items():
+            assert_same(value, expected[name])
     else:
-        assert one == other and type(one) is type(other)
+        assert result == expected and type(result) is type(expected)
 
 
 def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
@@ -329,18 +335,18 @@ def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
 
 def test_a_file_of_another_version_is_read_or_refused_by_its_version(tmp_path):
     """Of known parts it is read; a class or a part that this version has not is refused, both named."""
-    made, file = PROBLEM.path(load=0.1), tmp_path / "path.npz"
-    made.save(file)
+    result, file = PROBLEM.path(load=0.1), tmp_path / "path.npz"
+    result.save(file)
     with np.load(file) as columns:
         written = dict(columns)
     assert written["version"] == mb.__version__
     old = {**written, "version": "0.2.7"}
     np.savez(file, **old)
-    assert mb.load(file).to_dict() == made.to_dict()
+    assert mb.load(file).to_dict() == result.to_dict()
     text = old["text"].item()
-    for now, then in (("Microblock", "Miniblock"), ('"psi0_in"', '"reading"')):
-        assert now in text
-        np.savez(file, **{**old, "text": text.replace(now, then)})
+    for word, earlier in (("Microblock", "Miniblock"), ('"psi0_in"', '"reading"')):
+        assert word in text
+        np.savez(file, **{**old, "text": text.replace(word, earlier)})
         with pytest.raises(mb.BadArgument, match=rf"^file = .* version 0\.2\.7, this is {mb.__version__}"):
             mb.load(file)
 
@@ -405,12 +411,12 @@ def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
     state = on_grid() if kind == "half-space" else in_space()
     close = 1e-12 * state.pressure.max()
     assert state.pressure_at(state.points) == pytest.approx(state.pressure, abs=close)
-    for name, own in state.pressures.items():
-        assert state.pressure_at(state.points[:, :2], name) == pytest.approx(own, abs=close)
+    for name, nodal in state.pressures.items():
+        assert state.pressure_at(state.points[:, :2], name) == pytest.approx(nodal, abs=close)
     middle = np.argmax(state.pressure)
-    other = np.argsort(np.linalg.norm(state.points - state.points[middle], axis=1))[1]
-    half_way = state.points[[middle, other]].mean(axis=0)
-    mean = state.pressure[[middle, other]].mean()
+    neighbour = np.argsort(np.linalg.norm(state.points - state.points[middle], axis=1))[1]
+    half_way = state.points[[middle, neighbour]].mean(axis=0)
+    mean = state.pressure[[middle, neighbour]].mean()
     assert state.pressure_at([half_way])[0] == pytest.approx(mean, abs=close)
     assert state.pressure_at([(1e3, 0.0)])[0] == 0 and state.zones is None and state.half_width is None
     for asked in (

@@ -36,7 +36,7 @@ def judged(state):
     Under a wedge not between them, where polynomials see less of the logarithm at its slope discontinuity,
     and not there.
     """
-    problem, law, found = state.solution.problem, state.law, []
+    problem, law, squares = state.solution.problem, state.law, []
     reference = mb.Contact(mb.HalfPlane(state.solid), state.obstacle, law).solve(
         load=state.load, rtol=min(1e-5, state.error_estimate / 20)
     )
@@ -45,14 +45,14 @@ def judged(state):
         regular = np.abs(np.abs(state.x) - state.solid.ell / 2) > 1e-9
         rules = [(state.x[regular], state.weights[regular])]
     for x, weights in rules:
-        own, true = (
-            np.array([one.pressure_at(x * (1 + BESIDE), corner) for corner in law.corners])
-            for one in (state, reference)
+        pressures, true = (
+            np.array([solution.pressure_at(x * (1 + BESIDE), corner) for corner in law.corners])
+            for solution in (state, reference)
         )
-        levers = np.array([problem.lever(np.full(len(x), corner), x) for corner in range(len(own))])
-        for change in ((own - true).sum(axis=0), (levers * (own - true)).sum(axis=0) / 2):
-            found.append(weights @ change**2 / (weights @ true.sum(axis=0) ** 2))
-    return math.sqrt(max(found))
+        levers = np.array([problem.lever(np.full(len(x), corner), x) for corner in range(len(pressures))])
+        for change in ((pressures - true).sum(axis=0), (levers * (pressures - true)).sum(axis=0) / 2):
+            squares.append(weights @ change**2 / (weights @ true.sum(axis=0) ** 2))
+    return math.sqrt(max(squares))
 
 
 def two(x):
@@ -130,12 +130,12 @@ def test_a_block_without_a_size_is_cut_off_where_rtol_allows_it():
 
 def test_three_meshes_are_held_at_a_time(monkeypatch):
     """The next one, that of the level before, and that of the best state, which an interruption hands out."""
-    alive, counts, made = weakref.WeakSet(), [], Condensed.__init__
+    alive, counts, init = weakref.WeakSet(), [], Condensed.__init__
 
     def counted(nodes, body):
         alive.add(nodes)
         counts.append(len(alive))
-        made(nodes, body)
+        init(nodes, body)
 
     monkeypatch.setattr(Condensed, "__init__", counted)
     gc.disable()  # which would collect cycles some time
@@ -222,19 +222,19 @@ def test_no_contact_is_missed_on_a_square():
 @pytest.mark.parametrize("centre", [1.93, -1.99, 3.0])
 def test_a_contact_at_the_end_of_a_block_says_where_it_is_looked_for(centre):
     """At the end, beyond it, and of one corner alone; what is advised helps."""
-    here = on_block(HARD, lambda x: (x - centre) ** 2 / 2, BLOCKS, size=2.0)
+    problem = on_block(HARD, lambda x: (x - centre) ** 2 / 2, BLOCKS, size=2.0)
     with pytest.raises(mb.BadArgument, match=r"size = 2.0: must be larger: .* up to \|x1\| = 1.94"):
-        here.solve(load=1e-3)
-    assert here.with_(body=mb.Block(HARD, 4.0)).solve(load=1e-3).error_estimate < 1e-3
+        problem.solve(load=1e-3)
+    assert problem.with_(body=mb.Block(HARD, 4.0)).solve(load=1e-3).error_estimate < 1e-3
 
 
 def test_first_touch_is_that_of_the_nearer_corner():
     """A turned block first touches with B, its mirror image with A: ``x^2/20 - psi0 ell/2`` at x = 0."""
     for psi0 in (0.01, -0.01):
-        here = on_block(HARD, Cylinder(10.0), Microblock(psi0=psi0), size=2.0)
+        problem = on_block(HARD, Cylinder(10.0), Microblock(psi0=psi0), size=2.0)
         with pytest.raises(mb.BadArgument, match="must be larger: the obstacle touches no node"):
-            here.solve(approach=-0.00043)  # first touch is at -0.000425
-        assert here.solve(approach=-0.00042).load > 0
+            problem.solve(approach=-0.00043)  # first touch is at -0.000425
+        assert problem.solve(approach=-0.00042).load > 0
 
 
 def test_a_neighbour_without_the_second_contact_does_not_hide_it():
@@ -267,8 +267,8 @@ def test_what_is_too_rough_is_refused_before_it_is_assembled(obstacle, law, matc
 
 def test_a_mesh_with_a_hole_is_none(monkeypatch):
     """Netgen may return one; facets beside no element were a bare IndexError."""
-    whole = meshes._face
-    half = lambda ground, *rest: whole(meshes.Ground(ground.far / 2, ground.reach), *rest)  # noqa: E731
+    face = meshes._face
+    half = lambda ground, *rest: face(meshes.Ground(ground.far / 2, ground.reach), *rest)  # noqa: E731
     monkeypatch.setattr(meshes, "_face", half)
     ground = meshes.Ground(10.0, (0.0, 1.0))
     with pytest.raises(NotConverged, match="0.8 of the area is in no element"):

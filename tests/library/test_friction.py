@@ -64,9 +64,11 @@ def test_a_wave_on_cells_answers_as_in_fourier_space():
     bounds = np.linspace(-12, 12, 961)
     edges = np.column_stack((bounds[:-1], bounds[1:]))
     x, n = edges.mean(axis=1), 960
-    own = frictional_contact(Problem(body, BLOCKS, None), edges, np.zeros((2, n)))
-    whole = np.block([[own.normal, own.cross.T], [own.cross, own.tangential]]).reshape(3, n, 3, n)
-    found = whole @ (np.exp(-(x**2) / (2 * width**2)) * np.cos(k * x) * (bounds[1] - bounds[0]))
+    cells_contact = frictional_contact(Problem(body, BLOCKS, None), edges, np.zeros((2, n)))
+    compliance = np.block(
+        [[cells_contact.normal, cells_contact.cross.T], [cells_contact.cross, cells_contact.tangential]]
+    ).reshape(3, n, 3, n)
+    response = compliance @ (np.exp(-(x**2) / (2 * width**2)) * np.cos(k * x) * (bounds[1] - bounds[0]))
     waves, weights = np.polynomial.legendre.leggauss(400)
     waves, weights = 4 * (waves + 1) + 1e-3, 4 * weights  # 1e-3 to 8: the packet has exp(-18) at 0 and at 8
     packet = width * np.sqrt(np.pi / 2) * np.exp(-((waves - k) ** 2) * width**2 / 2) * weights
@@ -75,10 +77,10 @@ def test_a_wave_on_cells_answers_as_in_fourier_space():
     matrix = np.array([[U, -1j * Y, 1j * V], [1j * Y, U, -V], [-1j * V, -V, W]])
     loads = np.array([[1, 1, 0], [0, 0, 1], [1, -1, -1]])  # p, q, m from A, B and the shear
     answers = np.array([[1, 0, 1], [1, 0, -1], [0, 1, -1]])  # u + phi, u - phi, u1 - phi
-    known = np.einsum("ai,ijk,jb->abk", answers, matrix, loads)
+    symbols = np.einsum("ai,ijk,jb->abk", answers, matrix, loads)
     for place in (400, 480, 497):
-        direct = (known @ (packet * np.exp(1j * waves * x[place]))).real / np.pi
-        assert found[:, place] == pytest.approx(direct, abs=2e-3 * np.abs(direct).max())
+        direct = (symbols @ (packet * np.exp(1j * waves * x[place]))).real / np.pi
+        assert response[:, place] == pytest.approx(direct, abs=2e-3 * np.abs(direct).max())
 
 
 def one_block(friction):
@@ -134,17 +136,17 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
     """
     edges = cells(25, 1.6)
     gaps = Problem(half_plane().solid, law, mb.Cylinder(R=1.0)).initial_gaps(edges.mean(axis=1))
-    own = frictional_contact(Problem(half_plane().solid, law, None), edges, np.vstack([gaps]), coupled)
+    system = frictional_contact(Problem(half_plane().solid, law, None), edges, np.vstack([gaps]), coupled)
     for seed in seeds:
         random = np.random.default_rng(seed)
         loads = random.uniform(0.1, 1.0, 6)
         ends = np.column_stack((loads, F * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)))
-        path, often, before, last = EventDrivenContact(own), EventDrivenContact(own), 0.0, np.zeros(2)
+        path, often, before, last = EventDrivenContact(system), EventDrivenContact(system), 0.0, np.zeros(2)
         for end in ends:
             state = path.to(*end)
             n, t = state.normal, state.tangential
             bound = F * n.reshape(-1, len(edges)).sum(axis=0)
-            gap = own.gaps - state.approach + own.normal @ n + coupled * own.cross.T @ t
+            gap = system.gaps - state.approach + system.normal @ n + coupled * system.cross.T @ t
             assert abs(state.work - state.energy - state.dissipation) < 1e-8 * end[0]
             assert state.dissipation >= before - 1e-12 and (n.sum(), t.sum()) == pytest.approx(end, abs=1e-9)
             assert min(n.min(), gap.min(), (bound - np.abs(t)).min()) > -1e-9 > -np.abs(gap * n).max() - 2e-9
@@ -204,19 +206,21 @@ def test_what_a_history_returns_is_so(name):
     make, size, rtol, most = SOLVED[name]
     pairs = size * P * np.array([(1, 0), (1, 0.5 * F), (1, F), (1, 0)])
     problem = make()
-    found = problem.history(pairs, rtol=rtol)
+    history = problem.history(pairs, rtol=rtol)
     events = [
-        (one.kind, one.shear / one.load) for one in found.events if one.kind in ("full slip", "reversal")
+        (event.kind, event.shear / event.load)
+        for event in history.events
+        if event.kind in ("full slip", "reversal")
     ]
     assert events == [(kind, pytest.approx(F, rel=1e-2)) for kind in ("full slip", "reversal")]
-    for state in found.states:
+    for state in history.states:
         lost = (
             state.weights @ state.pressure - state.load,
             state.weights @ state.shear_traction - state.shear,
         )
         assert 0.5 * np.abs(lost).max() / state.load <= state.residual <= most and state.residual > 0
         assert abs(state.work - state.energy - state.dissipation) < 1e-8 * state.load
-    sliding = found.states[2]
+    sliding = history.states[2]
     assert (
         sliding.shear_traction == pytest.approx(F * sliding.pressure, abs=1e-6) and not sliding.zones["stick"]
     )
@@ -230,9 +234,13 @@ def test_events_have_an_error_where_two_levels_agree_on_them():
 
     finer = [event(1.0, 0.1), event(2.0, 0.3, "full slip", 1)]
     alike = [event(1.5, 0.0), event(2.0, 0.2, "full slip", 1)]
-    assert [one.load_error for one in with_errors(finer, alike)] == pytest.approx([0.6, 0.1])
-    for other in (alike[:1], [alike[0], event(2.0, 0.2, "reversal", 1)], [event(1.5, 0.0, pair=1), alike[1]]):
-        assert with_errors(finer, other) == finer
+    assert [with_error.load_error for with_error in with_errors(finer, alike)] == pytest.approx([0.6, 0.1])
+    for coarser in (
+        alike[:1],
+        [alike[0], event(2.0, 0.2, "reversal", 1)],
+        [event(1.5, 0.0, pair=1), alike[1]],
+    ):
+        assert with_errors(finer, coarser) == finer
 
 
 @pytest.mark.parametrize("radii", [(1000, 1e-2), (10, 1e-4)])
@@ -248,7 +256,7 @@ def test_a_narrow_hill_is_not_missed(radii):
 
     plain = mb.Contact(body, hills, mb.Unilateral()).solve(load=1.0, rtol=1e-3)
     pressed = mb.Contact(body, hills, mb.Unilateral(friction=0.4)).history([(1, 0)], rtol=5e-2).states[0]
-    shares = [float(one.weights[one.x > 0] @ one.pressure[one.x > 0]) for one in (plain, pressed)]
+    shares = [float(state.weights[state.x > 0] @ state.pressure[state.x > 0]) for state in (plain, pressed)]
     assert len(pressed.zones["contact"]) == 2 and pressed.error_estimate < 0.05
     assert shares[0] > 0.2 and shares[1] == pytest.approx(shares[0], rel=0.03)
 
@@ -303,10 +311,12 @@ def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
 def test_the_method_that_is_taken_is_named(law, second, pairs, method, monkeypatch):
     """Written out it changes nothing; panels that are named are replaced where they fail alone, in words."""
     plain, named = contact(law, second), {"panels": mb.Panels(), "cells": mb.Cells()}
-    found = plain.history(pairs, rtol=0.05)
-    for one, other in zip(found.states, plain.with_(method=named[method]).history(pairs, rtol=0.05).states):
-        assert one.method == other.method == method and np.array_equal(
-            one.shear_traction, other.shear_traction
+    history = plain.history(pairs, rtol=0.05)
+    for usual, by_name in zip(
+        history.states, plain.with_(method=named[method]).history(pairs, rtol=0.05).states
+    ):
+        assert usual.method == by_name.method == method and np.array_equal(
+            usual.shear_traction, by_name.shear_traction
         )
     if method == "cells":
         with pytest.raises(mb.BadArgument, match=r"Cells\(\)"):
@@ -348,8 +358,10 @@ def test_estimates_see_places_and_what_is_between_centres():
     where 3.9e-3 was said; a polygon is better by an order.
     """
     pairs = [(P / 2, 0.0), (P / 2, 0.05)]
-    both = [contact(BLOCKS, True, alpha=0.25).history(pairs, rtol=rtol).states for rtol in (0.05, 0.015)]
-    for state, finer in zip(*both):
+    states_by_rtol = [
+        contact(BLOCKS, True, alpha=0.25).history(pairs, rtol=rtol).states for rtol in (0.05, 0.015)
+    ]
+    for state, finer in zip(*states_by_rtol):
         off = np.interp(finer.x, state.x, state.shear_traction) - finer.shear_traction
         assert relative(finer, off / F, finer.pressure) < state.error_estimate <= 0.05
         assert state.error_estimate == state.error_parts.total
@@ -385,7 +397,7 @@ def test_full_slip_that_goes_on_is_one_event():
     problem = mb.Contact(body, mb.Cylinder(10.0), law, mb.Cells())
     pairs = [(1, 0), (1, 0.3), (1.2, 0.36), (1.2, 0.1), (1.2, -0.36)]
     events = problem.history(pairs, rtol=0.1).events
-    assert [(one.kind, one.shear) for one in events if one.kind == "full slip"] == [
+    assert [(event.kind, event.shear) for event in events if event.kind == "full slip"] == [
         ("full slip", 0.3),
         ("full slip", -0.36),
     ]
@@ -466,14 +478,14 @@ def test_nodes_at_one_place_share_what_one_carries(seed):
     """Half of their pivots are singular, and are left out."""
     single = drawn(seed, -1.5)
     n = single.nodes
-    both = np.tile(np.arange(n), 2)
-    whole = np.ix_(both, both)
+    twice = np.tile(np.arange(n), 2)
+    rows = np.ix_(twice, twice)
     double = replace(
         single,
-        normal=single.normal[whole],
-        cross=single.cross[whole],
-        tangential=single.tangential[whole],
-        gaps=single.gaps[both],
+        normal=single.normal[rows],
+        cross=single.cross[rows],
+        tangential=single.tangential[rows],
+        gaps=single.gaps[twice],
     )
     for shear in (0.0, 0.8 * single.friction):
         alone, shared = (EventDrivenContact(contact).to(5.0, 5.0 * shear) for contact in (single, double))
@@ -487,8 +499,8 @@ def all_rates(contact, now, way):
     """All rates of (n, t) at a Moment while the loads go on by `way`: each node that may is open, sticks or
     slips either way, from the compliances alone.
     """
-    n, f, found = contact.nodes, contact.friction, []
-    whole = np.block([[contact.normal, contact.cross.T], [contact.cross, contact.tangential]])
+    n, f, rates = contact.nodes, contact.friction, []
+    compliance = np.block([[contact.normal, contact.cross.T], [contact.cross, contact.tangential]])
     p, g, t, size = now.normal, now.gaps, now.tangential, 1e-9 * now.normal.max()
     allowed = []
     for k in range(n):
@@ -499,7 +511,7 @@ def all_rates(contact, now, way):
             allowed.append(("open",) if g[k] > 1e-9 * g.max() else ("open", "stick", 1, -1))
     for kinds in itertools.product(*allowed):
         rows, right = np.zeros((2 * n + 2, 2 * n + 2)), np.zeros(2 * n + 2)
-        rows[:-2, :-2], rows[:n, -2], rows[n:-2, -1] = whole, -1, -1
+        rows[:-2, :-2], rows[:n, -2], rows[n:-2, -1] = compliance, -1, -1
         for k, kind in enumerate(kinds):
             if kind == "open":
                 rows[k] = np.eye(2 * n + 2)[k]
@@ -512,7 +524,7 @@ def all_rates(contact, now, way):
             continue
         values = np.linalg.solve(rows, right)
         dp, dt = values[:n], values[n:-2]
-        gaps, slips = np.split(whole @ values[:-2] - np.repeat(values[-2:], n), [n])
+        gaps, slips = np.split(compliance @ values[:-2] - np.repeat(values[-2:], n), [n])
         least = []
         for k, kind in enumerate(kinds):
             at_zero = p[k] <= size
@@ -522,24 +534,24 @@ def all_rates(contact, now, way):
             sides = (1, -1) if at_zero else allowed[k][1:]
             least += [f * dp[k] - side * dt[k] for side in sides] if kind == "stick" else []
         if min(least, default=0) > -1e-9 * np.abs(values[:-2]).max():
-            found.append(values[:-2])
-    return found
+            rates.append(values[:-2])
+    return rates
 
 
 @pytest.mark.nightly(200)
 def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     """Wherever a history goes on, enumeration finds one way; where it is refused, none or two."""
-    seen, settled = Counter(), EventDrivenContact.find_rates
+    counts, settled = Counter(), EventDrivenContact.find_rates
 
     def compared(event_driven, way, remaining):
         ways = len(all_rates(event_driven.contact, event_driven.state(), way))
         try:
-            found = settled(event_driven, way, remaining)
+            rates = settled(event_driven, way, remaining)
         except mb.NotConverged:
-            seen[ways, "refused"] += 1
+            counts[ways, "refused"] += 1
             raise
-        seen[ways, "goes on"] += 1
-        return found
+        counts[ways, "goes on"] += 1
+        return rates
 
     monkeypatch.setattr(EventDrivenContact, "find_rates", compared)
     for seed in seeds:
@@ -548,8 +560,11 @@ def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
         with contextlib.suppress(mb.NotConverged):
             for shear in (0.0, 0.9, -0.9):
                 event_driven.to(1.0, shear * contact.friction)
-    assert seen[1, "goes on"] > 5 * len(seeds) and sum(seen[key] for key in seen if key[1] == "refused") > 0
-    assert not [key for key in seen if (key[0] == 1) != (key[1] == "goes on")], seen
+    assert (
+        counts[1, "goes on"] > 5 * len(seeds)
+        and sum(counts[key] for key in counts if key[1] == "refused") > 0
+    )
+    assert not [key for key in counts if (key[0] == 1) != (key[1] == "goes on")], counts
 
 
 LOAD = np.pi / 2  # a_Hz = 1
@@ -593,18 +608,18 @@ def test_a_column_follows_the_closed_form():
     L, mu, ell = solid.layer_length, solid.mu, solid.ell
     softness = (1 - solid.beta * L * math.tanh(1 / (2 * L))) / mu
     tip = P / (1 + solid.curvature * ell / L * math.tanh(1 / (2 * L)))
-    (both, one), changes, facets = followed(body, 0.6, [(P, 0.9 * tip), (P, 0.5 * P)])
-    assert both.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
-    assert np.subtract(*both.normal) == pytest.approx(0.9 * P, rel=1e-6) and both.stick.all()
+    (closed, tipped), changes, facets = followed(body, 0.6, [(P, 0.9 * tip), (P, 0.5 * P)])
+    assert closed.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
+    assert np.subtract(*closed.normal) == pytest.approx(0.9 * P, rel=1e-6) and closed.stick.all()
     opens = [change.share for change in changes if change.kind == "open"]
     assert opens == [pytest.approx(0.1 * tip / (0.5 * P - 0.9 * tip), rel=1e-5)]
     B = ell / 2 * 0.5 * P * L / (solid.curvature * ell**2 * mu)
     A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
     turned = -P / (4 * mu) + A * L * math.sinh(1 / L) + B * L * (1 - math.cosh(1 / L))
     psi, u1 = A - P / (4 * mu), (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
-    _, found = facets.nodes.surface(np.concatenate((one.normal, one.tangential)), facets.onto)
-    assert found[0] == pytest.approx(psi, rel=1e-5)
-    assert one.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
+    _, surface = facets.nodes.surface(np.concatenate((tipped.normal, tipped.tangential)), facets.onto)
+    assert surface[0] == pytest.approx(psi, rel=1e-5)
+    assert tipped.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -643,11 +658,11 @@ def test_a_block_has_its_history_to_a_tolerance():
     pairs, method = LOAD_PAIRS[:2], mb.Uniform(h=0.2, order=1, reach=0.6)
     problem = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, BLOCKS, method)
     finest = problem.with_(method=replace(method, h=0.2 / 16)).history(pairs).states
-    for state, other in zip(problem.history(pairs, rtol=0.25).states, finest):
-        w, true = other.weights, 0.0
+    for state, reference in zip(problem.history(pairs, rtol=0.25).states, finest):
+        w, true = reference.weights, 0.0
         for name, scale in (("pressure", 1.0), ("micromoment", SOLID.ell), ("shear_traction", F)):
-            off = (np.interp(other.x, state.x, getattr(state, name)) - getattr(other, name)) / scale
-            true = max(true, math.sqrt(w @ off**2 / (w @ other.pressure**2)))
+            off = (np.interp(reference.x, state.x, getattr(state, name)) - getattr(reference, name)) / scale
+            true = max(true, math.sqrt(w @ off**2 / (w @ reference.pressure**2)))
         assert 0.1 * state.error_estimate < true < state.error_estimate <= 0.25
     with pytest.raises(mb.NotConverged, match="smallest error estimate") as failure:
         problem.history(pairs[:1], rtol=1e-3)

@@ -110,8 +110,8 @@ def tilts(x1, x2):
 
 def hilly(x1, x2):
     k = 2 * np.pi / 3
-    one, two = (0.05 * (1 - np.cos(k * x)) + 0.01 * np.sin(k * x) for x in (x1, x2 + 0.3))
-    return one + 0.7 * two
+    along_x1, along_x2 = (0.05 * (1 - np.cos(k * x)) + 0.01 * np.sin(k * x) for x in (x1, x2 + 0.3))
+    return along_x1 + 0.7 * along_x2
 
 
 @pytest.mark.parametrize("where", ["gaps and levers", "levers"])
@@ -121,11 +121,12 @@ def test_gaps_and_moments_are_those_of_vectors(where):
     law = mb.Microblock((lambda *x: tilts(*x)[0], lambda *x: tilts(*x)[1]), where)
     state = on_cells(problem(law, None, hilly, 3.0, solid, nodes=32, residual=1e-11).solve(load=1.8))
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
-    zero, one = np.zeros_like(x1), np.ones_like(x1)
+    zero, unit = np.zeros_like(x1), np.ones_like(x1)
     e1, e2, e3 = (
-        np.stack(each, axis=-1) for each in ((one, zero, zero), (zero, one, zero), (zero, zero, one))
+        np.stack(components, axis=-1)
+        for components in ((unit, zero, zero), (zero, unit, zero), (zero, zero, unit))
     )
-    psi0, psi = (np.stack((*each, zero), axis=-1) for each in (tilts(x1, x2), state.psi))
+    psi0, psi = (np.stack((*components, zero), axis=-1) for components in (tilts(x1, x2), state.psi))
     N, S1, S2 = (e + np.cross(psi0, e) for e in (e3, e1, e2))
     half, moment = state.problem.solid.ell / 2, np.zeros_like(psi)
     for (a, b), force in zip([(-1, -1), (-1, 1), (1, -1), (1, 1)], state.pressures.values()):
@@ -157,8 +158,8 @@ def test_forces_of_blocks_that_are_not_unique_have_the_least_norm():
 def test_two_crossed_waves_in_full_contact_are_those_of_the_half_plane(second):
     """Corner by corner, added; the polynomial through five cells leaves (k width)^6/100 of u2."""
     k, depth, ell = 2 * np.pi, 1e-4, 0.13
-    one = mb.Cosserat(E=100, nu=0.3, beta=1, ell=ell)
-    (U,), (V,), (W,) = plane_symbol(one, np.array([k]))
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=ell)
+    (U,), (V,), (W,) = plane_symbol(solid, np.array([k]))
     U2 = normal_symbol(OTHER, np.array([k]))[0] if second else 0.0
     c, s = np.cos(k * ell / 2), np.sin(k * ell / 2)
     matrix = [[U + U2 * c * c, V + U2 * c * s], [V + U2 * c * s, W + U2 * s * s]]
@@ -167,7 +168,7 @@ def test_two_crossed_waves_in_full_contact_are_those_of_the_half_plane(second):
     def height(x1, x2):
         return -depth * (np.cos(k * x1) + np.cos(k * x2))
 
-    solved = problem(mb.Microblock(), second, height, 1.0, one, nodes=64, residual=1e-11).solve(load=1.0)
+    solved = problem(mb.Microblock(), second, height, 1.0, solid, nodes=64, residual=1e-11).solve(load=1.0)
     state = on_cells(solved)
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
     assert state.pressure == pytest.approx(1.0 + p * (np.cos(k * x1) + np.cos(k * x2)), abs=1e-7)
@@ -184,8 +185,8 @@ def point_load(solid, r):
     short, last = short_waves(solid)[0], 3000 / solid.ell
     k = np.concatenate((np.linspace(0, last / 100, 20001), np.linspace(last / 100, last, 100001)[1:]))
     middle, step = (k[1:] + k[:-1]) / 2, np.diff(k)
-    rest = (middle * normal_symbol(solid, middle) - short) * step
-    return np.array([short / each + rest @ j0(middle * each) for each in r]) / (2 * np.pi)
+    integrand = (middle * normal_symbol(solid, middle) - short) * step
+    return np.array([short / distance + integrand @ j0(middle * distance) for distance in r]) / (2 * np.pi)
 
 
 def test_far_away_a_contact_displaces_as_a_point_load():
@@ -217,22 +218,22 @@ def test_squares_displace_each_other_as_cells_of_one_grid(law, period):
         bump = np.sin(np.pi * (count + 0.5) / 32) ** 3
         f = np.arange(1, 1 + 3 * len(solver.offsets)).reshape(-1, 3, 1, 1) * np.multiply.outer(bump, bump)
         cells = [np.ix_((count + i) % 128, (count + j) % 128) for i, j in rows]
-        H, together, whole = (
+        H, together, on_grid = (
             solver.flexibility(single),
             solver.flexibility(squares),
             np.zeros((len(f), 128, 128)),
         )
-        for own, there in zip(f.swapaxes(0, 1), cells):
-            whole[(slice(None), *there)] = own
-        turned = [own.turned(forces, own.surface(forces)) for own, forces in ((H, whole), (together, f))]
+        for part, block in zip(f.swapaxes(0, 1), cells):
+            on_grid[(slice(None), *block)] = part
+        turned = [part.turned(forces, part.surface(forces)) for part, forces in ((H, on_grid), (together, f))]
         pairs = [
-            (H @ whole, together @ f),
+            (H @ on_grid, together @ f),
             *zip(*turned),
-            (H.counter.above(whole)[None], together.counter.above(f)[None]),
+            (H.counter.above(on_grid)[None], together.counter.above(f)[None]),
         ]
-        for one, other in pairs:
-            read = np.stack([one[(slice(None), *there)] for there in cells], axis=1)
-            assert other == pytest.approx(read, abs=(1e-2 if period else 1e-4) * np.abs(read).max())
+        for by_grid, by_squares in pairs:
+            read = np.stack([by_grid[(slice(None), *block)] for block in cells], axis=1)
+            assert by_squares == pytest.approx(read, abs=(1e-2 if period else 1e-4) * np.abs(read).max())
 
 
 @pytest.mark.parametrize("period", [None, 1.0])
@@ -373,7 +374,7 @@ def test_a_pin_between_cells_is_met_by_the_corner_of_a_rotated_block():
             return np.where(inside < 1, np.minimum(sphere, z + inside * (x**2 / 2 - z)), sphere)
 
         warnings = free.with_(obstacle=height).solve(load=4 / 3).warnings
-        assert any("between cells" in one for one in warnings) == words
+        assert any("between cells" in sentence for sentence in warnings) == words
 
 
 @pytest.mark.parametrize("second", [False, True])
@@ -392,8 +393,8 @@ def test_equal_summits_carry_equal_loads(apart, ell, second):
 
 def test_obstacles_that_end_are_found_far_from_the_origin_or_refused():
     """The steps of their rims differ; what was not seen is not called infinite."""
-    far, here = (on_unit_solid(disc(*place), nodes=32).solve(load=1.0) for place in ((30, -40), (0, 0)))
-    assert far.approach == pytest.approx(here.approach, rel=0.05)
+    far, near = (on_unit_solid(disc(*place), nodes=32).solve(load=1.0) for place in ((30, -40), (0, 0)))
+    assert far.approach == pytest.approx(near.approach, rel=0.05)
     with pytest.raises(mb.BadArgument, match=r"none was seen.* move it near there"):
         on_unit_solid(disc(1000, 0)).solve(load=1.0)
 
@@ -435,9 +436,11 @@ def test_contacts_far_apart_are_those_of_hertz(apart):
     loads = np.bincount(nearest, state.weights * state.pressure)
     assert len(state.squares) == 3 and loads == pytest.approx(P, rel=2e-3)
     assert state.approach == pytest.approx(lowered.max(), rel=1e-3)
-    pair, single = (summits((0, 0, 0), *more) for more in ([(0, apart, 0)], []))
-    both, alone = (on_unit_solid(own).solve(0.05 * (1 + (own is pair)), rtol=0.02) for own in (pair, single))
-    assert cost(both) < 4 * cost(alone)
+    pair, single = (summits((0, 0, 0), *further) for further in ([(0, apart, 0)], []))
+    pair_state, alone = (
+        on_unit_solid(shape).solve(0.05 * (1 + (shape is pair)), rtol=0.02) for shape in (pair, single)
+    )
+    assert cost(pair_state) < 4 * cost(alone)
 
 
 def test_corners_of_blocks_much_larger_than_the_contact_are_four_contacts_of_hertz():
@@ -513,9 +516,9 @@ def test_squares_on_a_period_have_the_state_of_one_grid(law, second):
 
 def test_what_squares_do_not_know_beside_them_is_refused():
     """A pressure there is 0, the displacement of a second body and the moments that hold psi = 0 are not."""
-    far, other = np.array([(50.0, 0.0)]), mb.HalfSpace(mb.Cosserat(E=2, nu=0.2, ell=0.2, beta=1))
+    far, second = np.array([(50.0, 0.0)]), mb.HalfSpace(mb.Cosserat(E=2, nu=0.2, ell=0.2, beta=1))
     clamped = on_unit_solid(UNIT_SPHERE, TURNED_LAWS[2], nodes=32).solve(load=0.05)
-    pressed = on_unit_solid(mb.Deformable(other, UNIT_SPHERE), BLOCKS, nodes=32).solve(load=0.05)
+    pressed = on_unit_solid(mb.Deformable(second, UNIT_SPHERE), BLOCKS, nodes=32).solve(load=0.05)
     for state, asked in ((clamped, clamped.micromoment_at), (pressed, pressed.counter_displacement)):
         assert state.pressure_at(far) == 0 and np.isfinite(asked(state.points)).all()
         for refused in (lambda: asked(far), lambda: state.gap_at(list(state.pressures)[0], far)):
@@ -592,9 +595,9 @@ def test_order_copies_and_starts_do_not_matter():
     for again in (used, copy.deepcopy(used), pickle.loads(pickle.dumps(used))):
         assert np.array_equal(again.solve(load=0.5, rtol=0.2).pressure, fresh.pressure)
     close = on_unit_solid(UNIT_SPHERE, BLOCKS, 0.1, nodes=32, residual=1e-12)
-    other = on_unit_solid(UNIT_SPHERE, TURNED_LAWS[2], 0.1, nodes=32).solve(load=0.5)
+    clamped = on_unit_solid(UNIT_SPHERE, TURNED_LAWS[2], 0.1, nodes=32).solve(load=0.5)
     alone = close.solve(load=0.5)
-    for initial in (before, other, close.solve(load=0.4)):
+    for initial in (before, clamped, close.solve(load=0.4)):
         state = close.solve(load=0.5, initial=initial)
         assert state.pressure == pytest.approx(alone.pressure, abs=1e-8 * alone.pressure.max())
     pressure = alone.pressure.reshape(alone.shape)
@@ -604,11 +607,13 @@ def test_order_copies_and_starts_do_not_matter():
 def test_corners_beyond_a_period_meet_the_image_of_the_obstacle():
     """A height that goes on beyond its period, pressed until all of it touches, and the same that repeats."""
     height = mb.Ellipsoid(10.0, 8.0).height
-    here = on_unit_solid(height, BLOCKS, 0.1, 1.0, nodes=32)
-    folded = here.with_(obstacle=lambda x1, x2: height((x1 + 0.5) % 1 - 0.5, (x2 + 0.5) % 1 - 0.5))
-    one, other = (each.solve(load=0.15) for each in (here, folded))
-    assert one.pressure.reshape(one.shape)[0].min() > 0
-    assert other.pressure == pytest.approx(one.pressure, abs=1e-9 * one.pressure.max())  # rounding of places
+    plain = on_unit_solid(height, BLOCKS, 0.1, 1.0, nodes=32)
+    folded = plain.with_(obstacle=lambda x1, x2: height((x1 + 0.5) % 1 - 0.5, (x2 + 0.5) % 1 - 0.5))
+    state, folded_state = (contact.solve(load=0.15) for contact in (plain, folded))
+    assert state.pressure.reshape(state.shape)[0].min() > 0
+    assert folded_state.pressure == pytest.approx(
+        state.pressure, abs=1e-9 * state.pressure.max()
+    )  # rounding of places
 
 
 def test_at_most_three_corners_touch_an_obstacle_that_is_twisted():

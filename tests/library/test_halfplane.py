@@ -102,7 +102,7 @@ class Mode:
     def surface(self):
         """sigma_22 ~ cos, sigma_12 ~ sin and m_2 ~ sin at x2 = 0, and u2 ~ cos, psi ~ sin; the rest is 0."""
         fields = self.stress[1][1], self.stress[0][1], self.couple[1], self.u2, self.psi
-        assert all(f[other] == 0 for f, other in zip(fields, (2, 0, 0, 2, 0)))
+        assert all(f[component] == 0 for f, component in zip(fields, (2, 0, 0, 2, 0)))
         return [f[place] for f, place in zip(fields, (0, 2, 2, 0, 2))]
 
 
@@ -144,19 +144,19 @@ def test_symbol_is_that_of_the_modes(solid):
         context.prec = DIGITS
         exact, half = [], Decimal(solid.ell) / 2
         for k in DECADES / solid.ell:
-            found = modes(solid, Decimal(k))
-            for mode in found:
+            solutions = modes(solid, Decimal(k))
+            for mode in solutions:
                 assert mode.rate > 0  # so that it dies out downwards
                 for left, size in mode.imbalance():
                     # shear of layers far shorter than the wave is what mu_c times w leaves: 1e-22 of it
                     assert max(abs(value) for value in left) <= size * Decimal("1e-35")
-            loads = list(zip(*(mode.surface()[:3] for mode in found)))
+            loads = list(zip(*(mode.surface()[:3] for mode in solutions)))
             exact.append([])
             for p, q, m in np.eye(3, dtype=int):
                 amounts = solve(loads, [-int(p), int(q), half * int(m)])
                 u2, u1, psi = (
                     sum(a * value for a, value in zip(amounts, values))
-                    for values in zip(*((mode.u2[0], mode.u1[2], mode.psi[2]) for mode in found))
+                    for values in zip(*((mode.u2[0], mode.u1[2], mode.psi[2]) for mode in solutions))
                 )
                 exact[-1].append((-u2, u1, half * psi))
     U, V, W = symbol(solid, DECADES / solid.ell)
@@ -221,7 +221,7 @@ def test_kernels_are_transforms_of_the_symbol(solid):
     """Of the table, which is integrated along a rotated ray, 1e-12 is promised; quad obtains 1e-14."""
     x = np.array([0.02, 0.3, 1.0, 4.0, 30.0])
     table, solid = Kernels(*solid), solid_of(*solid, ell=1.0)
-    direct = [[kernel_by_quadrature(solid, number, one) for one in x] for number in range(9)]
+    direct = [[kernel_by_quadrature(solid, number, place) for place in x] for number in range(9)]
     np.testing.assert_allclose(table(x, range(9)), direct, rtol=0, atol=2e-12)
 
 

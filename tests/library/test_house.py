@@ -49,16 +49,16 @@ PRIVATE = {  # modules of which tests take private names: there no public call r
 def imports(path):
     """(modules of the package imported with the module, those imported when a function is called)."""
     package = ("microblock", *path.relative_to(ROOT).parts[:-1])
-    found = {True: set(), False: set()}
+    modules = {True: set(), False: set()}
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             above = package[: len(package) - node.level + 1]
             base = ".".join((*above, *(node.module or "").split("."))).strip(".")
             for alias in node.names:
-                whole = f"{base}.{alias.name}"
-                is_module = (ROOT.parent / whole.replace(".", "/")).with_suffix(".py").exists()
-                found[node.col_offset == 0].add(whole if is_module else base)
-    return found[True], found[False]
+                dotted_name = f"{base}.{alias.name}"
+                is_module = (ROOT.parent / dotted_name.replace(".", "/")).with_suffix(".py").exists()
+                modules[node.col_offset == 0].add(dotted_name if is_module else base)
+    return modules[True], modules[False]
 
 
 def dotted(path):
@@ -72,11 +72,11 @@ def room(module):
 def test_imports_run_downwards_and_in_no_circle():
     files = list(ROOT.rglob("*.py"))
     for path in files:
-        own = room(dotted(path))
-        at_once, later = ({room(one) for one in names} - GROUND - {own} for names in imports(path))
-        allowed = MAY_IMPORT.get(own, set())
+        home = room(dotted(path))
+        at_once, later = ({room(module) for module in names} - GROUND - {home} for names in imports(path))
+        allowed = MAY_IMPORT.get(home, set())
         assert at_once <= allowed, path.name
-        assert later <= allowed | ({"view"} if own in DRAWN_WHEN_CALLED else set()), path.name
+        assert later <= allowed | ({"view"} if home in DRAWN_WHEN_CALLED else set()), path.name
     # CycleError names the circle
     tuple(TopologicalSorter({dotted(path): imports(path)[0] for path in files}).static_order())
 

@@ -69,7 +69,7 @@ def test_no_pressure_is_negative_where_an_edge_errs(number):
     """Of an rtol of 1e-2 tension of 0.1 to 5 times the mean pressure was left at the node beside an edge."""
     _, problem, load, *_ = drawn(SEED, number, mb)
     state = problem.with_(method=mb.Panels()).solve(load=load, rtol=1e-2)
-    assert min(own.min() for own in state.pressures.values()) == 0
+    assert min(pressures.min() for pressures in state.pressures.values()) == 0
     assert state.weights @ state.pressure == pytest.approx(load, rel=1e-12)
     places = np.linspace(*np.array(state.zones["contact"])[[0, -1], [0, 1]], 2001)
     assert state.pressure_at(places).min() >= 0
@@ -93,11 +93,11 @@ def test_a_corner_opens_across_the_end_that_the_other_one_has(curvature):
 @pytest.mark.parametrize("distance", [2.5, 50])
 def test_each_of_two_cylinders_carries_its_half(law, distance):
     """Two errors of 1e-4 in L2 of p; also where the search begins at a state of one of them alone."""
-    problem, one = (
+    problem, right_cylinder = (
         contact(cylinders(distance * HERTZ / 2), law),
         (lambda x: (x - distance * HERTZ / 2) ** 2 / 20),
     )
-    alone = contact(one, law).solve(load=0.5, rtol=1e-4)
+    alone = contact(right_cylinder, law).solve(load=0.5, rtol=1e-4)
     for initial in (None, alone):
         state = problem.solve(load=1.0, rtol=1e-4, initial=initial)
         left = state.x < 0
@@ -171,9 +171,11 @@ class Valleys:
 @pytest.mark.parametrize("law", [UNILATERAL, mb.Microclamped()], ids=str)
 def test_a_half_line_has_zones_off_the_axis(law):
     """The same obstacle without its symmetry is solved on the whole line; both to rtol."""
-    half, whole = (contact(one, law).solve(load=0.2, rtol=1e-5) for one in (Valleys(), Valleys().height))
-    assert half.method == whole.method == "panels" and len(half.zones["contact"]) == 2
-    assert missed(whole, half) < half.error_estimate + whole.error_estimate
+    half, full = (
+        contact(obstacle, law).solve(load=0.2, rtol=1e-5) for obstacle in (Valleys(), Valleys().height)
+    )
+    assert half.method == full.method == "panels" and len(half.zones["contact"]) == 2
+    assert missed(full, half) < half.error_estimate + full.error_estimate
 
 
 def test_zones_of_both_corners_are_born_at_once():
@@ -206,17 +208,17 @@ def test_the_next_method_answers_where_the_first_does_not(monkeypatch):
     def fails(*_):
         raise mb.NotConverged("no zones fit")
 
-    here = contact(cylinders(1.5), BLOCKS)
-    panels = here.solve(load=1.0, rtol=1e-4)
-    assert panels.method == "panels" == here.plan(load=1.0, rtol=1e-3).candidates[0].name
+    problem = contact(cylinders(1.5), BLOCKS)
+    panels = problem.solve(load=1.0, rtol=1e-4)
+    assert panels.method == "panels" == problem.plan(load=1.0, rtol=1e-3).candidates[0].name
     monkeypatch.setattr(zone_search, "solve", fails)
-    state = here.solve(load=1.0, rtol=1e-3)
+    state = problem.solve(load=1.0, rtol=1e-3)
     assert "cells instead of panels (no zones fit)" in state.warnings
     assert state.method == "cells" and missed(panels, state) < state.error_estimate <= 1e-3
     for method in None, mb.Panels():
         with pytest.raises(mb.NotConverged, match="^no zones fit$"):
-            here.with_(method=method).solve(load=1.0, rtol=1e-8)
-    assert "cells would be needed" in here.plan(load=1.0, rtol=1e-8).refused[0].refusal
+            problem.with_(method=method).solve(load=1.0, rtol=1e-8)
+    assert "cells would be needed" in problem.plan(load=1.0, rtol=1e-8).refused[0].refusal
 
 
 def test_two_punches_that_nobody_has_named_have_their_closed_form():
@@ -298,18 +300,18 @@ def test_an_obstacle_may_have_one_end(kind):
     def pressed(ends, psi0):
         return mb.Contact(body, Ending(ends), mb.Microblock(psi0=psi0), method).solve(load=1.0)
 
-    one, mirrored, far = (
+    ended, mirrored, far = (
         pressed((-np.inf, 0.2), 0.01),
         pressed((-0.2, np.inf), -0.01),
         pressed((-90.0, 0.2), 0.01),
     )
-    away = np.abs(one.x - 0.2 - SOLID.ell / 2 * np.array([[-1], [1]])).min(axis=0)
-    weights = one.solution.weights * away  # where a corner meets the end p has no norm
-    assert any(edge > 0.2 for zone in one.zones["contact"] for edge in zone)
+    distance = np.abs(ended.x - 0.2 - SOLID.ell / 2 * np.array([[-1], [1]])).min(axis=0)
+    weights = ended.solution.weights * distance  # where a corner meets the end p has no norm
+    assert any(edge > 0.2 for zone in ended.zones["contact"] for edge in zone)
     # states keep to an rtol of 1e-3, and meshes are no mirror images of each other
     bar = 1e-3 if kind == "block" else 1e-4
-    for pressure in (far.pressure_at(one.x), mirrored.pressure_at(-one.x)):
-        assert weights @ (pressure - one.pressure) ** 2 < bar**2 * (weights @ one.pressure**2)
+    for pressure in (far.pressure_at(ended.x), mirrored.pressure_at(-ended.x)):
+        assert weights @ (pressure - ended.pressure) ** 2 < bar**2 * (weights @ ended.pressure**2)
 
 
 def test_an_event_that_coarse_states_alone_see_has_the_error_that_states_to_rtol_show():
@@ -364,8 +366,8 @@ def test_zones_beside_a_valley_never_merge_and_it_is_no_error_where_nothing_touc
     """At the last load the gap is 3e-8 wide and not resolved to the usual accuracy."""
     problem = contact(mb.Obstacle(valley(0.002), kinks=(0.0,)))
     assert len(problem.solve(load=1.0).zones["contact"]) == 1
-    found = [(event.zone, event.kind, round(event.x, 6)) for event in problem.path(load=1.0).events]
-    assert found == [("contact", "born", -0.02), ("contact", "born", 0.02)]
+    events = [(event.zone, event.kind, round(event.x, 6)) for event in problem.path(load=1.0).events]
+    assert events == [("contact", "born", -0.02), ("contact", "born", 0.02)]
     state = contact(mb.Obstacle(valley(0.004), kinks=(0.0,))).solve(load=1e-6)
     assert [round((left + right) / 2, 4) for left, right in state.zones["contact"]] == [-0.04, 0.04]
 
@@ -459,14 +461,16 @@ FUNCTIONS = {  # height, places of singular points, jumps of the slope there, pi
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_singular_points_are_found_where_they_are(name):
     height, places, jumps, pieces = FUNCTIONS[name]
-    found = proxy(height, FIRST)
+    approximation = proxy(height, FIRST)
     # what |x|^p changes over d is rounding beside the rest of an interval of some d: 1e-8 of it for p = 3
-    assert found.singular == pytest.approx(places, abs=1e-7) and len(found.edges) - 1 <= pieces
+    assert (
+        approximation.singular == pytest.approx(places, abs=1e-7) and len(approximation.edges) - 1 <= pieces
+    )
     # the pressure is a logarithm there, which feels the root of a distance; rounding of 5 hides 6e-12
     corners = np.abs(jumps) > 0
-    assert found.singular[corners] == pytest.approx(np.array(places)[corners], abs=1e-11)
+    assert approximation.singular[corners] == pytest.approx(np.array(places)[corners], abs=1e-11)
     # differences of 1e-6
-    assert found.jumps == pytest.approx(jumps, rel=1e-6, abs=0.0, nan_ok=True)
+    assert approximation.jumps == pytest.approx(jumps, rel=1e-6, abs=0.0, nan_ok=True)
 
 
 def test_a_height_that_is_refused_is_named_where_it_is_rough():

@@ -81,7 +81,7 @@ def test_a_method_of_ones_own_on_a_half_plane_stands_beside_panels_and_cells():
     body = type("Mine", (mb.HalfPlane,), {"methods": (kind, mb.Panels, mb.Cells)})(SOLID)
     for rtol in (None, 1e-4):
         plan = mb.Contact(body, CYLINDER, LINE).plan(load=1.0, rtol=rtol)
-        assert [one.name for one in plan.candidates] == ["longer_than_others", "panels", "cells"]
+        assert [candidate.name for candidate in plan.candidates] == ["longer_than_others", "panels", "cells"]
         assert repr(plan).startswith("longer_than_others no prediction  <- the usual method")
 
 
@@ -168,17 +168,17 @@ def test_cells_take_the_levers_of_the_law(law):
     panels, cells = pressed_by(law, rtol=1e-4), pressed_by(law, method=mb.Cells(), rtol=1e-2)
     assert cells.method == "cells" and panels.method == "panels"
     for name in ("pressure", "micromoment"):
-        there = np.interp(cells.x, panels.x, getattr(panels, name))
-        assert np.abs(getattr(cells, name) - there).max() < 0.05 * np.abs(there).max()  # cells at edges
+        expected = np.interp(cells.x, panels.x, getattr(panels, name))
+        assert np.abs(getattr(cells, name) - expected).max() < 0.05 * np.abs(expected).max()  # cells at edges
     assert cells.micromoment.min() == pytest.approx(panels.micromoment.min(), rel=1e-2)
 
 
 def test_blocks_that_are_rotated_in_the_levers_are_those_of_the_library():
-    own, known = (
+    by_law, expected = (
         pressed_by(law, method=mb.Cells(256))
         for law in (Corners((-0.5, 0.5), 0.3), mb.Microblock(0.3, "levers"))
     )
-    assert np.allclose(own.pressure, known.pressure, rtol=0, atol=1e-9 * known.pressure.max())
+    assert np.allclose(by_law.pressure, expected.pressure, rtol=0, atol=1e-9 * expected.pressure.max())
 
 
 REFUSED = {
@@ -308,10 +308,10 @@ def test_blocks_that_are_rotated_are_those_of_the_library():
         arms = mb.Microblock(0.02).arms
         initial_rotation = mb.Microblock(0.02).initial_rotation
 
-    own, known = (pressed_by(law, rtol=1e-4) for law in (Rotated(), mb.Microblock(0.02)))
-    assert own.law.shifts(0.3) == pytest.approx(known.law.shifts(0.3), rel=1e-15)
+    by_law, expected = (pressed_by(law, rtol=1e-4) for law in (Rotated(), mb.Microblock(0.02)))
+    assert by_law.law.shifts(0.3) == pytest.approx(expected.law.shifts(0.3), rel=1e-15)
     # one problem, to rounding and what edges leave
-    assert own.half_width == pytest.approx(known.half_width, rel=1e-6)
+    assert by_law.half_width == pytest.approx(expected.half_width, rel=1e-6)
 
 
 def test_places_follow_a_rotation_that_differs_from_block_to_block():

@@ -67,7 +67,7 @@ def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
     seconds = [candidate.cost.seconds for candidate in plan.candidates]
     # other methods than the usual one are taken where half its time is expected
     usual = [candidate for candidate in plan.candidates if candidate.method == problem.solver.options]
-    costs = [(one.cost, one in usual) for one in plan.candidates]
+    costs = [(option.cost, option in usual) for option in plan.candidates]
     weighted = [cost.seconds * (1 if is_usual else 2) + 2 * cost.misses for cost, is_usual in costs]
     assert weighted == sorted(weighted) and min(seconds) > 0
     assert f"{method}" in repr(plan).splitlines()[0]
@@ -130,7 +130,7 @@ def test_an_approach_is_planned_as_its_load():
 
 def test_a_method_that_is_named_answers_alone():
     problem = mb.Contact(LINE, ripples, mb.Microblock(), mb.Panels())
-    assert [one.name for one in problem.plan(load=0.5).candidates] == ["panels"]
+    assert [candidate.name for candidate in problem.plan(load=0.5).candidates] == ["panels"]
     assert problem.plan(load=0.5).reason == "the only method"
 
 
@@ -147,9 +147,9 @@ def test_memory_of_what_is_no_longer_needed_is_there(monkeypatch):
     """A problem and its solver know one another, and go only when they are looked for."""
     problem = mb.Contact(LINE, ROUND, mb.Microblock())
     problem.solver.contact
-    known = weakref.ref(problem)
+    reference = weakref.ref(problem)
     del problem
-    monkeypatch.setattr("microblock.cost.available", lambda: 0 if known() else 1e12)
+    monkeypatch.setattr("microblock.cost.available", lambda: 0 if reference() else 1e12)
     assert not cost.too_much(1e9)
 
 
@@ -159,7 +159,7 @@ def test_what_no_method_answers_is_said_by_the_usual_one():
     with pytest.raises(mb.BadArgument, match="approach = 0.1: has no meaning on a half-plane"):
         problem.solve(approach=0.1)
     plan = problem.plan(approach=0.1)
-    assert plan.candidates == () and [one.name for one in plan.refused] == ["panels", "cells"]
+    assert plan.candidates == () and [candidate.name for candidate in plan.refused] == ["panels", "cells"]
     assert "approach" in repr(plan) and plan.reason == "no method can answer"
 
 
@@ -225,7 +225,7 @@ def test_another_method_is_tried_if_it_is_cheap(seconds, estimate):
     solution, estimates = problem.solve(load=0.5).solution, iter((0.2, 0.1))
     costs = cost.Cost(0.1, 1e6, 1e3), cost.Cost(seconds, 1e6, 1e3)
     best = first_answer(
-        [Candidate(problem.solver, each) for each in costs],
+        [Candidate(problem.solver, expected) for expected in costs],
         lambda candidate: mb.State(solution, error_estimate=next(estimates)),
         lambda state: "the usual rtol was not reached",
     )

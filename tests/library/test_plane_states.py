@@ -59,13 +59,13 @@ def test_errors_are_below_what_is_asked_for_and_said(rtol):
     for _ in range(8):
         alpha, nu, beta = float(10 ** rng.uniform(-1.3, 0.2)), rng.uniform(0, 0.49), rng.uniform(0.2, 1.9)
         law = (mb.Microblock(), mb.Unilateral(), mb.Microblock(rng.uniform(-0.1, 0.1)))[rng.integers(3)]
-        here = problem(alpha, law, nu=nu, beta=beta)
-        state = here.solve(load=P, rtol=rtol)
-        fine = here.with_(method=mb.Panels(order=26)).solve(load=P, initial=state)
+        contact = problem(alpha, law, nu=nu, beta=beta)
+        state = contact.solve(load=P, rtol=rtol)
+        fine = contact.with_(method=mb.Panels(order=26)).solve(load=P, initial=state)
         assert apart(state, fine) <= state.error_estimate <= rtol, (alpha, nu, beta, law)
-        parts = state.error_parts
+        error_parts = state.error_parts
         assert state.error_estimate == sum(
-            (parts.discretisation, parts.edges, parts.kernel, parts.conditions)
+            (error_parts.discretisation, error_parts.edges, error_parts.kernel, error_parts.conditions)
         )
 
 
@@ -143,28 +143,29 @@ def test_rounding_next_to_coalescence_is_not_surveyed(monkeypatch):
 
 def test_overlaps_are_larger_than_rounding():
     """Each overlap apart from all edges becomes a zone, whatever it is worth."""
-    here = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
+    pictured = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
     state = edges.newton_zone_edges(
-        here, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4
+        pictured, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4
     )
-    assert all(each.depth > 1e-14 or not each.depth for each in survey_module.contact_violations(state))
+    depths = np.array([violation.depth for violation in survey_module.contact_violations(state)])
+    assert np.all((depths > 1e-14) | (depths == 0))
 
 
 def test_zones_meet_at_alpha_mid():
     """Below the event the load misses it by b^(2 s), the next term b^(4 s) is 1e-3 of it; states beside it
     hold their rtol.
     """
-    here = problem(1.0, mb.Microblock())
-    event = here.path(load=4.0).events[-1]
+    contact = problem(1.0, mb.Microblock())
+    event = contact.path(load=4.0).events[-1]
     assert (event.kind, event.zone) == ("merged", "contact") and event.load_error < 2e-8 * event.load
     first = event.load
     assert 1 / np.sqrt(2 * first / np.pi) == pytest.approx(0.83431323, abs=2e-8)
-    fixed = here.with_(method=mb.Panels(order=14))
+    fixed = contact.with_(method=mb.Panels(order=14))
     near, far = (fixed.solve(load=first * (1 - share)).zones["A"][0][0] for share in (1e-3, 2e-3))
-    power = 2 * coalescence_exponent(here.body.solid)
+    power = 2 * coalescence_exponent(contact.body.solid)
     assert np.log(2) / np.log(far / near) == pytest.approx(power, rel=5e-3)
     for share, zones in ((0.9999, 2), (1.01, 1)):
-        state = here.solve(load=share * first)
+        state = contact.solve(load=share * first)
         assert state.error_estimate <= 1e-3 and len(state.zones["contact"]) == zones
 
 
@@ -172,11 +173,11 @@ def test_zones_of_turned_blocks_meet_with_the_power_of_their_levers():
     """As (c_u + a b c_phi)/sqrt((c_u + a^2 c_phi)(c_u + b^2 c_phi)) = cos(pi s) says, with levers 1.5 and
     -.5; without psi0 it is 5 % more.
     """
-    here = problem(1.0, mb.Microblock(psi0=0.5))
-    event = next(event for event in here.path(load=8.0).events if event.kind == "merged")
-    a, b, (u, phi) = 1.5, -0.5, short_waves(here.body.solid)
+    contact = problem(1.0, mb.Microblock(psi0=0.5))
+    event = next(event for event in contact.path(load=8.0).events if event.kind == "merged")
+    a, b, (u, phi) = 1.5, -0.5, short_waves(contact.body.solid)
     power = 2 * np.arccos((u + a * b * phi) / np.sqrt((u + a**2 * phi) * (u + b**2 * phi))) / np.pi
-    states = [here.solve(load=event.load * (1 - share), rtol=1e-8) for share in (1e-3, 2e-3)]
+    states = [contact.solve(load=event.load * (1 - share), rtol=1e-8) for share in (1e-3, 2e-3)]
     near, far = (state.zones["A"][0][0] - state.zones["B"][0][1] for state in states)
     assert np.log(2) / np.log(far / near) == pytest.approx(power, rel=5e-3)
     solution = states[0].solution
@@ -189,12 +190,12 @@ def test_edges_that_drift_together_and_zones_that_hardly_touch_are_fitted():
     """
     body = mb.HalfPlane(mb.Cosserat(E=1.0, nu=-0.5, ell=10**-1.3125, beta=0.1))
     state = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(0.03125)).solve(load=10**-2.125)
-    inner, other = state.zones["A"][0][0], state.zones["B"][0][1]
-    assert state.error_estimate <= 1e-3 and abs(inner - other) < 1e-3 * np.ptp(state.x)
-    here = problem(1.55, mb.Microblock(0.9))
-    event = next(event for event in here.path(load=12.0).events if event.zone == "A" and event.load > 0)
+    inner, inner_B = state.zones["A"][0][0], state.zones["B"][0][1]
+    assert state.error_estimate <= 1e-3 and abs(inner - inner_B) < 1e-3 * np.ptp(state.x)
+    contact = problem(1.55, mb.Microblock(0.9))
+    event = next(event for event in contact.path(load=12.0).events if event.zone == "A" and event.load > 0)
     for beyond in (1e-2, 1e-4):
-        ((left, right),) = here.solve(load=(1 + beyond) * event.load).zones["A"]
+        ((left, right),) = contact.solve(load=(1 + beyond) * event.load).zones["A"]
         assert 0.6 < (right - left) / np.sqrt(beyond) < 1.1 and left < event.x < right + 0.05
 
 
@@ -205,8 +206,10 @@ def test_just_before_a_zone_is_born_no_error_is_infinite(load):
     def height(x):
         return np.minimum(np.asarray(x) ** 2 / 20, 2e-4 + (np.asarray(x) - 0.2) ** 2 / 2 / 0.00511)
 
-    here = mb.Contact(mb.HalfPlane(mb.Cosserat(E=100, nu=0, beta=0.05, ell=0.2555)), height, mb.Unilateral())
-    state, exact = (here.solve(load=load, rtol=rtol) for rtol in (1e-3, 1e-7))
+    contact = mb.Contact(
+        mb.HalfPlane(mb.Cosserat(E=100, nu=0, beta=0.05, ell=0.2555)), height, mb.Unilateral()
+    )
+    state, exact = (contact.solve(load=load, rtol=rtol) for rtol in (1e-3, 1e-7))
     assert state.method == "panels" and len(state.zones["contact"]) == 2 + (load > 0.5598)
     assert difference(state, exact, np.linspace(-0.3, 0.3, 20001)) <= state.error_estimate + 1e-7 <= 1e-3
 
@@ -245,14 +248,14 @@ FULL = {  # body, obstacle
 @pytest.mark.parametrize("name", FULL)
 def test_an_approach_at_the_mean_height_is_refused(law, name):
     """In full contact the approach is the mean height whatever the load; below it, it leads to a load."""
-    here = mb.Contact(*FULL[name], law)
-    full = here.solve(load=9.0)
-    for more in (0.0, 1e-12, 1e-2):
+    contact = mb.Contact(*FULL[name], law)
+    full = contact.solve(load=9.0)
+    for beyond in (0.0, 1e-12, 1e-2):
         with pytest.raises(mb.BadArgument, match="^approach = .*must stay below the mean height"):
-            here.solve(approach=full.approach + more)
-    below = here.solve(approach=full.approach - 1e-6)
+            contact.solve(approach=full.approach + beyond)
+    below = contact.solve(approach=full.approach - 1e-6)
     # near full contact the load changes by some 1e4 times the approach; residuals leave 1e-5 of its range
-    assert here.solve(load=below.load).approach == pytest.approx(below.approach, abs=2e-7)
+    assert contact.solve(load=below.load).approach == pytest.approx(below.approach, abs=2e-7)
 
 
 @pytest.mark.parametrize("law", LAWS[:3], ids=str)
@@ -284,16 +287,18 @@ def test_estimates_hold_for_what_is_read_on_a_period(number):
         return height * waves @ np.cos(2 * np.pi / period * np.arange(1, 7)[:, None] * x + phases[:, None])
 
     body = mb.HalfPlane(solid, period=period)
-    here = mb.Contact(body, mb.Deformable(body, rough) if rng.random() < 0.3 else rough, law)
+    contact = mb.Contact(body, mb.Deformable(body, rough) if rng.random() < 0.3 else rough, law)
     load = float(solid.E_star * height * 10 ** rng.uniform(-1.3, 1.2))
-    state = here.solve(load=load, rtol=1e-2)
-    fine = here.with_(method=mb.Cells(nodes=max(2**14, 16 * len(state.x)))).solve(load=load)
+    state = contact.solve(load=load, rtol=1e-2)
+    fine = contact.with_(method=mb.Cells(nodes=max(2**14, 16 * len(state.x)))).solve(load=load)
     x = np.linspace(-period / 2, period / 2, 100001)[1:]
-    moments = [np.interp(x, one.x, one.micromoment, period=period) / ell for one in (state, fine)]
+    moments = [
+        np.interp(x, solution.x, solution.micromoment, period=period) / ell for solution in (state, fine)
+    ]
     if len(law.corners) > 1:
         moments = [
-            sum(lever * one.pressure_at(x, name) for name, lever in law.levers(x).items()) / 2
-            for one in (state, fine)
+            sum(lever * solution.pressure_at(x, name) for name, lever in law.levers(x).items()) / 2
+            for solution in (state, fine)
         ]
     turned = np.linalg.norm(np.subtract(*moments)) / np.linalg.norm(fine.pressure_at(x))
     assert max(difference(state, fine, x), turned) <= state.error_estimate <= 1e-2
@@ -302,8 +307,8 @@ def test_estimates_hold_for_what_is_read_on_a_period(number):
 @pytest.mark.parametrize("load", [1e-7, 1e-4])
 def test_light_loads_on_few_cells_are_not_estimated_as_nothing(load):
     """A contact of a cell has the load on every grid: that the load agrees says nothing of the pressure."""
-    here = mb.Contact(mb.HalfPlane(SOLID, period=1.0), WAVE, mb.Unilateral())
-    coarse, fine = (here.with_(method=mb.Cells(nodes=nodes)).solve(load=load) for nodes in (256, 2**15))
+    contact = mb.Contact(mb.HalfPlane(SOLID, period=1.0), WAVE, mb.Unilateral())
+    coarse, fine = (contact.with_(method=mb.Cells(nodes=nodes)).solve(load=load) for nodes in (256, 2**15))
     assert difference(coarse, fine, np.linspace(-0.01, 0.01, 400001)) <= coarse.error_estimate
 
 
@@ -312,7 +317,7 @@ def test_estimates_see_loose_residuals_rough_profiles_and_other_starts():
     of the estimate; by cells it is that of a fresh state whatever `initial` is, up to residuals.
     """
     methods = (mb.Cells(nodes=1024, residual=residual) for residual in (0.1, 1e-9))
-    loose, tight = (mb.Contact(PERIOD, WAVE, mb.Microblock(), one).solve(load=3.0) for one in methods)
+    loose, tight = (mb.Contact(PERIOD, WAVE, mb.Microblock(), method).solve(load=3.0) for method in methods)
     error = difference(loose, tight, np.linspace(-0.5, 0.5, 20001))
     assert loose.residual > 1e-6 and error <= loose.error_estimate
     solid = mb.Cosserat(E=9.1, nu=0.3, ell=0.01, beta=1.0)
@@ -329,11 +334,11 @@ def test_estimates_see_loose_residuals_rough_profiles_and_other_starts():
 
 def test_a_grid_is_refined_until_the_tolerance_holds():
     """Whatever it starts from; and contact beyond a window is said, but for an obstacle that ends there."""
-    here = mb.Contact(PERIOD, WAVE, mb.Unilateral())
-    fine = here.solve(load=0.2, rtol=3e-3)
-    assert fine.error_estimate <= 3e-3 and here.solve(load=0.21, initial=fine).error_estimate <= 1e-2
-    few = here.with_(method=mb.Cells(nodes=64)).solve(load=0.2)
-    assert here.solve(load=0.05, initial=few).error_estimate <= 1e-2
+    contact = mb.Contact(PERIOD, WAVE, mb.Unilateral())
+    fine = contact.solve(load=0.2, rtol=3e-3)
+    assert fine.error_estimate <= 3e-3 and contact.solve(load=0.21, initial=fine).error_estimate <= 1e-2
+    few = contact.with_(method=mb.Cells(nodes=64)).solve(load=0.2)
+    assert contact.solve(load=0.05, initial=few).error_estimate <= 1e-2
     window = mb.Cells(nodes=100, window=(-0.3, 0.3))
     with pytest.raises(mb.NotConverged, match="window"):
         problem(0.2, mb.Unilateral()).with_(method=window).solve(load=1.0)
@@ -343,11 +348,11 @@ def test_a_grid_is_refined_until_the_tolerance_holds():
 def test_what_cells_advise_works(monkeypatch):
     """The rtol that is advised is reached, and no method is advised that a period does not take."""
     monkeypatch.setattr("microblock.halfplane.line_solver.LineSolver.most", 2048)
-    here = mb.Contact(PERIOD, WAVE, mb.Microblock())
+    contact = mb.Contact(PERIOD, WAVE, mb.Microblock())
     with pytest.raises(mb.NotConverged, match="ask for rtol=") as failure:
-        here.solve(load=0.5, rtol=1e-6)
+        contact.solve(load=0.5, rtol=1e-6)
     assert "Panels" not in str(failure.value)
-    assert here.solve(load=0.5, rtol=failure.value.rtol_reached).error_estimate < 1
+    assert contact.solve(load=0.5, rtol=failure.value.rtol_reached).error_estimate < 1
 
 
 CALM = mb.HalfPlane(PERIOD.solid)
@@ -368,14 +373,16 @@ def test_what_was_asked_before_changes_no_answer(name, law):
     rng = np.random.default_rng((SEED, 34, [*ASKED].index(name)))
     questions = [{"load": load, "rtol": rtol} for load in (0.2, 0.8, 0.21) for rtol in tolerances]
     fresh = [mb.Contact(body, obstacle, law, method).solve(**asked) for asked in questions]
-    here, before = mb.Contact(body, obstacle, law, method), fresh[-1]
+    contact, before = mb.Contact(body, obstacle, law, method), fresh[-1]
     for number in rng.permutation(len(questions)):
-        here = (copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)))[rng.integers(3)](here)
-        here.with_(law=mb.Microclamped()).solve(load=0.4)
+        contact = (copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)))[rng.integers(3)](
+            contact
+        )
+        contact.with_(law=mb.Microclamped()).solve(load=0.4)
         expected, (left, right) = fresh[number], fresh[number].zones["contact"][0]
         x = left + (right - left) * (np.arange(2000) + 0.5) / 2000  # not at edges, where roots begin
-        assert difference(here.solve(**questions[number]), expected, x) == 0
-        state = here.solve(**questions[number], initial=pickle.loads(pickle.dumps(before)))
+        assert difference(contact.solve(**questions[number]), expected, x) == 0
+        state = contact.solve(**questions[number], initial=pickle.loads(pickle.dumps(before)))
         assert difference(state, expected, x) <= state.error_estimate + expected.error_estimate
         before = state
 
@@ -416,8 +423,8 @@ def test_field_equations_by_finite_differences(solved):
     moved = [solved.fields((x1 + a * steps).ravel(), (x2 + b * steps).ravel()) for a, b in ((1, 0), (0, 1))]
 
     def slopes(name):  # along x1 and x2, of fourth order
-        values = (getattr(one, name).reshape(*getattr(one, name).shape[:-1], 4, 12) for one in moved)
-        return [np.einsum("...si,s->...i", each, (1, -8, 8, -1)) / (12 * h) for each in values]
+        values = (getattr(fields, name).reshape(*getattr(fields, name).shape[:-1], 4, 12) for fields in moved)
+        return [np.einsum("...si,s->...i", differences, (1, -8, 8, -1)) / (12 * h) for differences in values]
 
     gradient, (s1, s2), (m1, m2) = (slopes(name) for name in ("u", "stress", "couple_stress"))
     stress = np.array(closed_forms.stress(solid, np.stack(gradient, axis=1), centre.psi))
@@ -502,14 +509,14 @@ def on_panels(solid, shape, law, ell=0.1, **options):
 @pytest.mark.parametrize("order", [4, 12])
 def test_logarithms_are_carried_as_far_as_panels_of_an_order_see(order):
     """A digit for each four points: of all that a tip carries those above 10^(-order/4) of the largest."""
-    here = Problem(
+    contact = Problem(
         mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), mb.Microblock(), mb.Wedge(0.02), counter=OTHER
     )
     zones = {0: ((-1.5, 1.4),), 1: ((-1.4, 1.5),)}
 
     def found(order):
-        places = log_sizes(here, zones, order).items()
-        return {(place, corner): size for place, own in places for corner, size in own.items()}
+        places = log_sizes(contact, zones, order).items()
+        return {(place, corner): size for place, sizes in places for corner, size in sizes.items()}
 
     every, carried = found(100), found(order)
     least = 10 ** (-order / 4) * max(map(abs, every.values()))
@@ -520,25 +527,25 @@ def test_logarithms_are_carried_as_far_as_panels_of_an_order_see(order):
 
 def test_of_small_blocks_the_contact_is_that_of_hertz_with_both_moduli():
     """Bodies differ by a multiple of ell, so that two sizes extrapolate to Hertz: 1e-5 is left."""
-    hertz, found = np.sqrt(40 / np.pi * (1 / OTHER.E_star + (1 - 0.3**2) / 100)), []
+    hertz, deviations = np.sqrt(40 / np.pi * (1 / OTHER.E_star + (1 - 0.3**2) / 100)), []
     for ell in (0.004, 0.002):
         small = mb.Cosserat(E=60, nu=0.2, ell=ell, beta=0.7)
         state = on_panels(small, CYLINDER, mb.Microblock(), ell).solve(load=1.0, rtol=1e-4)
-        found.append(state.half_width / hertz - 1)
-    assert abs(found[0]) > 1e-4 > 10 * abs(2 * found[1] - found[0])
+        deviations.append(state.half_width / hertz - 1)
+    assert abs(deviations[0]) > 1e-4 > 10 * abs(2 * deviations[1] - deviations[0])
 
 
 def test_all_closed_on_a_period_corners_follow_the_waves():
     """Amplitudes of the corners' pressures from the symbols of both bodies, each corner where it stands."""
     ell, k, depth = 0.3, 2 * np.pi, 0.001
-    one, other = mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1), mb.Cosserat(E=50, nu=0.1, ell=0.2, beta=1.5)
-    obstacle = mb.Deformable(mb.HalfPlane(other, period=1.0), mb.Wave(depth, 1.0))
+    lower, upper = mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1), mb.Cosserat(E=50, nu=0.1, ell=0.2, beta=1.5)
+    obstacle = mb.Deformable(mb.HalfPlane(upper, period=1.0), mb.Wave(depth, 1.0))
     method = mb.Cells(nodes=256, residual=1e-12)
-    state = mb.Contact(mb.HalfPlane(one, period=1.0), obstacle, mb.Microblock(), method).solve(load=1.0)
-    (U,), (V,), (W,) = symbol(one, np.array([k]))
+    state = mb.Contact(mb.HalfPlane(lower, period=1.0), obstacle, mb.Microblock(), method).solve(load=1.0)
+    (U,), (V,), (W,) = symbol(lower, np.array([k]))
     phase = np.exp(1j * k * np.array((-ell / 2, ell / 2)))  # from the contact point to A and to B
     matrix = np.array([[U + a * b * W + 1j * V * (b - a) for b in (1, -1)] for a in (1, -1)])
-    matrix = matrix + normal_symbol(other, np.array([k])) * np.outer(phase, phase.conj())
+    matrix = matrix + normal_symbol(upper, np.array([k])) * np.outer(phase, phase.conj())
     wanted = np.linalg.solve(matrix, depth * phase)  # height -depth cos(k x), the pressure cos(k x) and more
     for name, amplitude in zip("AB", wanted):
         p = state.pressures[name]
@@ -580,8 +587,8 @@ def test_on_meshes_corners_press_where_they_stand():
     lower, upper = block(-1, 0.1), block(1, 0.12, 50.0)
     bodies = (lower, upper), (mb.HalfPlane(lower.solid), mb.HalfPlane(upper.solid))
     state, exact = (
-        mb.Contact(one, mb.Deformable(other, slanted), mb.Microblock()).solve(load=1.0)
-        for one, other in bodies
+        mb.Contact(below, mb.Deformable(above, slanted), mb.Microblock()).solve(load=1.0)
+        for below, above in bodies
     )
     p = exact.pressure_at(state.x)
     assert state.weights @ (state.pressure - p) ** 2 < 0.06**2 * (state.weights @ p**2)

@@ -97,19 +97,19 @@ def test_an_interrupted_solve_leaves_its_best_state(monkeypatch):
 
 def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
     panels = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels())
-    whole, events = panels.states([0.5, 1.0]), panels.path(1.0).events
+    complete, events = panels.states([0.5, 1.0]), panels.path(1.0).events
     interrupting(monkeypatch, PanelSolver, "at", 2)
     with pytest.raises(mb.Interrupted, match=r"^states: interrupted, .*load=1") as stop:
         panels.states([0.5, 1.0, 2.0])
-    assert [state.half_width for state in stop.value.reached] == [state.half_width for state in whole]
+    assert [state.half_width for state in stop.value.reached] == [state.half_width for state in complete]
     monkeypatch.undo()
     path = panels.path(1.0)
     path.at(1.0)  # the scan of loads, before events are looked for
     interrupting(monkeypatch, type(path), "_between", 2)
     with pytest.raises(mb.Interrupted, match="^load path: interrupted") as stop:
         path.events
-    known = stop.value.reached
-    assert 0 < len(known) < len(events) and known == events[: len(known)]
+    first_events = stop.value.reached
+    assert 0 < len(first_events) < len(events) and first_events == events[: len(first_events)]
     monkeypatch.undo()
     rubbed = mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3), mb.Cells())
     interrupting(monkeypatch, EventDrivenContact, "to", 3)  # in the middle of the second level
@@ -136,8 +136,10 @@ def test_an_interrupted_command_leaves_no_half_of_a_file(tmp_path, monkeypatch, 
     words = ["sphere", "--json", str(tmp_path / "result.json"), "--out", str(tmp_path)]
     interrupting(monkeypatch, CellSolver, "solved", 1)
     assert main(words) == 130
-    told = capsys.readouterr()
-    assert "python -m cases sphere: solve by Cells(): interrupted, squares=1" in told.err and not told.out
+    printed = capsys.readouterr()
+    assert (
+        "python -m cases sphere: solve by Cells(): interrupted, squares=1" in printed.err and not printed.out
+    )
     monkeypatch.undo()
 
     def half(figure, place, **how):
@@ -159,7 +161,7 @@ BODY = mb.Body(MESH, SOLID, order=3, fixed="bottom")
 
 def numbers():
     """Threads of the libraries; cvxopt's own BLAS is built for a single one."""
-    return {one["num_threads"] for one in threadpool_info() if "cvxopt" not in one["filepath"]}
+    return {library["num_threads"] for library in threadpool_info() if "cvxopt" not in library["filepath"]}
 
 
 @pytest.fixture(autouse=True)

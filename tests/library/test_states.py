@@ -106,8 +106,10 @@ WARNED = {  # problem, load, words of its warnings
 @pytest.mark.parametrize("name", WARNED)
 def test_a_state_warns_of_what_it_cannot_see(name):
     problem, load, words = WARNED[name]
-    told = problem.solve(load=load).warnings
-    assert all(any(re.search(word, text) for text in told) for word in words) and bool(words) == bool(told)
+    warnings = problem.solve(load=load).warnings
+    assert all(any(re.search(word, text) for text in warnings) for word in words) and bool(words) == bool(
+        warnings
+    )
 
 
 # errors
@@ -209,11 +211,11 @@ SAME = {  # one, other, relative difference of half-widths
 
 @pytest.mark.parametrize("name", SAME)
 def test_a_problem_given_in_another_way_has_the_same_answer(name):
-    one, other, close = SAME[name]
-    one, other = one(), other()
-    assert one.half_width == pytest.approx(other.half_width, rel=close, abs=0)
-    assert len(one.zones["contact"]) == len(other.zones["contact"])
-    assert name != "corners of other names" or one.zones["toe"] == other.zones["B"]
+    state, expected, close = SAME[name]
+    state, expected = state(), expected()
+    assert state.half_width == pytest.approx(expected.half_width, rel=close, abs=0)
+    assert len(state.zones["contact"]) == len(expected.zones["contact"])
+    assert name != "corners of other names" or state.zones["toe"] == expected.zones["B"]
 
 
 def test_what_a_user_gives_is_taken_as_it_is():
@@ -251,14 +253,14 @@ def test_first_touch_is_where_the_gap_is_least(obstacle, law, places):
 
 
 def test_up_to_four_zones_are_told_one_by_one():
-    told = [intervals([(2 * i, 2 * i + 0.5) for i in range(count)]) for count in (0, 4, 5)]
-    assert told == ["none", "[0, 0.5], [2, 2.5], [4, 4.5], [6, 6.5]", "5 intervals, 2.5 together"]
+    texts = [intervals([(2 * i, 2 * i + 0.5) for i in range(count)]) for count in (0, 4, 5)]
+    assert texts == ["none", "[0, 0.5], [2, 2.5], [4, 4.5], [6, 6.5]", "5 intervals, 2.5 together"]
 
 
 def test_corners_that_touch_are_those_with_a_force():
     """Of a plane state: at its edges one of two, in its middle both."""
     state = pressed(CYLINDER, load=1.0)
-    assert np.array_equal(state.closed, sum(1 * (own > 0) for own in state.pressures.values()))
+    assert np.array_equal(state.closed, sum(1 * (forces > 0) for forces in state.pressures.values()))
     assert set(state.closed) == {1, 2}
 
 
@@ -312,9 +314,9 @@ EVERY_LAW = pytest.mark.parametrize("law", LAWS)
 
 @cache
 def problem_of(kind, law="microblock"):
-    given, method, *_ = KINDS[kind]
+    body, method, *_ = KINDS[kind]
     obstacle = mb.Plane() if kind in ONE_DIMENSIONAL else CYLINDER
-    return mb.Contact(body_of(given) if isinstance(given, str) else given, obstacle, LAWS[law], method)
+    return mb.Contact(body_of(body) if isinstance(body, str) else body, obstacle, LAWS[law], method)
 
 
 @cache
@@ -359,15 +361,15 @@ def test_zones_are_those_of_the_whole_line(kind, law):
     state = state_of(kind, law)
     zones, contact = state.zones, state.zones["contact"]
     assert set(zones) == {"A", "B", "full", "contact"} and contact
-    for own in zones.values():
-        edges = [edge for interval in own for edge in interval]
+    for intervals_of_zone in zones.values():
+        edges = [edge for interval in intervals_of_zone for edge in interval]
         assert edges == sorted(edges) and {type(edge) for edge in edges} <= {float}
     assert state.half_width == (contact[-1][1] - contact[0][0]) / 2
     if len(state.pressures) == 1:
         assert not zones["A"] and not zones["B"] and not zones["full"]
     else:
-        A, B, full, both = (contains(zones[name], state.x) for name in ("A", "B", "full", "contact"))
-        assert np.array_equal(both, A | B) and np.array_equal(full, A & B)
+        A, B, full, touching = (contains(zones[name], state.x) for name in ("A", "B", "full", "contact"))
+        assert np.array_equal(touching, A | B) and np.array_equal(full, A & B)
     if LAWS[law].even and kind not in ONE_DIMENSIONAL:
         assert contact[0][0] == pytest.approx(-contact[-1][1], rel=1e-9)  # rounding
         assert 0.25 < state.half_width < 0.43
@@ -385,20 +387,20 @@ def test_complementarity(kind, law):
     spacing, reach = np.diff(state.x).max(initial=0.0), min(1.2 * state.half_width, state.x[-1])
     x = state.x if kind in ONE_DIMENSIONAL else np.linspace(-reach, reach, 41) + 1e-6
     for corner, p in state.pressures.items():
-        gap, own = state.gap_at(corner, x), state.zones["contact" if corner == "C" else corner]
-        inside = contains(own, x, 0.0 if kind in ONE_DIMENSIONAL else 0.51 * spacing)
+        gap, closed_zones = state.gap_at(corner, x), state.zones["contact" if corner == "C" else corner]
+        inside = contains(closed_zones, x, 0.0 if kind in ONE_DIMENSIONAL else 0.51 * spacing)
         assert gap.min() > -tolerance and np.abs(gap[inside]).max(initial=0.0) < tolerance
-        beyond = ~contains(own, x, -1.01 * spacing)
+        beyond = ~contains(closed_zones, x, -1.01 * spacing)
         assert not state.pressure_at(x, corner)[beyond].any() and np.all(gap[beyond] > -tolerance / 10)
-        middle = contains(own, state.x, 0.2 * state.half_width) if kind == "panels" else slice(None)
+        middle = contains(closed_zones, state.x, 0.2 * state.half_width) if kind == "panels" else slice(None)
         at_nodes = state.pressure_at(state.x[middle], corner)
         assert at_nodes == pytest.approx(p[middle], abs=1e-4 * p.max() + 1e-12)
         moments = state.micromoment_at(state.x[middle]) / SOLID.ell  # at an edge between nodes it jumps
         assert moments == pytest.approx(
             state.micromoment[middle] / SOLID.ell, abs=0.01 * state.pressure.max()
         )
-    both = sum(state.pressure_at(x, corner) for corner in state.pressures)
-    assert state.pressure_at(x) == pytest.approx(both)
+    total = sum(state.pressure_at(x, corner) for corner in state.pressures)
+    assert state.pressure_at(x) == pytest.approx(total)
 
 
 # --- pictures of states: corners that touch, rounding, captions (tests/frozen has curves, ticks and texts)

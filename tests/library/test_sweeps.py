@@ -58,9 +58,9 @@ def test_a_second_run_computes_what_is_missing_and_no_more(tmp_path):
     log, folder = tmp_path / "log", tmp_path / "study"
     study = partial(mb.sweep, partial(called, str(log)), executor=THREAD, records=folder, quiet=True)
     first = study({"x": (1.0, 2.0)})
-    both = study({"x": (3.0, 2.0, 1.0, 3.0)})
-    assert calls(log) == [1, 2, 3] and both[2] == first[0]
-    assert [row["sum"] for row in both] == [3, 2, 1, 3] and len([*folder.iterdir()]) == 3
+    second = study({"x": (3.0, 2.0, 1.0, 3.0)})
+    assert calls(log) == [1, 2, 3] and second[2] == first[0]
+    assert [row["sum"] for row in second] == [3, 2, 1, 3] and len([*folder.iterdir()]) == 3
 
 
 def test_failures_do_not_stop_the_others_and_are_computed_again(tmp_path):
@@ -73,7 +73,7 @@ def test_failures_do_not_stop_the_others_and_are_computed_again(tmp_path):
     assert len([*folder.iterdir()]) == 2
     again = study()
     assert [row["error"] for row in again] == [row["error"] for row in rows]
-    anew = [now["seconds"] != before["seconds"] for now, before in zip(again, rows)]
+    anew = [repeated["seconds"] != before["seconds"] for repeated, before in zip(again, rows)]
     assert anew == [bool(row["error"] and row["seconds"]) for row in rows]
     write_records(tmp_path / "study.csv", rows)  # failed points too
     assert [row["x"] for row in read_records(tmp_path / "study.csv")] == [*points]
@@ -95,19 +95,19 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("how, executor", [(signal.SIGINT, "processes"), (signal.SIGKILL, "threads")])
 def test_an_interruption_loses_nothing_and_leaves_a_valid_file(tmp_path, how, executor):
     (tmp_path / "study.py").write_text(SCRIPT)
-    more = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": f"{ROOT}:{Path(__file__).parent}"}}
+    options = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": f"{ROOT}:{Path(__file__).parent}"}}
     command, log, folder = [sys.executable, "study.py", executor], tmp_path / "log", tmp_path / "r"
-    study = subprocess.Popen(command, stderr=subprocess.DEVNULL, **more)
+    study = subprocess.Popen(command, stderr=subprocess.DEVNULL, **options)
     while len(calls(log)) < 4:  # two processes: two have returned
         assert study.poll() is None
         time.sleep(0.02)
     study.send_signal(how)
     assert study.wait(30) != 0
-    kept = {file: file.read_text() for file in folder.glob("*.json")}
-    assert 2 <= len(kept) < 12 and len(calls(log)) - len(kept) <= 2  # those being computed
-    subprocess.run(command, check=True, capture_output=True, **more)
+    records = {file: file.read_text() for file in folder.glob("*.json")}
+    assert 2 <= len(records) < 12 and len(calls(log)) - len(records) <= 2  # those being computed
+    subprocess.run(command, check=True, capture_output=True, **options)
     after = {file: file.read_text() for file in folder.glob("*.json")}
-    assert kept.items() <= after.items()
+    assert records.items() <= after.items()
     assert sorted(json.loads(record)["point"]["x"] for record in after.values()) == [*range(12)]
 
 
@@ -151,10 +151,10 @@ def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
         environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}", "PYTHONHASHSEED": str(number)}
         # Python takes a module of the same second and length for the same
         environment["PYTHONDONTWRITEBYTECODE"] = "1"
-        more = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True}
-        printed.append(subprocess.run([sys.executable, "study.py"], check=True, **more).stdout.split())
+        options = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True}
+        printed.append(subprocess.run([sys.executable, "study.py"], check=True, **options).stdout.split())
     assert printed == [["called", "9.0"], ["9.0"], ["called", "1.3"], ["called", "1.29"], ["1.29"]]
-    typed = subprocess.run([sys.executable, "-c", STUDY.replace("{FACTOR}", "1")], **more)
+    typed = subprocess.run([sys.executable, "-c", STUDY.replace("{FACTOR}", "1")], **options)
     assert "is defined in a notebook" in typed.stderr and not typed.stdout
 
 
@@ -176,11 +176,11 @@ def test_processes_find_what_threads_have_computed(tmp_path, capsys):
 def test_code_is_told_by_its_files_and_packages_by_their_versions(tmp_path, monkeypatch):
     """Equal code in another folder is the same, another line is not."""
     assert made_of("pytest") == [pytest.__version__]
-    told = []
+    digests = []
     for folder, line in (("one", "x = 1"), ("other", "x = 1"), ("changed", "x = 2")):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "studied_here.py").write_text(line + "\n")
-        with monkeypatch.context() as here:
-            here.syspath_prepend(tmp_path / folder)
-            told.append(made_of("studied_here"))
-    assert told[0] == told[1] != told[2] and told[0] is not None
+        with monkeypatch.context() as patch:
+            patch.syspath_prepend(tmp_path / folder)
+            digests.append(made_of("studied_here"))
+    assert digests[0] == digests[1] != digests[2] and digests[0] is not None

@@ -46,8 +46,8 @@ def test_a_contact_that_reaches_the_last_sample_says_so(body, method, law):
     assert samples_reached(3.0, face) == samples_reached(3.0, mb.Punch(1.0)) == 0
     # samples over a whole period have no last one
     wave = mb.Obstacle.from_samples(X, -0.001 * np.cos(np.pi * X))
-    whole = mb.Contact(mb.HalfPlane(SOLID, period=2.0), wave, law, mb.Cells(64)).solve(load=9.0)
-    assert whole.zones["contact"] == [(-1.0, 1.0)] and not warned(whole, "last sample")
+    closed = mb.Contact(mb.HalfPlane(SOLID, period=2.0), wave, law, mb.Cells(64)).solve(load=9.0)
+    assert closed.zones["contact"] == [(-1.0, 1.0)] and not warned(closed, "last sample")
 
 
 @pytest.mark.parametrize(("body", "method", "law"), PLACES)
@@ -69,16 +69,16 @@ def test_jumps_that_the_slope_does_not_have_are_refused():
     """
     kinks, jumps = (0.26, 0.3, 0.34), np.array([-0.05, 0.1, -0.05])
 
-    def tent(given, slope=0.05):
+    def tent(wrong, slope=0.05):
         def height(x):
             return x**2 / 20 - np.maximum(0, 0.04 - abs(x - 0.3)) * slope
 
-        return mb.Contact(PLACES[0][0], mb.Obstacle(height, kinks, given), mb.Microblock())
+        return mb.Contact(PLACES[0][0], mb.Obstacle(height, kinks, wrong), mb.Microblock())
 
     tent(jumps), tent(None), tent(1e-4 * jumps, 5e-6)  # a jump below what curvature does from side to side
-    for given in (-jumps, jumps * (1, 0.5, 1)):
+    for wrong in (-jumps, jumps * (1, 0.5, 1)):
         with pytest.raises(mb.BadArgument, match="jumps by (-0.05 at x = 0.26|0.1 at x = 0.3): mind"):
-            tent(given)
+            tent(wrong)
 
     def wedge(kink, jump=0.1, power=2.0):
         obstacle = mb.Obstacle(
@@ -91,9 +91,9 @@ def test_jumps_that_the_slope_does_not_have_are_refused():
         wedge(0.33333)
     for power in (1.05, 1.1, 1.5):  # of which differences beside the kink fall as slowly as the power says
         wedge(1 / 3, power=power)
-        for given in (-0.1, 0.05, 0.09, 0.11):
+        for wrong in (-0.1, 0.05, 0.09, 0.11):
             with pytest.raises(mb.BadArgument, match="jumps by 0.1 at x"):
-                wedge(1 / 3, given, power)
+                wedge(1 / 3, wrong, power)
 
 
 PRESS = MakeStructured2DMesh(nx=4, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
@@ -181,9 +181,9 @@ def test_a_refusal_comes_without_the_tracebacks_of_what_was_tried():
 @pytest.mark.parametrize("name, value", [("kinks", None), ("ends", None), ("kinks", 3), ("kinks", ("a",))])
 def test_what_an_obstacle_of_ones_own_has_besides_a_height_is_numbers(name, value):
     """A raw TypeError came back."""
-    own = type("Own", (), {"height": lambda self, x: x**2, name: value})()
+    obstacle = type("Own", (), {"height": lambda self, x: x**2, name: value})()
     with pytest.raises(mb.BadArgument, match=f"{name} = .*: must be a tuple of numbers; leave it out"):
-        mb.Contact(mb.HalfPlane(SOLID), own, mb.Microblock())
+        mb.Contact(mb.HalfPlane(SOLID), obstacle, mb.Microblock())
 
 
 # --- what users hand over as heights: masks, holes, arrays of every kind, and a period given on any window
@@ -323,9 +323,9 @@ def test_panels_follow_obstacles_of_several_pieces(holes, law):
 
 
 def test_a_hole_that_nothing_touches_changes_nothing():
-    whole = mb.Contact(PLANE, samples(Z), LAW, mb.Cells(nodes=512, window=(-0.9, 0.9)))
-    holed = whole.with_(obstacle=samples(np.where(abs(PLACES_X - 0.8) < 0.05, np.nan, Z)))
-    first, second = whole.solve(1.0).pressure, holed.solve(1.0).pressure
+    plain = mb.Contact(PLANE, samples(Z), LAW, mb.Cells(nodes=512, window=(-0.9, 0.9)))
+    holed = plain.with_(obstacle=samples(np.where(abs(PLACES_X - 0.8) < 0.05, np.nan, Z)))
+    first, second = plain.solve(1.0).pressure, holed.solve(1.0).pressure
     assert np.allclose(first, second, atol=1e-4 * first.max())  # residuals of cells
 
 
@@ -354,9 +354,9 @@ def test_what_is_no_real_number_is_refused_by_name(values):
 def test_numbers_of_every_kind_are_numbers():
     pandas = pytest.importorskip("pandas")
     x = [-1, 0, 1]
-    known = mb.Obstacle.from_samples([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0])
+    expected = mb.Obstacle.from_samples([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0])
     series = pandas.Series([-1, 0, 1], index=[7, 3, 5])
-    for given in (
+    for abscissae in (
         x,
         tuple(x),
         np.int8(x),
@@ -366,9 +366,9 @@ def test_numbers_of_every_kind_are_numbers():
         series,
         range(-1, 2),
     ):
-        z = np.abs(np.asarray(given, float))
-        assert mb.Obstacle.from_samples(given, z) == known
-        assert mb.Obstacle.from_samples(series[::-1], z[::-1]) == known  # from right to left
+        z = np.abs(np.asarray(abscissae, float))
+        assert mb.Obstacle.from_samples(abscissae, z) == expected
+        assert mb.Obstacle.from_samples(series[::-1], z[::-1]) == expected  # from right to left
     assert real_numbers(pandas.Series([1, None], dtype="Int64"))[0] == 1.0
 
 
@@ -391,11 +391,11 @@ def test_samples_of_a_period_lie_in_any_window(start, part, second):
         obstacle = mb.Deformable(half_plane, obstacle) if second else obstacle
         return mb.Contact(half_plane, obstacle, mb.Microblock(), mb.Cells(128)).solve(0.2)
 
-    known, answer = state(-0.5 + np.linspace(0, L, 41)), state((start + np.linspace(0, L, 41))[part])
+    expected, answer = state(-0.5 + np.linspace(0, L, 41)), state((start + np.linspace(0, L, 41))[part])
     # samples a multiple of a spacing apart are the same places, 1e3 to thirteen digits of the heights
     if abs(start * 40 - round(start * 40)) < 1e-9:
-        assert np.allclose(answer.pressure, known.pressure, atol=1e-8 * known.pressure.max())
-    assert np.allclose(answer.zones["contact"], known.zones["contact"], atol=2 / 128)  # two cells
+        assert np.allclose(answer.pressure, expected.pressure, atol=1e-8 * expected.pressure.max())
+    assert np.allclose(answer.zones["contact"], expected.zones["contact"], atol=2 / 128)  # two cells
     assert not any("last sample" in words for words in answer.warnings)
 
 
@@ -407,8 +407,10 @@ def test_heights_with_ends_lie_in_any_window_of_a_period(start, closed):
         return np.where((x < start) | beyond, np.inf, profile(x))
 
     problem = mb.Contact(mb.HalfPlane(BLOCKS, period=L), profile, mb.Microblock(), mb.Cells(128))
-    known, answer = problem.solve(0.2), problem.with_(obstacle=height).solve(0.2)
-    assert np.allclose(answer.pressure, known.pressure, atol=1e-9 * known.pressure.max())  # rounding of x
+    expected, answer = problem.solve(0.2), problem.with_(obstacle=height).solve(0.2)
+    assert np.allclose(
+        answer.pressure, expected.pressure, atol=1e-9 * expected.pressure.max()
+    )  # rounding of x
 
 
 @pytest.mark.parametrize("start", [(-0.5, -0.5), (0.0, 0.0), (0.3, -1.0)])
@@ -420,9 +422,9 @@ def test_maps_lie_in_any_window_of_a_period(start):
     problem = mb.Contact(
         line, lambda x, y: np.ma.masked_invalid(plane((x, y))), mb.Microblock(), mb.Cells(32)
     )
-    known = problem.with_(obstacle=lambda x, y: profile(x) + profile(y)).solve(0.05)
+    expected = problem.with_(obstacle=lambda x, y: profile(x) + profile(y)).solve(0.05)
     # straight lines between samples of a wave of 32: 2 pi^2/32^2/8 of its amplitude
-    assert problem.solve(0.05).contact_area == pytest.approx(known.contact_area, rel=0.05)
+    assert problem.solve(0.05).contact_area == pytest.approx(expected.contact_area, rel=0.05)
 
 
 def test_pads_narrower_than_a_period_are_the_same_wherever_they_lie():
@@ -649,14 +651,14 @@ def test_the_command_says_what_it_has_understood(run, answer, written):
     words = f"contact --samples {file} --unit mm --contact unilateral"
     status, out, _ = run(words)
     assert status == 0 and "x from column 1 (um); height from column 2 (å); taken in mm;" in out
-    found = answer(words)
-    assert found["parameters"]["understood"][0] == "5 samples" and found["parameters"]["unit"] == "mm"
-    known = mb.Contact(
+    result = answer(words)
+    assert result["parameters"]["understood"][0] == "5 samples" and result["parameters"]["unit"] == "mm"
+    expected = mb.Contact(
         mb.HalfPlane(mb.Cosserat(100, 0.3, beta=1, ell=0.1)),
         mb.Obstacle.from_samples(FILE_X, FILE_Z),
         mb.Unilateral(),
     ).solve(1.0, rtol=1e-3)
-    assert found["states"][0]["half_width"] == pytest.approx(known.half_width, rel=1e-6)  # seven digits
+    assert result["states"][0]["half_width"] == pytest.approx(expected.half_width, rel=1e-6)  # seven digits
     status, _, err = run("contact --height x**2 --columns 1 2")
     assert status == 2 and "--columns" in err and "belongs to --samples" in err
 
@@ -715,7 +717,7 @@ def sampled(count, size=0.0, noise=None):
 
 
 def sampling_uncertainty(state):
-    (words,) = [each for each in state.warnings if "open" in each]
+    (words,) = [sentence for sentence in state.warnings if "open" in sentence]
     return float(words.split("leave ")[1].split()[0])
 
 
@@ -740,7 +742,7 @@ def test_the_noise_counts():
 @pytest.mark.parametrize("count, size", [(1000, 1e-5), (2000, 1e-4)])
 def test_cells_stop_below_what_samples_leave_open_or_say_that_all_is_noise(count, size):
     state = sampled(count, size, size).solve(load=1.0, rtol=1e-3)
-    (words,) = [each for each in state.warnings if "cells stop at an error" in each]
+    (words,) = [sentence for sentence in state.warnings if "cells stop at an error" in sentence]
     assert ("those of noise" in words) == (sampling_uncertainty(state) > 0.5)
     assert state.error_estimate <= sampling_uncertainty(state) or "those of noise" in words
     # where the contact ends and the work do not depend on noise that is small beside the approach of 6e-3
@@ -789,9 +791,9 @@ def test_cells_see_the_events_of_panels(obstacle, law, last):
     )
     key = lambda event: (event.kind, event.zone, round(event.x, 1))  # noqa: E731
     assert sorted(map(key, cells)) == sorted(map(key, panels))
-    for one, other in zip(sorted(cells, key=key), sorted(panels, key=key)):
-        assert abs(one.load - other.load) <= one.load_error + other.load_error
-        assert one.load_error < one.load / 2
+    for by_cells, by_panels in zip(sorted(cells, key=key), sorted(panels, key=key)):
+        assert abs(by_cells.load - by_panels.load) <= by_cells.load_error + by_panels.load_error
+        assert by_cells.load_error < by_cells.load / 2
 
 
 def test_a_wave_closes_on_a_period_as_westergaards():
@@ -848,10 +850,10 @@ def test_a_path_has_the_events_that_its_states_show(height, law):
     for load in (0.25, 0.29, 1.0):
         for name, zones in problem.solve(load, rtol=1e-3).zones.items():
             kinds = [event.kind for event in path.events if event.load < load and event.zone == name]
-            more, fewer = (
+            begun, fewer = (
                 sum(map(kinds.count, pair)) for pair in (("born", "split"), ("merged", "vanished"))
             )
-            assert len(zones) == more - fewer
+            assert len(zones) == begun - fewer
 
 
 @pytest.mark.parametrize("true, share", [(1.01, 0.01), (0.9, 0.16), (1.2, 0.16), (0.2, 1.0)])

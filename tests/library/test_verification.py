@@ -66,8 +66,8 @@ def test_panels_tell_a_coarse_state_and_a_wrong_one():
     contact, load = line_problem(mb.Microblock(0.03)), pi / 2
     states = [contact.with_(method=mb.Panels(order=order)).solve(load=load) for order in (6, 10, 14)]
     verify = lines.by_panels(contact, load)
-    (first, _, own), (second, _, _), (third, _, _) = map(verify, states)
-    assert own < 1e-10 and first > 1e-8 and second < first / 5 and third < second / 5
+    (first, _, residual), (second, _, _), (third, _, _) = map(verify, states)
+    assert residual < 1e-10 and first > 1e-8 and second < first / 5 and third < second / 5
     read = states[-1].pressure_at
     wrong = {
         name: getattr(states[-1], name) for name in ("law", "zones", "solid", "obstacle", "error_estimate")

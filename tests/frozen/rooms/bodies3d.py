@@ -8,12 +8,12 @@ NOTHING = 1e-9  # what balances or vanishes by symmetry, but for that residual
 
 
 def rows():
-    found = [
+    numbers = [
         (f"{problem['name']} {quantity}", value)
         for problem in problems_space.BODIES
         for quantity, value in library_space.measured(library_space.solve(problem), problem).items()
     ]
-    for row in (*found, *library_space.that_travel("body").items()):
+    for row in (*numbers, *library_space.that_travel("body").items()):
         name, value, kind = of_kind(*row, "discrete")
         exact = kind != "discrete"
         yield (name, value, kind) if exact else (name, value * (abs(value) >= NOTHING), kind, SOLVED)

@@ -7,7 +7,7 @@ from ..states import rows_of, rows_of_paths, rows_of_states
 def rows():
     yield from rows_of_states(problems.FITTED + problems.UNIFORM + problems.BODIES + problems.NEWTON)
     yield from rows_of_paths(problem for problem in problems.PATHS if problem["method"] == "body")
-    coalescence = [one for one in problems.COALESCENCE if one["method"] != "panels"]
+    coalescence = [entry for entry in problems.COALESCENCE if entry["method"] != "panels"]
     met = {problem["name"]: library.coalescence_of(problem) for problem in coalescence}
     yield from rows_of("discrete", lambda: met, library.of_bodies, library.of_two_faces)
     yield from library_reports.reports("fem")

@@ -17,10 +17,10 @@ def rows():
 
 def rows_of_history(problem):
     """Rows of the states of a history and of its events."""
-    found = library_friction.history_of(problem)
+    history = library_friction.history_of(problem)
     kind = "estimated" if "rtol" in problem else "discrete"
-    worst = max(getattr(state, "error_estimate", None) or 0.0 for state in found.states)
-    for number, state in enumerate(found.states):
+    worst = max(getattr(state, "error_estimate", None) or 0.0 for state in history.states)
+    for number, state in enumerate(history.states):
         row, tolerance = f"{problem['name']} state {number}", state.error_estimate or 0.0
         values = library_friction.integrals(state, number in problem["full"])
         if number in problem["full"]:
@@ -33,13 +33,17 @@ def rows_of_history(problem):
             }
         for name, value in values.items():
             yield of_kind(f"{row} {name}", value, kind, tolerance)
-        yield f"{row} zones", " ".join(f"{len(each)} {name}" for name, each in state.zones.items()), "outcome"
+        yield (
+            f"{row} zones",
+            " ".join(f"{len(intervals)} {name}" for name, intervals in state.zones.items()),
+            "outcome",
+        )
         if number in problem["full"]:
             for name, edge, said in library_friction.zones(state):
                 yield from edge_row(f"{row} {name}", edge, kind, max(said, tolerance))
-    words = ", ".join(f"{event.kind} {event.zone} to pair {event.pair}" for event in found.events)
+    words = ", ".join(f"{event.kind} {event.zone} to pair {event.pair}" for event in history.events)
     yield f"{problem['name']} events", words, "outcome"
-    for number, event in enumerate(found.events):
+    for number, event in enumerate(history.events):
         row = f"{problem['name']} event {number}"
         yield of_kind(f"{row} normal + shear", event.load + event.shear, kind, worst)
         yield of_kind(f"{row} 1 + x", 1 + event.x, kind, worst**0.5)
@@ -47,8 +51,8 @@ def rows_of_history(problem):
 
 def rows_of_estimates(problem):
     """Of a history to a loose tolerance what does not depend on it, and its estimates, which may change."""
-    found = library_friction.history_of(problem)
-    for number, state in enumerate(found.states):
+    history = library_friction.history_of(problem)
+    for number, state in enumerate(history.states):
         w, row = state.weights, f"{problem['name']} state {number}"
         forces = {"normal force": w @ state.pressure, "shear force": w @ state.shear_traction}
         forces["energies"] = (state.energy + state.dissipation) / state.work
@@ -60,7 +64,7 @@ def rows_of_estimates(problem):
         yield f"{row} warnings", len(state.warnings), "outcome"
         yield from ((f"{row} {name}", value, "discrete") for name, value in forces.items())
         yield from ((f"{row} {name}", value, "count") for name, value in counts.items())
-    worst = max(event.load_error or 0.0 for event in found.events)
+    worst = max(event.load_error or 0.0 for event in history.events)
     yield f"{problem['name']} error of events", worst, "count"
 
 

@@ -26,29 +26,30 @@ def rows():
     for name, count in problems.SETS.items():
         for number in range(count):
             system, row = problems.system(name, number), f"{name} {number}"
-            found = library.answer(library.solve_system, system)
-            yield from of_path(row, found, system)
+            followed = library.answer(library.solve_system, system)
+            yield from of_path(row, followed, system)
             if number % WITHOUT == 0:
                 yield from without_friction(row, system)
 
 
-def of_path(row, found, system):
+def of_path(row, followed, system):
     """Rows of a followed path, or of the error."""
-    if isinstance(found, str):
-        yield f"{row} events", found, "outcome"
+    if isinstance(followed, str):
+        yield f"{row} events", followed, "outcome"
         return
     if row.startswith("ties"):  # which of two nodes alike counts as the one that sticks is free
-        corners = [event for event in found.events if event[2] in ("close", "open")]
-        found = replace(found, events=corners)
-    yield f"{row} events", text(found.events), "outcome"
-    yield f"{row} sum", total(found, system), "discrete", FOLLOWED
+        corners = [event for event in followed.events if event[2] in ("close", "open")]
+        followed = replace(followed, events=corners)
+    yield f"{row} events", text(followed.events), "outcome"
+    yield f"{row} sum", total(followed, system), "discrete", FOLLOWED
 
 
 def without_friction(row, system):
     """Rows of the state at the last load by all solvers, and of the events on the way."""
-    found, events = library.touching(system["compliance"], system["gaps"], system["path"][-1][0])
+    solutions, events = library.touching(system["compliance"], system["gaps"], system["path"][-1][0])
     sums = {
-        solver: weighted(*(np.where(np.isfinite(x), x, 0.0) for x in one)) for solver, one in found.items()
+        solver: weighted(*(np.where(np.isfinite(x), x, 0.0) for x in arrays))
+        for solver, arrays in solutions.items()
     }
     wanted = sums["active set"]
     yield f"{row} without friction", wanted, "discrete", FOLLOWED
