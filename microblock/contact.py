@@ -27,6 +27,7 @@ from .errors import (
 from .model import law as laws
 from .model import obstacles
 from .model.bodies import Unbounded, over_surface, require_body
+from .model.corner_geometry import Blocks
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
@@ -95,7 +96,7 @@ class Contact:
         require(classical or not isinstance(solid, Elastic), "law", law, words)
         held = solid.beta or in_space or not isinstance(self.body, Unbounded)
         words = "must be positive on a half-plane, but under Unilateral(): nothing holds its rotation"
-        turns = not held and (law.clamps_rotation or laws.levers(law, np.zeros(1)).any())
+        turns = not held and (law.clamps_rotation or self.blocks.levers(np.zeros(1)).any())
         require(not turns, "beta", solid.beta, words)
         allowed = " or ".join(f"{method.__name__}()" for method in self.body.methods)
         words = f"must be {allowed} on a {type(self.body).__name__}"
@@ -125,6 +126,11 @@ class Contact:
     def _scaled(self) -> dict[tuple[float | None, float | None], Contact]:
         """{(load, approach): problem} of the last call of `_on_scale`."""
         return {}
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """The blocks of the law."""
+        return Blocks(self.law, self.body.solid.ell, over_surface(self.body))
 
     @cached_property
     def solver(self) -> Solver:

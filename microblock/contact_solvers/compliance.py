@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..errors import require
-from ..model.law import initial_gaps, levers
+from ..model.corner_geometry import Blocks
+from ..model.types import Array, ObstacleLike
 
 
 @dataclass(frozen=True)
@@ -69,29 +71,29 @@ class Compliance:
         """Nodes with prescribed psi = 0 (rows of zeros): boolean array (n,)."""
         return ~self.matrix[len(self.weights) :].any(axis=1)
 
-    def corner_system(self, law, obstacle):
-        """The law's corners on this body: flexibility, initial gaps, shares in the load.
+    def corner_system(self, blocks: Blocks, obstacle: ObstacleLike) -> tuple[Array, Array, Array]:
+        """The corners of blocks on this body: flexibility, initial gaps, shares in the load.
 
         Forces f >= 0 along -n leave ``g0 - share*approach + flexibility @ f``, corner after corner. Where
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
-        gaps = initial_gaps(law, self.points, self.normals, self.ell, obstacle)
-        gaps = nearest_alone(gaps, self.twins)
+        geometry = blocks.under(obstacle, self.points, self.normals)
+        gaps = nearest_alone(geometry.initial_gaps, self.twins)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
-        onto = self._onto_corners(law)
+        onto = self._onto_corners(blocks)
         return onto @ (onto @ self.matrix).T, gaps.ravel(), share.ravel()
 
-    def loads(self, law, forces):
+    def loads(self, blocks: Blocks, forces: Array) -> Array:
         """Nodal forces along n and moments, array (2 n,), of corner forces, array (corners, n)."""
-        return self._onto_corners(law).T @ forces.ravel()
+        return self._onto_corners(blocks).T @ forces.ravel()
 
-    def _onto_corners(self, law):
+    def _onto_corners(self, blocks: Blocks) -> Any:
         """Changes of the gaps from (u.n, psi): sparse (corners n, 2 n)."""
         from scipy import sparse  # here: names of the half-plane load without it
 
         ones = np.ones(len(self.weights))
-        arms = [(-ones, self.ell / 2 * own) for own in levers(law, self.points[:, 0])]
+        arms = [(-ones, self.ell / 2 * own) for own in blocks.levers(self.points[:, 0])]
         return sparse.bmat([[sparse.diags(own) for own in arm] for arm in arms]).tocsr()
 
 

@@ -7,7 +7,6 @@ from itertools import groupby
 import numpy as np
 
 from ..errors import require
-from ..model import law as laws
 from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath, following
 from ..model.intervals import borders, contact_zones, interrupted, runs, zone_changes
@@ -108,8 +107,9 @@ class NodalSolution(OfNodes):
 
     @cached_property
     def problem(self):
-        obstacle = self.solver.obstacle
-        return Problem(self.solver.solid, self.law, shape_of(obstacle), counter=second_solid(obstacle))
+        solver, obstacle = self.solver, self.solver.obstacle
+        counter = second_solid(obstacle)
+        return Problem(solver.solid, self.law, shape_of(obstacle), counter=counter, blocks=solver.blocks)
 
     @property
     def x(self):
@@ -135,7 +135,7 @@ class NodalSolution(OfNodes):
     def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
         compliance = getattr(nodes, "compliance", nodes)
-        raised, psi = np.split(compliance.matrix @ compliance.loads(solver.law, forces), 2)
+        raised, psi = np.split(compliance.matrix @ compliance.loads(solver.blocks, forces), 2)
         counts = *counts, getattr(nodes, "unknowns", forces.size)
         return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **more)
 
@@ -150,7 +150,7 @@ class NodalSolution(OfNodes):
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
             turned, across = np.split(rows, 2, axis=1)
             return np.linalg.lstsq(across, turned @ self.forces.sum(axis=0), rcond=None)[0] / self.weights
-        return self.solver.solid.ell / 2 * np.sum(laws.levers(self.law, self.x) * self.pressures, axis=0)
+        return self.solver.solid.ell / 2 * np.sum(self.solver.blocks.levers(self.x) * self.pressures, axis=0)
 
     @cached_property
     def zones_by_name(self):
@@ -168,9 +168,8 @@ class NodalSolution(OfNodes):
 
     def goes_on(self, end, there):
         """Whether a corner of an end (0 or -1) is closed and the obstacle lies over a place beyond it."""
-        ell, obstacle = self.solver.solid.ell, self.problem.obstacle
-        gaps = laws.initial_gaps(self.law, there[None], self.normals[[end]], ell, obstacle)
-        return self.closed[:, end].any() and np.isfinite(gaps).any()
+        beyond = self.solver.blocks.under(self.problem.obstacle, there[None], self.normals[[end]])
+        return self.closed[:, end].any() and np.isfinite(beyond.initial_gaps).any()
 
 
 class NodalSolver(Solver):
@@ -233,7 +232,7 @@ class NodalSolver(Solver):
     @cached_property
     def system(self):
         """(flexibility, initial gaps, shares in the load) of the law's corners."""
-        found = self.compliance.corner_system(self.law, self.obstacle)
+        found = self.compliance.corner_system(self.blocks, self.obstacle)
         require(
             np.isfinite(found[1]).any(),
             "obstacle",

@@ -39,7 +39,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
         """The CounterBody; None of a rigid obstacle."""
         if body_of(self.obstacle) is None:
             return None
-        return CounterBody(self.obstacle, self.nodes, self.law.shifts(self.solid.ell))
+        return CounterBody(self.obstacle, self.nodes, self.blocks.shifts)
 
     @property
     def refines(self):

@@ -14,11 +14,12 @@ from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
 from ..contact_solvers.compliance import nearest_alone
-from ..contact_solvers.surface_law import on_surface
 from ..errors import require, require_kind
 from ..model import law as laws
+from ..model.corner_geometry import Blocks, CornerGeometry
 from ..model.fields import squares
 from ..model.obstacles import STEEPEST
+from ..model.types import Array
 from . import contact_term, supports
 from .body import PLACES, Body
 from .meshes import elements_at
@@ -406,8 +407,10 @@ class ContactFacets(ContactNodes):
             "must have one order for all elements: the contact rule is the same on every facet",
         )
         self.law = law
-        self.arms = body.solid.ell * law.arms(self.points, self.normals)
-        self.g0 = initial_gaps(law, self, obstacle)
+        blocks = Blocks(law, body.solid.ell, body.in_space)
+        geometry = blocks.under(obstacle, self.points, self.normals)
+        self.arms = np.broadcast_to(geometry.offsets_from_centre, (len(blocks.names), *self.points.shape))
+        self.g0 = initial_gaps(geometry, self)
         if self.dim < 3:
             self._take_nearest()
 
@@ -448,18 +451,17 @@ def require_upwards(nodes):
     require(upwards > STEEPEST, "contact", nodes.body.contact, words)
 
 
-def initial_gaps(law, nodes, obstacle):
-    """Initial gaps of all corners, array (corners, n), inf where no obstacle is above, and in space where u3
-    is held; BadArgument if all are.
+def initial_gaps(geometry: CornerGeometry, nodes: ContactNodes) -> Array:
+    """Returns the initial gaps of corners at nodes, array (corners, n): inf where no obstacle is above, and
+    in space where u3 is held; raises BadArgument if all are.
     """
-    points, ell = nodes.points, nodes.body.solid.ell
-    if nodes.dim == 3:
-        gaps = on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
-        gaps[:, ~nodes.free["u3"]] = np.inf
-    else:
+    if nodes.dim < 3:
         require_upwards(nodes)
-        gaps = laws.initial_gaps(law, points, nodes.normals, ell, obstacle)
-    require(np.isfinite(gaps).any(), "obstacle", obstacle, "lies over no node of the contact boundary")
+    gaps = geometry.initial_gaps.copy()
+    if nodes.dim == 3:
+        gaps[:, ~nodes.free["u3"]] = np.inf
+    touching = np.isfinite(gaps).any()
+    require(touching, "obstacle", geometry.obstacle, "lies over no node of the contact boundary")
     return gaps
 
 

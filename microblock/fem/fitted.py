@@ -102,7 +102,7 @@ class FittedSolver(MeshFitter):
     def _pictured(self, load):
         """The solver with its obstacle's picture for a load."""
         obstacle = Within(self.obstacle, self.domain)
-        problem = Problem(self.solid, self.law, obstacle, self.symmetric)
+        problem = Problem(self.solid, self.law, obstacle, self.symmetric, blocks=self.blocks)
         found = obstacle.forgotten(contact_candidates.find_candidates(problem, load))
         if found.steps:
             raise NotConverged(

@@ -137,7 +137,7 @@ class FittedMesh:
         inner = [edge for edge in edges if edge > 0 or not solver.symmetric]
         self.tips = sorted({*solver.features(self.ground), *inner})
         self.nodes = Condensed(solver.meshed(self.ground, self.tips, parts, levels, order, even))
-        self.system = self.nodes.compliance.corner_system(solver.law, solver.obstacle)
+        self.system = self.nodes.compliance.corner_system(solver.blocks, solver.obstacle)
         self.x, margin = self.nodes.points[:, 0], 2 * SLIVER * (edges[-1] - edges[0])  # one in the mesh
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
         self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
@@ -173,10 +173,10 @@ class FittedMesh:
         truncation = 0.0 if bounded else 2 * (max(map(abs, self.tips)) / self.ground.far) ** 2
         discretisation = None if self.coarse is None else difference(self.coarse, self.part)
         square = sum(each.worth**2 for each in self.violations)
-        law, obstacle = self.solver.law, self.solver.obstacle
+        blocks, obstacle = self.solver.blocks, self.solver.obstacle
         if not getattr(obstacle, "formulas", False):
             square += off_node_violations.missed(
-                self.nodes.along, self.closed, law, obstacle, self._sites
+                self.nodes.along, self.closed, blocks, obstacle, self._sites
             ).sum()
         return Estimate(discretisation, self.step, truncation, math.sqrt(square) / self._size)
 

@@ -12,6 +12,7 @@ from ..contact_solvers.friction_events import events
 from ..contact_solvers.nodal import zones_of
 from ..errors import out_of_reach, require, require_kind
 from ..model import law as laws
+from ..model.corner_geometry import Blocks
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
 from ..model.intervals import borders
@@ -63,12 +64,13 @@ class FrictionFacets:
         require(frictional, "law", law, "has no friction: solve and path find its states")
         self.nodes = nodes = condensed(body, law.clamps_rotation, followed=True)
         self.law, normals = law, nodes.normals
-        arms = body.solid.ell * law.arms(nodes.points, normals)
+        geometry = Blocks(law, body.solid.ell).under(obstacle, nodes.points, normals)
+        arms = geometry.offsets_from_centre
         # psi0 is 0: corners slip alike
         rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(laws.tangents(normals), arms[0])]
         self.onto = sparse.vstack(rows, format="csr")
         self.heights = np.sum(arms[0] * normals, axis=1)
-        self.gaps = nearest_alone(initial_gaps(law, nodes, obstacle), nodes.twins)
+        self.gaps = nearest_alone(initial_gaps(geometry, nodes), nodes.twins)
 
     def contact(self, coupled=True):
         """The FrictionalContact; `coupled` if shear tractions act on the gaps."""

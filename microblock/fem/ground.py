@@ -68,7 +68,8 @@ class GroundSolver(Solver):
     @cached_property
     def problem(self):
         """The problem along x1, of a symmetric one of a half."""
-        return Problem(self.solid, self.law, self.obstacle, self.symmetric, self.candidates)
+        parts = self.solid, self.law, self.obstacle, self.symmetric, self.candidates
+        return Problem(*parts, blocks=self.blocks)
 
     def first_load(self, approach):
         """A load of about this approach; BadArgument unless it lies above first touch, on a bounded block."""

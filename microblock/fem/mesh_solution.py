@@ -8,7 +8,6 @@ import numpy as np
 from ..contact_solvers.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most, require
 from ..model import contact_candidates
-from ..model import law as laws
 from ..model.intervals import contact_zones, distance, distance_to_ends, joined
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
@@ -36,7 +35,7 @@ class OnMesh(OfNodes):
     @property
     def loads(self):
         """Nodal normal forces and moments, array (2 n,)."""
-        return self.nodes.compliance.loads(self.law, self.forces)
+        return self.nodes.compliance.loads(self.solver.blocks, self.forces)
 
     @cached_property
     def fields(self):
@@ -157,7 +156,7 @@ class MeshSolution(OnMesh, NodalSolution):
     @property
     def _moments(self):
         """Nodal moments, with reactions of corners that carry, not of the shares."""
-        levers = laws.levers(self.law, self.nodes.points[:, 0])
+        levers = self.solver.blocks.levers(self.nodes.points[:, 0])
         forces = self.forces if self._psi_held else self.carried
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
 
@@ -215,7 +214,7 @@ class MeshSolution(OnMesh, NodalSolution):
 
     def tamed(self, x):
         """1; near `ends` their distance over half of their width."""
-        return distance_to_ends(x, self.ends, self.law.shifts(self.solver.solid.ell))
+        return distance_to_ends(x, self.ends, self.solver.blocks.shifts)
 
     def remarks(self):
         body, zones = self.nodes.body, self.zones_by_name["contact"]

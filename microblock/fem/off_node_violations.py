@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..halfplane.transmitted_singularities import log_sizes
-from ..model import law as laws
 from ..model import missed_contact
+from ..model.corner_geometry import Blocks
 from ..model.intervals import joined, runs
 from ..model.missed_contact import PLACES, Violation
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
+from ..model.types import Array, ObstacleLike
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
@@ -63,26 +64,26 @@ class Facets:
         x2, *normals = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x)
         return np.column_stack((x, x2)), np.column_stack(normals / np.hypot(*normals))
 
-    def initial_gaps(self, law, obstacle, x):
+    def initial_gaps(self, blocks: Blocks, obstacle: ObstacleLike, x: Array) -> Array:
         """Initial gaps of all corners at places on the facets, array (corners, n)."""
-        return laws.initial_gaps(law, *self.surface(x), self.nodes.body.solid.ell, obstacle)
+        return blocks.under(obstacle, *self.surface(x)).initial_gaps
 
     def pressed(self, closed):
         """Whether two nodes or more of each facet are closed."""
         return np.array([closed[own].sum() > 1 for own in self.members])
 
 
-def missed(facets, closed, law, obstacle, sites):
+def missed(facets, closed, blocks, obstacle, sites):
     """What nodes miss of the height on closed facets: squares of pressures in L2, array (corners, facets),
     for `closed` corners, (corners, nodes), at the contact points `sites` of each.
     """
     nodes, found = facets.nodes, np.zeros((len(closed), len(facets.members)))
-    at_nodes = laws.initial_gaps(law, nodes.points, nodes.normals, nodes.body.solid.ell, obstacle)
+    at_nodes = blocks.under(obstacle, nodes.points, nodes.normals).initial_gaps
     for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
         here = facets.below(x)
         x, here = (each[(here >= 0) & facets.pressed(own)[here]] for each in (x, here))
         with np.errstate(invalid="ignore"):  # gaps of inf, beyond an end of the obstacle
-            off = np.abs(facets.initial_gaps(law, obstacle, x)[corner] - facets.interpolate(gaps, x))
+            off = np.abs(facets.initial_gaps(blocks, obstacle, x)[corner] - facets.interpolate(gaps, x))
         np.maximum.at(found[corner], here, np.where(np.isfinite(off), off, 0.0))
     return (nodes.body.solid.E_star * found) ** 2 / facets.spacing
 
@@ -129,12 +130,13 @@ def of_body(state):
     """What a MeshSolution misses, squares of pressures in the weighted L2, array (facets,); BadArgument as of
     its `sampled`.
     """
-    nodes, law, obstacle, problem = state.nodes, state.law, state.solver.obstacle, state.sampled
+    nodes, problem = state.nodes, state.sampled
+    blocks, obstacle = state.solver.blocks, state.solver.obstacle
     facets, found = Facets(nodes), np.zeros(len(nodes.facets))
     if problem.candidates is None:
         return found
-    sites = [problem.sites(corner) for corner in range(len(law.corners))]
-    squares = missed(facets, state.closed, law, obstacle, sites)
+    sites = [problem.sites(corner) for corner in range(len(blocks.names))]
+    squares = missed(facets, state.closed, blocks, obstacle, sites)
     wholly = np.array([state.closed[:, own].all(axis=1) for own in facets.members])
     for corner, shift in enumerate(problem.shifts):
         below = facets.below(np.add(problem.candidates.steps, shift))
@@ -153,11 +155,12 @@ def of_body(state):
 
 def low(state):
     """Intervals of x1 of the corners in which the gaps of a MeshSolution are low."""
-    facets, law, obstacle, found = Facets(state.nodes), state.law, state.solver.obstacle, []
+    facets, found = Facets(state.nodes), []
+    blocks, obstacle = state.solver.blocks, state.solver.obstacle
     count = max(40, PLACES // max(len(facets.left), 1))
     x = np.unique([np.linspace(left, right, count) for left, right in zip(facets.left, facets.right)])
-    for corner in range(len(law.corners)):
-        near = facets.initial_gaps(law, obstacle, x)[corner] < LOW * max(state.approach, 0.0)
+    for corner in range(len(blocks.names)):
+        near = facets.initial_gaps(blocks, obstacle, x)[corner] < LOW * max(state.approach, 0.0)
         places = np.concatenate((x[:1], x, x[-1:])) - state.problem.shifts[corner]
         found += [(float(places[i]), float(places[j + 2])) for i, j in runs(near)]
     return tuple(joined(found))

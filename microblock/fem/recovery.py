@@ -18,7 +18,6 @@ import ngsolve as ng
 import numpy as np
 
 from ..errors import MicroblockError, out_of_reach
-from ..model import law as laws
 from ..model.intervals import contains
 from ..model.progress import counted, kept
 from ..model.types import Flags
@@ -239,7 +238,7 @@ def _finer(state, parts, left):
 
 def _beyond(state, pressures, x):
     """Squares of p and M/ell, (2, n), at x beyond the ends of the obstacle."""
-    levers, wrong = laws.levers(state.law, x), np.zeros((2, len(x)))
+    levers, wrong = state.solver.blocks.levers(x), np.zeros((2, len(x)))
     for corner in state.sampled.ends:
         p = np.where(contains(state.sampled.pieces_of(corner), x), 0.0, pressures[corner])
         wrong += np.array((p, levers[corner] / 2 * p)) ** 2

@@ -5,11 +5,13 @@ from functools import cached_property
 import numpy as np
 
 from ..contact_solvers import projected_gradients
-from ..contact_solvers.surface_law import closed_corners, on_surface
+from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..errors import NOT_YET, require
+from ..model.corner_geometry import CornerGeometry
 from ..model.obstacles import heights
 from ..model.solver import SOLVED
 from ..model.state import in_space
+from ..model.types import Array
 from . import factors
 from .condensation import Flexibility3D
 from .facets import initial_gaps
@@ -26,10 +28,6 @@ class Solver3D(OnGivenMesh):
     most_corners, in_space = None, "nodes"
     no_rtol = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
 
-    def set_up(self):
-        super().set_up()
-        self.surface_law = on_surface(self.law)
-
     @property
     def rate(self):
         return "condensed in space" + " by SuperLU" * (factors.usual is factors.SuperLU)
@@ -37,7 +35,7 @@ class Solver3D(OnGivenMesh):
     @cached_property
     def initial_gaps(self):
         """Array (corners, n); inf where a corner cannot touch."""
-        return initial_gaps(self.law, self.nodes, self.obstacle)
+        return initial_gaps(self.geometry(self.nodes.points), self.nodes)
 
     @cached_property
     def low_places(self):
@@ -58,7 +56,7 @@ class Solver3D(OnGivenMesh):
 
     def solve(self, load, approach, rtol, initial=None):
         self.require_given_mesh(rtol)
-        H, residual = Flexibility3D(self.directions(self.nodes.points), self.nodes), 1e-9
+        H, residual = Flexibility3D(self.geometry(self.nodes.points).directions, self.nodes), 1e-9
         found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
         require(found.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(found.forces)
@@ -71,7 +69,7 @@ class Solver3D(OnGivenMesh):
         """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
         nodes, (3, n); BadArgument where the obstacle lies in held nodes.
         """
-        forces, (u, phi1, phi2) = self.surface_law.of_least_norm(forces, closed), surface
+        forces, (u, phi1, phi2) = least_norm_where_closed(forces, closed), surface
         psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
         found = SurfaceNodes(
             self,
@@ -104,7 +102,6 @@ class Solver3D(OnGivenMesh):
             opposite=None,
         )
 
-    def directions(self, points):
-        """(1, lever) of each corner at points, array (corners, 3, n)."""
-        levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
-        return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
+    def geometry(self, points: Array) -> CornerGeometry:
+        """Returns the corners of blocks at points, array (n, 3)."""
+        return self.blocks.under(self.obstacle, points)

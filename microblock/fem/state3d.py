@@ -32,7 +32,7 @@ class SurfaceNodes(OnMesh):
     @property
     def loads(self):
         """Nodal forces, and moments in the measure of (-psi2, psi1) ell/2, array (3, n) (force)."""
-        return np.einsum("cin,cn->in", self.solver.directions(self.points), self.forces)
+        return np.einsum("cin,cn->in", self.solver.geometry(self.points).directions, self.forces)
 
     def pressure(self, corner, places):
         """Returns the pressure of a corner at places, (k, 2) or (k, 3)."""
@@ -70,19 +70,21 @@ class SurfaceNodes(OnMesh):
 
     def _between_nodes(self):
         """How deep a low place of the obstacle reaches into the contact boundary, and this place, (2,)."""
-        nodes, law, ell = self.nodes, self.solver.surface_law, self.solver.solid.ell
+        nodes, blocks, ell = self.nodes, self.solver.blocks, self.solver.solid.ell
         low = self.solver.low_places
         moved = [nodes.within(values) for values in (self.displacement, *self.psi)]
         deepest = [(0.0, [np.nan, np.nan])]
-        for number, offset in enumerate(law.offsets):
+        for number, offset in enumerate(blocks.offsets):
             x1, x2 = low[:2] - ell / 2 * offset[:, None]
             (level,) = nodes.interpolated(nodes.points[None, :, 2], x1, x2)
-            depths = self.approach + level + law.raised(ell, x1, x2)[number] - low[2]
+            corners = blocks.on_level(self.solver.obstacle, x1, x2).offsets_from_contact_point
+            depths = self.approach + level + corners[number, ..., 2] - low[2]
             near = np.flatnonzero(depths > 0)  # nan beside the contact boundary
             if len(near):
                 places = np.column_stack((x1, x2, level))[near]
                 at = nodes.body.mesh(*places.T)
-                added = self.added(places, [function(at).ravel() for function in moved])
+                displacement, *psi = [function(at).ravel() for function in moved]
+                added = displacement + self.solver.geometry(places).rotated(np.array(psi))
                 depths = depths[near] - added[number]
                 deepest.append((depths.max(), low[:2, near[np.argmax(depths)]].tolist()))
         return max(deepest)
@@ -104,13 +106,6 @@ class SurfaceNodes(OnMesh):
         """How deep the obstacle reaches into the surface at places, (k, 3), with displacement, psi1 and psi2
         `moved`, (3, k).
         """
-        solver = self.solver
-        gaps = solver.surface_law.initial_gaps(solver.obstacle, solver.solid.ell, *places[:, :2].T)
-        return -float((gaps - places[:, 2] - self.approach + self.added(places, moved)).min(initial=0.0))
-
-    def added(self, places, moved):
-        """What displacement, psi1 and psi2 at places, (k, 3), add to gaps, array (corners, k)."""
-        displacement, psi1, psi2 = moved
-        half = self.solver.solid.ell / 2
-        surface = np.array((displacement, -half * psi2, half * psi1))
-        return np.einsum("cin,in->cn", self.solver.directions(places), surface)
+        displacement, *psi = moved
+        gaps = self.solver.geometry(places).gaps(displacement, np.array(psi), self.approach)
+        return -float(gaps.min(initial=0.0))

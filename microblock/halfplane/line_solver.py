@@ -14,7 +14,7 @@ from ..errors import SMALLEST, BadArgument, NotConverged
 from ..model import contact_candidates
 from ..model.deformable import second_solid, shape_of
 from ..model.intervals import distance, distance_to_ends, runs
-from ..model.law import levers, require_pure_force
+from ..model.law import require_pure_force
 from ..model.missed_contact import PLACES, apart, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.problem import Problem
@@ -148,7 +148,7 @@ class LineSolver(CellSolver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_pure_force(self.law, self.solid.ell)
-        self.offsets = np.array([[-2 * shift] for shift in self.law.shifts(1.0)])
+        self.offsets = self.blocks.offsets
         self.require_repeating()
         if self.given_window() is None:
             self.require_lowest()
@@ -163,7 +163,8 @@ class LineSolver(CellSolver):
 
     @cached_property
     def problem(self):
-        return Problem(self.solid, self.law, self.shape, counter=second_solid(self.obstacle))
+        counter = second_solid(self.obstacle)
+        return Problem(self.solid, self.law, self.shape, counter=counter, blocks=self.blocks)
 
     @cached_property
     def sampling_uncertainty(self):
@@ -199,7 +200,7 @@ class LineSolver(CellSolver):
         """t at x, array (1, n), or of one corner (0, n)."""
         if len(self.offsets) == 1:
             return np.empty((0, len(x)))
-        tilts = levers(self.law, x) + self.offsets
+        tilts = self.blocks.levers(x) + self.offsets
         if np.ptp(tilts, axis=0).max() > EPS_PIVOT:
             words = "must have levers that differ as 2 shifts / ell do on Cells(): Panels() take others"
             raise BadArgument("law", self.law, words)
@@ -303,7 +304,7 @@ class LineSolver(CellSolver):
         if self.period is not None:
             x = self.shape.original(x, self.shape.windows[0])
         ends = (*(self.ends or (-np.inf, np.inf)), *self.steps)
-        return distance_to_ends(x, ends, self.law.shifts(self.solid.ell))
+        return distance_to_ends(x, ends, self.blocks.shifts)
 
     def estimate(self, changes, before, state):
         """Error from the residual and the changes from grid to grid, a geometric series."""

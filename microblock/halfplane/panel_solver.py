@@ -91,7 +91,7 @@ class PanelSolver(Solver):
     @cached_property
     def problem(self):
         shape, counter = shape_of(self.obstacle), second_solid(self.obstacle)
-        return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter)
+        return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter, blocks=self.blocks)
 
     def _pictured_problem(self, load):
         found = self._seen(load)

@@ -157,17 +157,17 @@ def beyond(state, places):
 
 def _afar(solver, grid, applied, places, itself):
     """Returns what forces and (p, m) at the nodes of a grid add to gaps, of `itself` only their images."""
-    law, (x, y) = solver.surface_law, places[:, :, None] - of_nodes(grid, 1)[:, None]
+    x, y = places[:, :, None] - of_nodes(grid, 1)[:, None]
     (forces, loads), B = applied, nodes(grid.count, 1)[1]
 
     def displaced(K, values):
         return np.einsum("rckn,cn->rk", K, (B.T @ values @ B).reshape(len(values), -1))
 
     u, *phi = displaced(on_rows(solver.response(x, y, itself), len(loads)), loads)
-    levers = law.tilt(*places) - law.offsets[:, : len(phi), None]
+    levers = solver.tilt(*places) - solver.offsets[:, : len(phi), None]
     found = u + np.sum(levers * np.array(phi).reshape(levers.shape[1:]), axis=1)
     if solver.second is not None:
-        corners = solver.solid.ell / 2 * law.offsets
+        corners = solver.solid.ell / 2 * solver.offsets
         found += displaced(of_corners(solver.second_response, corners, x, y, itself), forces)
     return found
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.cell_solver import CellSolution, CellSolver, spots
+from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..contact_solvers.fft_compliance import Flexibility, Grid
-from ..contact_solvers.surface_law import closed_corners, on_surface
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
@@ -100,8 +100,7 @@ class SurfaceSolver(CellSolver):
             self.solid.beta,
             "must hold the rotation of blocks: a second body alone may have 0",
         )
-        self.surface_law = on_surface(self.law)
-        self.offsets, self.tilt = self.surface_law.offsets, self.surface_law.tilt
+        self.offsets, self.tilt = self.blocks.offsets, self.blocks.tilt
         nodes = self.options.nodes
         require(
             nodes is None or nodes <= 2 * self.most,
@@ -210,20 +209,20 @@ class SurfaceSolver(CellSolver):
 
     def gaps(self, x1, x2):
         """Returns the initial gaps at places, array (corners, ...)."""
-        return self.surface_law.initial_gaps(self.shape, self.solid.ell, x1, x2)
+        return self.blocks.on_level(self.shape, x1, x2).initial_gaps
 
     def flexibility(self, grid):
         """Returns the Flexibility of a grid, or of several."""
         if isinstance(grid, Grid):
             return self.alone(grid, self.period is not None)
-        law, kept = self.surface_law, dict[float, Flexibility]()  # squares of one width share tables
+        kept = dict[float, Flexibility]()  # squares of one width share tables
         for one in grid.grids:
             kept[one.width] = kept.get(one.width) or self.alone(one, False)
         owns, counter = [kept[one.width] for one in grid.grids], None
         if self.second is not None:
-            counters, places = [own.counter for own in owns], self.solid.ell / 2 * law.offsets
+            counters, places = [own.counter for own in owns], self.solid.ell / 2 * self.offsets
             counter = Counters(counters, grid, places, self.second_response)
-        return Coupled(grid, owns, law.tilt(*grid.places), self.response, counter)
+        return Coupled(grid, owns, self.tilt(*grid.places), self.response, counter)
 
     def alone(self, grid, periodic):
         """Returns the Flexibility of one square."""
@@ -260,7 +259,7 @@ class SurfaceSolver(CellSolver):
         least = min(2 * found.kkt, self.loose / state.grid.count)  # beyond that touching is a matter of force
         closed = found.gaps <= least * np.ptp(state.displacement + other)
         if H.counter is None:
-            forces = self.surface_law.of_least_norm(forces, closed)
+            forces = least_norm_where_closed(forces, closed)
         touching = closed_corners(forces, closed)
         return replace(state, pressures=forces / state.grid.area, opposite=other, closed=touching)
 

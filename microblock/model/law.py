@@ -14,14 +14,13 @@ With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 """
 
 from dataclasses import dataclass, field, fields
-from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 
 from ..errors import BadArgument, Checked, checked, real_numbers, require, require_choice, require_finite
 from . import obstacles
-from .types import Array, Function, LawLike, ObstacleLike, Tilt
+from .types import Array, Function, LawLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
@@ -37,11 +36,18 @@ class Law:
         Whether psi = 0 on the whole contact surface.
     even : bool
         Whether the law is known to be symmetric about x1 = 0.
+    uniform : bool
+        Whether arms, places and initial rotation are known to be the same at all points in the frame of t and
+        n: one block is then asked for all.
+    surface_corners : tuple of str
+        Names of the corners over a surface; none of a law that is not known there.
     """
 
     corners: tuple[str, ...] = ("C",)
+    surface_corners: tuple[str, ...] = ()
     clamps_rotation = False
     even: Any = False  # a bool, or a property
+    uniform: Any = False  # as well
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
@@ -62,7 +68,8 @@ class Law:
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns the levers of (29) at x: {corner: array}, -2 times the arm along the surface."""
-        return dict(zip(self.corners, levers(self, x)))
+        arms = self.arms(*level_surface(np.ravel(x)))[:, :, 0]
+        return {name: -2 * arm.reshape(np.shape(x)) for name, arm in zip(self.corners, arms)}
 
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
@@ -119,6 +126,7 @@ class Microblock(_Coulomb):
     friction: float = field(default=0.0, metadata=_coefficient)
 
     corners = ("A", "B")
+    surface_corners = ("--", "-+", "+-", "++")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -137,33 +145,50 @@ class Microblock(_Coulomb):
         """Whether all blocks are level, so that left and right are mirror images."""
         return not callable(self.psi0) and self.psi0 == 0
 
+    @property
+    def psi0_in_gaps(self) -> bool:
+        """Whether psi0 acts in gaps, not in levers alone."""
+        return self.psi0_in == ACTS_IN[0]
+
+    @property
+    def uniform(self) -> bool:
+        """Whether psi0 is the same at all places."""
+        return not any(map(callable, self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)))
+
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
-        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
+        """Returns (N + s.S)/2, (20), of ``S_i = e_i + psi0 x e_i`` and ``N = n + psi0 x n``, s = -1 for A and
+        1 for B, over a surface s = (a, b) with a, b = -1, 1.
         """
-        if points.shape[1] == 3:
-            t1, t2 = surface_tilt(self.psi0, *points.T[:2])
-            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in (-1, 1) for b in (-1, 1)]
-            return np.moveaxis(np.array(places), 1, 2) / 2
-        psi0, along = self.angle(points[:, 0])[:, None], tangents(normals)
-        across, up = along + psi0 * normals, normals - psi0 * along
-        return np.array((up - across, up + across)) / 2
+        signs, tilt = self._signs_and_tilt(points)
+        return in_frame(normals, (signs - tilt) / 2, (1 + np.sum(signs * tilt, axis=1)) / 2)
+
+    def places(self, points: Array, normals: Array) -> Array:
+        """Returns s.S/2, (20), with psi0 where it acts in the gaps."""
+        signs, tilt = self._signs_and_tilt(points)
+        raised = np.sum(signs * tilt, axis=1) / 2 * self.psi0_in_gaps
+        return in_frame(normals, signs / 2 + 0 * tilt, raised)
+
+    def _signs_and_tilt(self, points: Array) -> tuple[Array, Array]:
+        """Returns the signs s of the corners, array (corners, axes, 1), and the slopes of the outer sides of
+        blocks at points, array (axes, n): psi0, or (-psi0_2, psi0_1) over a surface.
+        """
+        x = points[:, :-1].T
+        if len(x) == 1:
+            return np.array([[[-1.0]], [[1.0]]]), self.angle(x[0])[None]
+        about: Any = self.psi0 if isinstance(self.psi0, tuple) else (0.0, -cast(Any, self.psi0))
+        signs = np.array([(a, b) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+        return signs[:, :, None], np.array([-rotation(about[1], *x), rotation(about[0], *x)])
 
     def initial_rotation(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
         angle = self.angle(x)
-        return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
+        return angle if self.psi0_in_gaps else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1."""
         words = "must be a number or a function of x1: a pair belongs to a HalfSpace"
         require(not isinstance(self.psi0, tuple), "psi0", self.psi0, words)
         return rotation(self.psi0, x)
-
-    def places(self, points: Array, normals: Array) -> Array:
-        """Returns -+ S/2, (20)."""
-        side = tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals
-        return np.array((-side, side)) / 2
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,7 +213,9 @@ class Unilateral(_Coulomb):
 
     friction: float = field(default=0.0, metadata=_coefficient)
 
+    surface_corners = ("C",)
     even = True
+    uniform = True
 
     def arms(self, points: Array, normals: Array) -> Array:
         return np.zeros((1, *points.shape))
@@ -222,12 +249,6 @@ class Microclamped(Unilateral):
 BUILT_IN = Microblock, Unilateral, Microclamped  # and nothing derived from them
 
 
-def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
-    """Returns t = (-psi0_2, psi0_1) over a surface, array (2, ...), of a pair or, about -e2, of a number."""
-    about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
-    return np.array([-rotation(about[1], x1, x2), rotation(about[0], x1, x2)])
-
-
 def rotation(psi0: Any, *x: Array) -> Array:
     """Returns psi0, a number or a function, at places: an array of their shape (radians); raises BadArgument
     if it fails, or is not below 1.
@@ -247,28 +268,13 @@ def rotation(psi0: Any, *x: Array) -> Array:
     return angles
 
 
-def levers(law: LawLike, x: Array) -> Array:
-    """Returns the levers of all corners at x, array (corners, ...)."""
-    constant = type(law) in BUILT_IN and not callable(getattr(law, "psi0", None))
-    found = _constant(law) if constant else _levers(law, np.ravel(x))
-    return np.broadcast_to(found, (len(found), np.size(x))).reshape(len(found), *np.shape(x))
-
-
-@lru_cache(maxsize=64)
-def _constant(law: Any) -> Array:
-    return _levers(law, np.zeros(1))
-
-
-def _levers(law: LawLike, x: Array) -> Array:
-    return -2 * law.arms(*level_surface(x))[:, :, 0]
-
-
-def initial_gaps(law: LawLike, points: Array, normals: Array, ell: float, obstacle: ObstacleLike) -> Array:
-    """Returns the initial gaps of all corners along the normal, array (corners, n) (lengths), inf without an
-    obstacle, of points (lengths) with unit normals, arrays (n, 2), and the side `ell` of a block (length).
+def in_frame(normals: Array, along: Array, up: Array) -> Array:
+    """Returns vectors from their components along the surface, array (corners, axes, n), and along its unit
+    normals, array (corners, n): array (corners, n, dim). Over a surface normals are e3.
     """
-    places = points + ell * law.places(points, normals)
-    return np.array([obstacles.gap(obstacle, place, normals) for place in places])
+    if normals.shape[-1] == 3:
+        return np.stack((along[:, 0], along[:, 1], up), axis=-1)
+    return along[:, 0, ..., None] * tangents(normals) + up[..., None] * normals
 
 
 def level_surface(x: Array) -> tuple[Array, Array]:
@@ -279,8 +285,8 @@ def level_surface(x: Array) -> tuple[Array, Array]:
 
 
 def tangents(normals: Array) -> Array:
-    """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
-    return np.column_stack((normals[:, 1], -normals[:, 0]))
+    """Returns the unit tangents n x e3 of unit normals, arrays (..., 2)."""
+    return np.stack((normals[..., 1], -normals[..., 0]), axis=-1)
 
 
 def check(law: Any, in_space: bool = False) -> None:
@@ -295,9 +301,21 @@ def check(law: Any, in_space: bool = False) -> None:
     )
     require(not missing and getattr(type(law), "arms", None) is not Law.arms, "law", law, words)
     if type(law) in BUILT_IN:
+        words = "must be a number, or a pair of numbers or functions of (x1, x2), over a surface"
+        alone = in_space and isinstance(law, Microblock) and callable(law.psi0)
+        require(not alone, "psi0", law.psi0 if alone else None, words)
         return
     require(not in_space, "law", law, "must be Microblock, Unilateral or Microclamped over a surface")
     _check_corners(law)
+
+
+def is_uniform(law: LawLike) -> bool:
+    """Returns whether a law says that it is uniform, and none of what that is said of is derived later."""
+    owners = [
+        next(kind for kind in type(law).mro() if name in vars(kind))
+        for name in ("uniform", "arms", "places", "initial_rotation")
+    ]
+    return bool(law.uniform) and all(issubclass(owners[0], owner) for owner in owners[1:])
 
 
 def _check_corners(law: Law) -> None:
@@ -319,7 +337,7 @@ def _check_corners(law: Law) -> None:
         good = np.shape(found) == (len(names), 1, 2) and np.isrealobj(found) and np.isfinite(found).all()
         words = f"{name} must return finite real numbers, an array (corners, n, 2): {found!r}"
         require(good, "law", law, words)
-    sizes = levers(law, np.zeros(())).tolist()
+    sizes = [float(lever) for lever in law.levers(np.zeros(())).values()]
     words = f"must name its corners from left to right, the largest lever first: {sizes}"
     require(np.all(np.diff(sizes) <= 0), "law", law, words)
 
@@ -335,5 +353,7 @@ def require_shifts(law: LawLike, ell: float) -> None:
 
 def require_pure_force(law: LawLike, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
-    words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
-    require(len(law.corners) > 1 or not np.any(levers(law, obstacles.scales(ell))), "law", law, words)
+    if len(law.corners) == 1:
+        words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"
+        (levers,) = law.levers(obstacles.scales(ell)).values()
+        require(not levers.any(), "law", law, words)

@@ -582,14 +582,22 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
 
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
-    """Returns the initial gap along the unit normals of points of a surface (lengths), arrays (n, 2):
+    """Returns the initial gap along the unit normals of points of a surface (lengths), arrays (..., dim):
     ``(height(x1) - x2) n2``, for n = e2 that of section 4.2; ``inf`` where there is no obstacle above, or the
     surface is steeper than 60 degrees.
     """
-    places = points[:, 0]
-    rounding = 8 * np.finfo(float).eps * np.abs(places).max(initial=0.0)
-    for end in getattr(obstacle, "ends", None) or ():  # below which a place is whatever the unit of length
-        places = np.where(np.abs(places - end) <= rounding, end, places)
-    above = heights(obstacle, places)
-    seen = normals[:, 1] > STEEPEST
-    return np.where(seen, (above - points[:, 1]) * np.where(seen, normals[:, 1], 1.0), np.inf)
+    *places, level = np.moveaxis(points, -1, 0)
+    if len(places) == 1:
+        places = [_moved_to_ends(obstacle, places[0])]
+    above = heights(obstacle, *places)
+    upwards = normals[..., -1]
+    seen = upwards > STEEPEST
+    return np.where(seen, (above - level) * np.where(seen, upwards, 1.0), np.inf)
+
+
+def _moved_to_ends(obstacle: ObstacleLike, x: Array) -> Array:
+    """Returns abscissae, those at an end of the obstacle but for rounding moved there, array (n,)."""
+    rounding = 8 * np.finfo(float).eps * np.abs(x).max(initial=0.0)  # whatever the unit of length
+    for end in getattr(obstacle, "ends", None) or ():
+        x = np.where(np.abs(x - end) <= rounding, end, x)
+    return x

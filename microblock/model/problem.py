@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import require
-from . import law as laws
+from .corner_geometry import Blocks
 from .intervals import contains, joined
-from .law import ACTS_IN, level_surface
+from .law import ACTS_IN
 from .material import Cosserat, joint_modulus
 from .obstacles import heights, jumps_of, scales
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy
@@ -34,6 +34,11 @@ class Problem:
     mirror: bool = False
     candidates: Any = field(default=None, compare=False, repr=False)  # ContactCandidates, or None
     counter: Cosserat | None = None
+    blocks: Blocks = field(default=cast(Any, None), compare=False, repr=False)  # of the law
+
+    def __post_init__(self) -> None:
+        if self.blocks is None:
+            object.__setattr__(self, "blocks", Blocks(self.law, self.solid.ell))
 
     @property
     def ell(self) -> float:
@@ -48,10 +53,10 @@ class Problem:
         """Numbers of the corners that are computed."""
         return range(1 if self.mirror else len(self.law.corners))
 
-    @cached_property
+    @property
     def shifts(self) -> tuple[float, ...]:
         """How far right of each corner its contact point lies (lengths)."""
-        return self.law.shifts(self.solid.ell)
+        return self.blocks.shifts
 
     @cached_property
     def _places(self) -> Array:
@@ -150,7 +155,7 @@ class Problem:
 
     def levers(self, x: Array) -> Array:
         """Returns the levers of (29) at x, array (corners, ...); 0 where psi is prescribed."""
-        return laws.levers(self.law, x) * (not self.law.clamps_rotation)
+        return self.blocks.levers(x) * (not self.law.clamps_rotation)
 
     def lever(self, corner: Integers, x: Array) -> Array:
         """Returns levers of the corners numbered `corner` at x, arrays (n,)."""
@@ -158,7 +163,7 @@ class Problem:
 
     def initial_gaps(self, x: Array) -> Array:
         """Returns the initial gaps at x, array (corners, n)."""
-        return laws.initial_gaps(self.law, *level_surface(x), self.solid.ell, self.obstacle)
+        return self.blocks.on_level(self.obstacle, x).initial_gaps
 
     def pieces_of(self, corner: int) -> Array:
         """Returns left and right ends of the parts of x in which a corner meets an obstacle, array (k, 2)."""
@@ -187,7 +192,7 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
         words = f"says that it is even, but its height differs at x = {place:.4g} and {-place:.4g}"
         require(alike.all(), "obstacle", obstacle, words)
     if law.even:
-        levers = laws.levers(law, x)
+        levers = Blocks(law, ell).levers(x)
         words = "says that it is even, but its levers are not those of a mirror image"
         require(np.allclose(levers, -levers[::-1, ::-1], rtol=same, atol=same), "law", law, words)
 

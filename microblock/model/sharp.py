@@ -28,7 +28,7 @@ def _closed(state: State, places: Sequence[float], within: float) -> tuple[Array
     """Returns the contact points of places, array (corners, n), and whether the corner is closed there."""
     law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
     margin = max(1e-6 * ell, within) * np.array((-1, 1))
-    points = np.add.outer(law.shifts(ell), places)
+    points = np.add.outer(state.problem.blocks.shifts, places)
     names = law.corners if len(law.corners) == 2 else ["contact"] * len(law.corners)
     closed = [contains(np.reshape(zones[name], (-1, 2)) + margin, own) for name, own in zip(names, points)]
     return points, np.array(closed)

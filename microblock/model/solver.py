@@ -31,7 +31,7 @@ class Solver:
 
     Attributes
     ----------
-    contact, body, solid, obstacle, law
+    contact, body, solid, obstacle, law, blocks
         Of the problem.
     has_level : bool
         Whether the approach means something.
@@ -65,6 +65,7 @@ class Solver:
         self.contact, self.options = contact, options
         self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
         self.solid = self.body.solid
+        self.blocks = contact.blocks
         self._require_counter_body()
         if self.in_space is None and (self.has_fitted_zones or body_of(self.obstacle) is not None):
             require_shifts(self.law, self.solid.ell)

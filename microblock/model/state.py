@@ -154,7 +154,7 @@ class Solution:
         displacement: Array,
     ) -> Surface:
         """Returns the Surface of fields at points."""
-        law, (x, upwards) = self.problem.law, (points[:, 0], normals[:, 1])
+        problem, (x, upwards) = self.problem, (points[:, 0], normals[:, 1])
         lifted = (self.counter_displacement(x) - self.approach) * upwards
         return Surface(
             points,
@@ -163,23 +163,18 @@ class Solution:
             self.corner_gaps(points, normals, displacement, psi),
             micromoment,
             psi,
-            law.initial_rotation(x) + psi,
+            problem.blocks.rotation(x) + psi,
             displacement,
-            gap(self.problem.obstacle, points, normals) + lifted,
-            law.corners,
-            self.problem.ell,
+            gap(problem.obstacle, points, normals) + lifted,
+            problem.law.corners,
+            problem.ell,
             self.apart,
         )
 
     def corner_gaps(self, points: Array, normals: Array, displacement: Array, psi: Array) -> Array:
         """Returns the gaps (22) of all corners at points, array (corners, n)."""
-        problem, x, upwards = self.problem, points[:, 0], normals[:, 1]
-        law, ell = problem.law, problem.ell
-        initial = laws.initial_gaps(law, points, normals, ell, problem.obstacle)
-        lifted = np.array([self.counter_displacement(x - shift * upwards) for shift in law.shifts(ell)])
-        return (
-            initial + displacement + ell / 2 * laws.levers(law, x) * psi + (lifted - self.approach) * upwards
-        )
+        geometry = self.problem.blocks.under(self.problem.obstacle, points, normals)
+        return geometry.gaps(displacement, psi, self.approach, self.counter_displacement)
 
     def gap(self, corner: int, x: Array) -> Array:
         """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
@@ -505,7 +500,7 @@ class State(PlainData):
 
     @cached_property
     def rotation(self) -> Array:
-        return self.psi + self.law.initial_rotation(self.x)
+        return self.psi + self.problem.blocks.rotation(self.x)
 
     @cached_property
     def opposite(self) -> Array | None:
@@ -890,7 +885,7 @@ class State(PlainData):
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
     """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,)."""
-    names, count = solution.solver.surface_law.names, len(points)
+    names, count = solution.solver.blocks.names, len(points)
     given |= dict.fromkeys(("zones", "half_width", "x", "rotation"))
     given |= {"points": points, "normals": np.tile([0.0, 0.0, 1.0], (count, 1)), "weights": weights}
     given |= {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}

@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
-from ..contact_solvers.surface_law import on_surface
 from ..errors import require
 from ..model import intervals
 from ..model.law import level_surface, tangents
@@ -94,8 +93,8 @@ def section(state):
     contact and where it is: corners on the left are A, those on the right B. Raises BadArgument if the law
     has no blocks, or the state is at nodes.
     """
-    law, (x1, x2, _), pressures = on_surface(state.law), state.points.T, np.array([*state.pressures.values()])
-    require(law.psi0 is not None, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
+    law, (x1, x2, _), pressures = state.law, state.points.T, np.array([*state.pressures.values()])
+    require(len(pressures) > 1, "law", state.law, "has no blocks: plot_blocks() is for Microblock")
     words = "has no cells, in a row of which blocks are drawn in three dimensions"
     require(state.squares, "method", state.method, words)
     most = np.isclose(state.pressure, state.pressure.max()).argmax()  # of rows that are alike the first
@@ -110,7 +109,7 @@ def section(state):
         np.where(pressures > 0, 0.0, np.inf),
         -state.micromoment[row, 1],
         -state.psi[row, 1],
-        law.in_gaps * law.tilt(x, x2[row])[0] - state.psi[row, 1],
+        law.psi0_in_gaps * state.problem.blocks.tilt(x, x2[row])[0] - state.psi[row, 1],
         state.displacement[row],
         heights(state.obstacle, x, x2[row]) + opposite - state.approach,
         ("A", "B"),

@@ -24,7 +24,7 @@ from cases.commands.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
 from microblock.fem.body import Loads
 from microblock.halfplane import kernels
-from microblock.model.law import initial_gaps
+from microblock.model.corner_geometry import Blocks
 from tests import closed_forms
 
 from . import problems as given
@@ -335,7 +335,8 @@ def of_laws():
         "unilateral": given.UNILATERAL,
     }.items():
         law_at = law_of({"law": law})
-        gaps = initial_gaps(law_at, points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
+        cylinder = obstacle_of({"obstacle": given.CYLINDER})
+        gaps = Blocks(law_at, 0.085).under(cylinder, points, normals).initial_gaps
         rows |= {
             f"law {name} {kind} {corner} at {x:g}": value
             for kind, values in (

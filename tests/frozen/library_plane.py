@@ -12,7 +12,7 @@ from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_panels import LoadingHistory
 from microblock.halfplane.second_half_plane import counter_flexibility
 from microblock.model import contact_candidates, intervals, piecewise_chebyshev, quadrature
-from microblock.model.law import initial_gaps, level_surface
+from microblock.model.corner_geometry import Blocks
 from microblock.model.problem import Problem
 from tests import closed_forms
 
@@ -137,7 +137,7 @@ def of_gradients():
     (x,) = grid.axes
     for name, law in LAWS.items():
         response = flexibility(line, law, grid)
-        gaps = initial_gaps(law, *level_surface(x), 0.085, mb.Cylinder(R=10.0))
+        gaps = Blocks(law, 0.085).on_level(mb.Cylinder(R=10.0), x).initial_gaps
         products = projected_gradients.solve(response, gaps, load=1.0, rtol=1e-13)
         rows[f"gradients {name}"] = digest(products.forces)
         rows[f"gradients {name} approach"] = products.approach

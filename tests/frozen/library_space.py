@@ -11,8 +11,8 @@ import numpy as np
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
+from microblock.contact_solvers.corner_forces import least_norm_where_closed
 from microblock.contact_solvers.fft_compliance import Grid
-from microblock.contact_solvers.surface_law import on_surface
 from microblock.fem import meshes, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
@@ -20,6 +20,7 @@ from microblock.fem.condensation import condensed
 from microblock.fem.facets import ContactNodes
 from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import kernels, second_half_space, symbol
+from microblock.model.corner_geometry import Blocks
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given
@@ -303,7 +304,7 @@ FORCES = np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
 
 def of_second_bodies():
     """The response of second bodies: symbol, shares, products."""
-    rows, offsets = {}, on_surface(mb.Microblock()).offsets
+    rows, offsets = {}, Blocks(mb.Microblock(), 0.3, True).offsets
     for name, options in (("softer", given.SOFTER), ("classical", given.CLASSICAL)):
         solid = mb.Cosserat(**options)
         waves = zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS)))
@@ -338,10 +339,9 @@ def of_products():
 
 def of_least_norm():
     """Forces of least norm with the same resultants, of blocks of which all corners are closed, or three."""
-    law = on_surface(_made(given.TURNED))
     forces = np.array([[3.0, 1.0, 0.5, 2.0], [0.2, 0.0, 1.0, 0.1], [3.0, 1.0, 0.5, 2.0]]).T
     closed = np.array([[True] * 4, [True] * 4, [True, True, False, True]]).T
-    least = law.of_least_norm(forces, closed)
+    least = least_norm_where_closed(forces, closed)
     return {f"least norm corner {c} block {b}": least[c, b] for c, b in np.ndindex(4, 3)}
 
 
@@ -351,8 +351,8 @@ def of_surfaces():
     heights = {name: _made(pair).height(x1, x2) for name, pair in given.OVER.items()}
     rough = _made(given.ROUGH).height(*np.meshgrid(x1, x2, indexing="ij"))
     laws = {**given.LAWS, "levers": given.LEVERS, "varying": given.VARYING}
-    laws = {name: on_surface(_made(pair)) for name, pair in laws.items()}
-    gaps = {f"{name} gap": law.initial_gaps(_made("skew"), 0.3, x1, x2) for name, law in laws.items()}
+    laws = {name: Blocks(_made(pair), 0.3, True) for name, pair in laws.items()}
+    gaps = {f"{name} gap": law.on_level(_made("skew"), x1, x2).initial_gaps for name, law in laws.items()}
     gaps |= {f"{name} tilt": law.tilt(x1, x2) for name, law in laws.items()}
     return {
         **{

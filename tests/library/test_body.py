@@ -424,7 +424,7 @@ def test_conditions_and_balances(law, order):
     places = [fields.body.mesh(x1, x2, 0.0) for x1, x2 in zip(state.x1, state.x2)]
     u3, psi1, psi2 = (np.array([part(place) for place in places]) for part in (fields.u[2], *fields.psi[:2]))
     assert pytest.approx(np.array((psi1, psi2)), abs=1e-8 * np.abs(u3).max() / half) == state.psi.T
-    for (a, b), forces in zip(state.problem.solver.surface_law.offsets, state.pressures.values()):
+    for (a, b), forces in zip(state.problem.blocks.offsets, state.pressures.values()):
         x1, x2 = state.x1 + half * a, state.x2 + half * b
         # (21): the corner goes with the block
         gap = height(x1, x2) - state.approach - u3 - half * (b * psi1 - a * psi2)

@@ -21,7 +21,7 @@ from microblock import (
 from microblock.fem import meshes, meshes3d
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
-from microblock.model.law import initial_gaps
+from microblock.model.corner_geometry import Blocks
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 
@@ -45,7 +45,8 @@ SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
     ],
 )
 def test_gaps_are_those_worked_out_on_paper(model, x, obstacle, normal, expected):
-    gaps = initial_gaps(model, np.array([[x, 0.0]]), np.array([normal], float), 0.5, obstacle)
+    points, normals = np.array([[x, 0.0]]), np.array([normal], float)
+    gaps = Blocks(model, 0.5).under(obstacle, points, normals).initial_gaps
     assert dict(zip(model.corners, gaps[:, 0])) == pytest.approx(expected, abs=1e-15)
 
 

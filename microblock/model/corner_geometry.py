@@ -1,0 +1,201 @@
+"""Places and levers of the corners of blocks, and their gaps, (20)-(22).
+
+    g = g0 + u + (ell/2) lever.phi + (w - d) n2,
+
+g0 the initial gap, u the displacement into the body, phi the microrotation (over a surface (-psi2, psi1)), d
+the approach, and w the displacement of a second body where the corner stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .law import Law, in_frame, is_uniform
+from .obstacles import gap
+from .types import Array, ObstacleLike
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Blocks of a law along a line or over a surface. Of a `uniform` law they ask one block alone.
+
+    Attributes
+    ----------
+    law : Law
+    ell : float
+        Side of a block (length).
+    in_space : bool
+        Whether they lie on a surface, which is level, not along a line.
+    """
+
+    law: Law
+    ell: float
+    in_space: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the corners."""
+        return self.law.surface_corners if self.in_space else self.law.corners
+
+    @cached_property
+    def uniform(self) -> bool:
+        """Whether one block stands for all."""
+        return is_uniform(self.law)
+
+    @cached_property
+    def _level(self) -> tuple[Array, Array]:
+        """Places of the corners from the centre and from the contact point, over ell, of the block at the
+        origin of a level surface: arrays (corners, dim).
+        """
+        points = np.zeros((1, 2 + self.in_space))
+        normals = upwards(points)
+        return self.law.arms(points, normals)[:, 0], self.law.places(points, normals)[:, 0]
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Places along the surface from the contact point, over ell/2: array (corners, axes)."""
+        return 2 * self._level[1][:, :-1]
+
+    @cached_property
+    def shifts(self) -> tuple[float, ...]:
+        """How far right of each corner its contact point lies on a level line (lengths)."""
+        return tuple((-self.ell * self._level[1][:, 0]).tolist())
+
+    @cached_property
+    def _angles(self) -> Array:
+        """Initial rotation of the blocks of a uniform law, array (1,) (radians)."""
+        return self.law.initial_rotation(np.zeros(1))
+
+    def rotation(self, x: Array) -> Array:
+        """Returns the initial rotation of the blocks at abscissae where it acts in gaps, else 0, array (n,)
+        (radians).
+        """
+        return self._angles + 0 * x if self.uniform else self.law.initial_rotation(x)
+
+    def levers(self, *x: Array) -> Array:
+        """Returns the levers of (29) on a level surface: along a line, at x1, array (corners, ...), over a
+        surface, at x1 and x2, array (corners, 2, ...).
+        """
+        shape = np.shape(x[0])
+        arms = self._level[0][:, None]
+        if not self.uniform:
+            points = np.column_stack([*map(np.ravel, x), np.zeros(np.size(x[0]))])
+            arms = self.law.arms(points, upwards(points))
+        levers = np.moveaxis(-2 * arms[..., :-1], 2, 1)
+        corners = levers.shape[:2]
+        levers = np.broadcast_to(levers, (*corners, np.size(x[0]))).reshape(*corners, *shape)
+        return levers if self.in_space else levers[:, 0]
+
+    def tilt(self, *x: Array) -> Array:
+        """Returns the slopes of the outer sides of the blocks in the levers, array (axes, ...); (0, ...) of
+        one corner.
+        """
+        if len(self.names) == 1:
+            return np.empty((0, *np.shape(x[0])))
+        offset = self.offsets[0].reshape(-1, *[1] * np.ndim(x[0]))
+        lever = self.levers(*x)[0]
+        return lever.reshape(-1, *np.shape(x[0])) + offset
+
+    def under(self, obstacle: ObstacleLike, points: Array, normals: Array | None = None) -> CornerGeometry:
+        """Returns the geometry of blocks at points under an obstacle, on a level surface without normals."""
+        return CornerGeometry(self, obstacle, points, upwards(points) if normals is None else normals)
+
+    def on_level(self, obstacle: ObstacleLike, *x: Array) -> CornerGeometry:
+        """Returns the geometry of blocks at x1, or x1 and x2, of a level surface under an obstacle."""
+        return self.under(obstacle, np.stack((*x, 0.0 * x[0]), axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class CornerGeometry:
+    """The corners of blocks at points of a surface, and their gaps to an obstacle.
+
+    Attributes
+    ----------
+    blocks : Blocks
+    obstacle : obstacle or callable
+    points, normals : arrays (..., dim)
+        Contact points (lengths) and outward unit normals, e3 over a surface.
+    """
+
+    blocks: Blocks
+    obstacle: ObstacleLike
+    points: Array
+    normals: Array
+
+    def _from(self, which: int, places: Callable[[Array, Array], Array]) -> Array:
+        blocks, shape = self.blocks, self.points.shape
+        if blocks.uniform:
+            corners = blocks.ell * blocks._level[which]
+            corners = corners.reshape(len(corners), *[1] * (len(shape) - 1), -1)
+            return in_frame(self.normals, np.moveaxis(corners[..., :-1], -1, 1), corners[..., -1])
+        found = places(self.points.reshape(-1, shape[-1]), self.normals.reshape(-1, shape[-1]))
+        return blocks.ell * found.reshape(len(found), *shape)
+
+    @cached_property
+    def offsets_from_centre(self) -> Array:
+        """Places of the corners from the centres of their blocks, arrays (corners, ..., dim) (lengths)."""
+        return self._from(0, self.blocks.law.arms)
+
+    @cached_property
+    def offsets_from_contact_point(self) -> Array:
+        """Places of the corners from the contact points, arrays (corners, ..., dim) (lengths)."""
+        return self._from(1, self.blocks.law.places)
+
+    @cached_property
+    def levers(self) -> Array:
+        """Levers of (29), array (corners, ...), over a surface (corners, 2, ...)."""
+        return self.blocks.levers(*np.moveaxis(self.points[..., :-1], -1, 0))
+
+    @cached_property
+    def initial_gaps(self) -> Array:
+        """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
+        places = (self.points + offset for offset in self.offsets_from_contact_point)
+        return np.array([gap(self.obstacle, place, self.normals) for place in places])
+
+    @cached_property
+    def directions(self) -> Array:
+        """What (u, phi) add to the gaps over a surface, (1, lever), array (corners, 3, n)."""
+        return np.insert(self.levers, 0, 1.0, axis=1)
+
+    def rotated(self, psi: Array) -> Array:
+        """Returns what the microrotation, array (n,), over a surface (2, n), adds to the gaps, array
+        (corners, n) (lengths).
+        """
+        half = self.blocks.ell / 2
+        if self.blocks.in_space:
+            return half * (self.levers[:, 1] * psi[0] - self.levers[:, 0] * psi[1])
+        return half * self.levers * psi
+
+    def gaps(
+        self, displacement: Array, psi: Array, approach: float, second: Callable[[Array], Array] | None = None
+    ) -> Array:
+        """Returns the gaps (22) of all corners from fields at the points, array (corners, n) (lengths).
+
+        Parameters
+        ----------
+        displacement : array (n,)
+            -u.n (length).
+        psi : array (n,), over a surface (2, n)
+            Microrotation (radians).
+        approach : float
+            Of the obstacle (length).
+        second : callable, optional
+            Displacement along x2 of a second body's surface at abscissae, array (n,) (length).
+        """
+        upwards = self.normals[..., -1]
+        lifted = np.array(0.0)
+        if second is not None:
+            x = self.points[..., 0]
+            lifted = np.array([second(x - shift * upwards) for shift in self.blocks.shifts])
+        return self.initial_gaps + displacement + self.rotated(psi) + (lifted - approach) * upwards
+
+
+def upwards(points: Array) -> Array:
+    """Returns the normals of a level surface at points, arrays (..., dim)."""
+    normals = np.zeros(points.shape)
+    normals[..., -1] = 1.0
+    return normals
