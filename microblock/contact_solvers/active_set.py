@@ -12,13 +12,16 @@ followed after many sets. Where H is semidefinite the proximal point method (Roc
 Optim. 14 (1976) 877) solves H + D, D a diagonal just above rounding.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dposv, dpotrf
 
 from ..errors import NotConverged, require, require_finite, require_positive
+from ..model.types import Array, Flags, Integers
 from ..threads import bounded, with_outer_threads
 from .event_driven import EventDrivenContact, FrictionalContact
 from .rounding import EPS_PIVOT, EPS_SUM, EPS_TERM
@@ -39,9 +42,9 @@ class ContactState:
     kkt : largest relative residual of load, complementarity and feasibility
     """
 
-    forces: np.ndarray
-    gaps: np.ndarray
-    closed: np.ndarray
+    forces: Array
+    gaps: Array
+    closed: Flags
     approach: float
     load: float
     iterations: int
@@ -58,20 +61,51 @@ class CornerEvent:
 
 
 @dataclass(frozen=True)
-class _Problem:
-    """Corners that can touch, in shares of the load."""
+class _ScaledContact:
+    """(a) of the k corners that can touch, with their shares c f of the load as unknowns.
 
-    H: np.ndarray
-    g0: np.ndarray
-    c: np.ndarray
-    touch: np.ndarray
-    D: np.ndarray  # of regularisation
-    regular: np.ndarray  # H + D + a rigid level
+    Attributes
+    ----------
+    H, g0 : arrays (k, k), (k,), flexibility and initial gaps over c
+    c : array (m,), weights of all corners
+    numbers : array (k,), of the corners among all
+    D : array (k,), diagonal of the regularisation
+    regular : array (k, k), H + D, at a load with a rigid level
+    """
+
+    H: Array
+    g0: Array
+    c: Array
+    numbers: Integers
+    D: Array
+    regular: Array
+
+    def state(
+        self, forces: Array, closed: Flags, approach: float, iterations: int, kkt: float
+    ) -> ContactState:
+        """Returns the ContactState of all corners."""
+        c = self.c[self.numbers]
+        all_forces = np.zeros(len(self.c))
+        all_gaps = np.full(len(self.c), np.inf)
+        all_closed = np.zeros(len(self.c), bool)
+        all_forces[self.numbers] = forces / c
+        all_gaps[self.numbers] = c * (self.g0 - approach + self.H @ forces)
+        all_closed[self.numbers] = closed
+        load = float(forces.sum())
+        return ContactState(all_forces, all_gaps, all_closed, float(approach), load, iterations, kkt)
 
 
 @bounded
-def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
-    """The contact state at a load or at an approach, (a).
+def solve(
+    matrix: ArrayLike,
+    g0: ArrayLike,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
+    c: ArrayLike | None = None,
+    start: Flags | None = None,
+) -> ContactState:
+    """Returns the contact state at a load or at an approach, (a).
 
     Parameters
     ----------
@@ -88,53 +122,55 @@ def solve(matrix, g0, *, load=None, approach=None, c=None, start=None):
     NotConverged
         If sets do not settle at an approach, or rigid corners cannot take it.
     """
-    g0 = require_given(g0, load, approach)
-    start = np.zeros(np.shape(g0), bool) if start is None else np.asarray(start)
+    gaps = require_gaps(g0, load, approach)
+    closed = np.zeros(gaps.shape, bool) if start is None else np.asarray(start)
     require(
-        start.shape == np.shape(g0) and start.dtype == bool,
+        closed.shape == gaps.shape and closed.dtype == bool,
         "start",
         start,
         "must be a boolean array, one for each corner",
     )
-    for problem in _problems(matrix, g0, c, free=load is not None):
+    for contact in _regularised(matrix, gaps, c, at_load=load is not None):
         try:
-            return _state(problem, start[problem.touch], load, approach)
+            return _proximal_point(contact, closed[contact.numbers], load, approach)
         except NotConverged as stopped:  # more of D, then
             if load is not None and stopped.iterations:
                 changes = [event.corner for event in path(matrix, g0, load, c=c)]
-                closed = np.bincount(changes, minlength=len(problem.c)) % 2 == 1
+                closed = np.bincount(changes, minlength=len(gaps)) % 2 == 1
                 return solve(matrix, g0, load=load, c=c, start=closed)
             failure = stopped
     raise failure
 
 
 @bounded
-def path(matrix, g0, load, *, c=None):
-    """All events from first touch to a load, [CornerEvent], by an `EventDrivenContact`. Parameters and errors
-    are those of `solve`; `reached` is the last load.
+def path(matrix: ArrayLike, g0: ArrayLike, load: float, *, c: ArrayLike | None = None) -> list[CornerEvent]:
+    """Returns all events from first touch to a load, by an `EventDrivenContact`. Parameters and errors are
+    those of `solve`; `reached` is the last load.
     """
-    g0 = require_given(g0, load)
-    problem = next(_problems(matrix, g0, c, free=True))
-    lift, nothing = lifted(problem.H), np.zeros((1, len(problem.g0)))
-    follower = EventDrivenContact(
-        FrictionalContact(problem.H + lift, nothing, np.eye(1) * lift, problem.g0, 0.0)
+    contact = next(_regularised(matrix, require_gaps(g0, load), c, at_load=True))
+    level = rigid_level(contact.H)
+    no_coupling = np.zeros((1, len(contact.g0)))
+    without_shear = EventDrivenContact(
+        FrictionalContact(contact.H + level, no_coupling, np.eye(1) * level, contact.g0, 0.0)
     )
     try:
-        follower.to(load, 0.0)
+        without_shear.to(load, 0.0)
     except NotConverged as failure:
         raise NotConverged(
-            f"{failure}; ask for smaller loads, or for single states", reached=failure.reached[0]
+            f"{failure}; ask for smaller loads, or for single states", reached=float(without_shear.loads[0])
         ) from failure
     return [
-        CornerEvent(float(one.share * load), int(problem.touch[one.index]), f"{one.kind}s")
-        for one in follower.changes
-        if one.kind in ("open", "close")
+        CornerEvent(float(change.share * load), int(contact.numbers[change.index]), f"{change.kind}s")
+        for change in without_shear.changes
+        if change.kind in ("open", "close")
     ]
 
 
-def _problems(H, g0, c, free):
-    """Yields the _Problem with more and more of D."""
-    H = np.array(H, float)
+def _regularised(
+    matrix: ArrayLike, g0: Array, c: ArrayLike | None, at_load: bool
+) -> Iterator[_ScaledContact]:
+    """Yields the contact with more and more of D."""
+    H = np.array(matrix, float)
     require(g0.ndim == 1, "g0", g0, "must be one-dimensional")
     require(
         H.shape == 2 * g0.shape and np.all(np.isfinite(H)),
@@ -142,112 +178,126 @@ def _problems(H, g0, c, free):
         H,
         f"must be a finite matrix of {len(g0)} rows and columns, as g0 has",
     )
-    c = np.ones(len(g0)) if c is None else np.array(c, float)
+    weights = np.ones(len(g0)) if c is None else np.array(c, float)
     require(
-        c.shape == g0.shape and np.all((c > 0) & (c < np.inf)),
+        weights.shape == g0.shape and np.all((weights > 0) & (weights < np.inf)),
         "c",
-        c,
+        weights,
         "must be positive and finite, one for each corner",
     )
-    touch = np.flatnonzero(np.isfinite(g0))
-    H, g0 = (H / c[:, None] / c)[np.ix_(touch, touch)], (g0 / c)[touch]
+    numbers = np.flatnonzero(np.isfinite(g0))
+    H = (H / weights[:, None] / weights)[np.ix_(numbers, numbers)]
     rows = np.abs(H).max(axis=1)
     # it was put together wrongly
     require(np.abs(H - H.T).max() <= 1e-8 * rows.max(), "matrix", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
-    found, lifts = False, (0.0, lifted(H))[: 1 + free]
+    semidefinite = False
     # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
     # for compliances computed less well
-    for level, lift in product((0.0, EPS_PIVOT, 100 * EPS_PIVOT), lifts):
-        regular = H + lift + np.diag(level * rows)
+    for share, level in product((0.0, EPS_PIVOT, 100 * EPS_PIVOT), (0.0, rigid_level(H))[: 1 + at_load]):
+        regular = H + level + np.diag(share * rows)
         with with_outer_threads(len(H)):
             factor, failed = dpotrf(regular)
         if not failed and np.all(factor.diagonal() ** 2 > EPS_SUM * regular.diagonal()):
-            found = True
-            yield _Problem(H, g0, c, touch, level * rows, regular)
-    given = "where the approach is given; give the load, or add a rigid level tau c c^T"
-    allowed = "on vectors with c.f = 0" if free else given
-    require(found, "matrix", H, f"must be positive semidefinite {allowed}")
+            semidefinite = True
+            yield _ScaledContact(H, (g0 / weights)[numbers], weights, numbers, share * rows, regular)
+    where = "where the approach is given; give the load, or add a rigid level tau c c^T"
+    if at_load:
+        where = "on vectors with c.f = 0"
+    require(semidefinite, "matrix", H, f"must be positive semidefinite {where}")
 
 
-def lifted(H):
-    """The rigid level that makes an H definite that is so on zero-sum forces."""
+def rigid_level(H: Array) -> float:
+    """Returns the rigid level that makes an H, array (k, k), definite that is so on zero-sum forces."""
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
-def require_given(g0, load, approach=None):
+def require_gaps(g0: ArrayLike, load: float | None, approach: float | None = None) -> Array:
     """Returns initial gaps as an array; raises BadArgument unless they are finite or inf, and one of
     an approach and a positive load is given.
     """
-    g0 = np.asarray(g0, float)
+    gaps = np.asarray(g0, float)
     require((load is None) != (approach is None), "load", load, "give either load or approach")
     if load is None:
         require_finite(approach=approach)
     else:
         require_positive(load=load)
     require(
-        not np.any(np.isnan(g0) | np.isneginf(g0)) and np.any(np.isfinite(g0)),
+        not np.any(np.isnan(gaps) | np.isneginf(gaps)) and np.any(np.isfinite(gaps)),
         "g0",
-        g0,
+        gaps,
         "must be finite or inf, somewhere finite",
     )
-    return g0
+    return gaps
 
 
-def _state(problem, closed, load, approach):
-    """The state of the smallest residual by the proximal point method."""
-    H, g0, D, count = problem.H, problem.g0, problem.D, 0
-    best, forces = (np.inf,), np.zeros(len(g0))
-    if load is None and approach <= g0.min():
-        return _report(problem, 0.0, forces, forces > 0, approach, 0)
-    for _ in range(30):  # 2 or 3 do unless H is nearly singular
-        size = forces.sum()
-        ahead = g0 - (approach or 0.0) - D * forces
-        forces, closed, sets = block_pivoting(problem.regular, ahead, closed, load)
-        d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
-        residual, count = _kkt(H, g0, forces, closed, d, load), count + sets
-        # where rigid corners cannot take an approach the forces grow by as much again each time, and no gap
-        # beside H f would show it
-        if load is None and abs(forces.sum() - size) > 1e-2 * forces.sum():
-            residual = max(residual, np.nextafter(ACCEPTED, 1))
-        least = best[0]
-        if residual < least:
-            best = residual, forces, closed, d
-        # no refinement improves what is rounding
-        if residual <= 4 * np.finfo(float).eps or (best[0] <= ACCEPTED and not residual < least / 2):
-            break
-    if best[0] <= ACCEPTED:
-        return _report(problem, *best, count)
-    raise NotConverged(
-        f"relative residual {best[0]:.1e} after many refinements at "
-        f"{f'approach {approach:g}' if load is None else f'load {load:g}'}: "
-        "are rigid corners pressed into the obstacle? Give the load instead of the approach"
-    )
-
-
-def _report(problem, kkt, forces, closed, d, sets):
-    m, touch, c = len(problem.c), problem.touch, problem.c[problem.touch]
-    found = np.zeros(m), np.full(m, np.inf), np.zeros(m, bool)
-    for whole, own in zip(found, (forces / c, c * (problem.g0 - d + problem.H @ forces), closed)):
-        whole[touch] = own
-    return ContactState(*found, float(d), float(forces.sum()), sets, float(kkt))
-
-
-def _kkt(H, g0, forces, closed, d, load):
-    """Largest residual of (a)."""
-    gaps = g0 - d + H @ forces
-    wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
-    terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
-    length = terms[closed | (wrong > 0)].max(initial=0.0)
+def relative_residual(
+    H: Array, g0: Array, forces: Array, closed: Flags, approach: float, load: float | None
+) -> float:
+    """Returns the largest relative residual of (a) for c = 1, of k corners."""
+    gaps = g0 - approach + H @ forces
+    violation = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
+    terms = np.abs(g0) + abs(approach) + np.abs(H) @ forces
+    length = terms[closed | (violation > 0)].max(initial=0.0)
     # rigid corners that take all of it leave nothing but rounding of H load
     length = max(length, 1e-4 * np.abs(H).max() * (load or 0.0)) or 1.0
-    return max(wrong.max() / length, abs(forces.sum() - load) / load if load else 0.0)
+    imbalance = abs(forces.sum() - load) / load if load else 0.0
+    return float(max(violation.max() / length, imbalance))
 
 
-def block_pivoting(H, g0, closed, load, patience=5, budget=None):
-    """Forces and closed corners of (a), and the number of sets tried. The first wrong corner is exchanged
-    alone after `patience` sets with no fewer.
+def _proximal_point(
+    contact: _ScaledContact, closed: Flags, load: float | None, approach: float | None
+) -> ContactState:
+    """Returns the state of the smallest residual by the proximal point method:
+
+    1. block pivoting of H + D, with gaps less D times the forces before;
+    2. the approach such that f.g = 0, and the residual with H;
+    3. the best state is kept, until no refinement improves it.
+    """
+    forces = np.zeros(len(contact.g0))
+    if approach is not None and approach <= contact.g0.min():
+        return contact.state(forces, forces > 0, approach, 0, 0.0)
+    best = None
+    iterations = 0
+    least = np.inf
+    for _ in range(30):  # 2 or 3 do unless H is nearly singular
+        force_before = forces.sum()
+        gaps = contact.g0 - (approach or 0.0) - contact.D * forces
+        forces, closed, sets = block_pivoting(contact.regular, gaps, closed, load)  # 1
+        iterations += sets
+        d = approach
+        if d is None:
+            d = float(forces @ (contact.g0 + contact.H @ forces) / forces.sum())  # 2
+        residual = relative_residual(contact.H, contact.g0, forces, closed, d, load)
+        # where rigid corners cannot take an approach the forces grow by as much again each time, and no gap
+        # beside H f would show it
+        if load is None and abs(forces.sum() - force_before) > 1e-2 * forces.sum():
+            residual = max(residual, np.nextafter(ACCEPTED, 1))
+        least_before = least
+        if residual < least:  # 3
+            least = residual
+            best = forces, closed, d
+        # no refinement improves what is rounding
+        if residual <= 4 * np.finfo(float).eps or (least <= ACCEPTED and not residual < least_before / 2):
+            break
+    if best is None or least > ACCEPTED:
+        level = f"approach {approach:g}" if load is None else f"load {load:g}"
+        raise NotConverged(
+            f"relative residual {least:.1e} after many refinements at {level}: "
+            "are rigid corners pressed into the obstacle? Give the load instead of the approach"
+        )
+    return contact.state(*best, iterations, least)
+
+
+def block_pivoting(
+    H: Array, g0: Array, closed: Flags, load: float | None, patience: float = 5, budget: int | None = None
+) -> tuple[Array, Flags, int]:
+    """Returns forces and closed corners of (a), and the number of sets tried. For a set,
+
+    1. H f = d - g0 of closed corners is solved, at a load with the d that makes sum f = P;
+    2. closed corners with f < 0 and open ones with g < 0 are wrong;
+    3. all of them are exchanged, or after `patience` sets with no fewer the first one alone.
 
     Parameters
     ----------
@@ -260,7 +310,10 @@ def block_pivoting(H, g0, closed, load, patience=5, budget=None):
     """
     # at a load its path is faster by then
     budget = budget or 500 * (len(g0) if load is None else 1)
-    closed, fewest, left, diagonal = closed.copy(), len(g0) + 1, patience, H.diagonal()
+    closed = closed.copy()
+    diagonal = H.diagonal()
+    fewest = len(g0) + 1
+    sets_left = patience
     for count in range(1, budget + 1):
         if not closed.any():
             closed[np.argmin(g0)] = True
@@ -268,26 +321,28 @@ def block_pivoting(H, g0, closed, load, patience=5, budget=None):
         base = 0.0 if load is None else g0[on].min()
         sides = np.column_stack((g0[on] - base, np.ones(len(on))))
         with with_outer_threads(len(on)):
-            factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
+            factor, solutions, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)  # 1
         if failed or np.any(factor.diagonal() ** 2 < EPS_SUM * diagonal[on]):
             raise NotConverged(
                 "closed corners have a flexibility that is singular to rounding: are two of them one?"
             )
-        pulled, pressed = found.T
-        d = 0.0 if load is None else (load + pulled.sum()) / pressed.sum()
+        of_gaps, of_approach = solutions.T
+        d = 0.0 if load is None else (load + of_gaps.sum()) / of_approach.sum()
         forces = np.zeros(len(g0))
-        forces[on] = d * pressed - pulled
-        moved = H[:, on] @ forces[on]
-        gaps = g0 - base + moved - d
-        least = -EPS_TERM * np.ptp(forces), -EPS_TERM * (np.ptp(moved) + np.abs(g0[on]).max())
-        wrong = np.where(closed, forces < least[0], gaps < least[1])
+        forces[on] = d * of_approach - of_gaps
+        displacement = H[:, on] @ forces[on]
+        gaps = g0 - base + displacement - d
+        force_rounding = EPS_TERM * np.ptp(forces)
+        gap_rounding = EPS_TERM * (np.ptp(displacement) + np.abs(g0[on]).max())
+        wrong = np.where(closed, forces < -force_rounding, gaps < -gap_rounding)  # 2
         if not wrong.any():
             return np.maximum(forces, 0.0), closed, count
-        left = patience if np.count_nonzero(wrong) < fewest else left - 1
-        fewest = min(fewest, np.count_nonzero(wrong))
-        if left < 0:
+        wrong_count = int(np.count_nonzero(wrong))
+        sets_left = patience if wrong_count < fewest else sets_left - 1
+        fewest = min(fewest, wrong_count)
+        if sets_left < 0:
             wrong = np.arange(len(wrong)) == np.argmax(wrong)
-        closed ^= wrong
+        closed ^= wrong  # 3
     raise NotConverged(
         f"contact set of {len(g0)} corners still changing after {budget} sets, at best {fewest} "
         "corners wrong; start from a state at a nearby load, or follow the path",

@@ -34,7 +34,7 @@ class CellSolution(Solution):
     pressures : array (corners, n, ...)
     micromoment, psi : arrays (n,) or (2, n, n), M or the reaction to psi = 0, and psi
     displacement : array (n, ...), into the body
-    residual : `kkt` of `microblock.contact_solvers.projected_gradients.solve`
+    residual : `kkt` of `microblock.contact_solvers.projected_gradients.solve_matrix_free`
     iterations : products with the flexibility
     error_estimate : float, or None without a coarser grid
     notes : sentences
@@ -240,7 +240,9 @@ class CellSolver(Solver):
         require(np.isfinite(g0).any(), "obstacle", self.obstacle, words)
         if start is not None:
             start = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
-        found = projected_gradients.solve(H, g0, load=load, approach=approach, start=start, rtol=residual)
+        found = projected_gradients.solve_matrix_free(
+            H, g0, load=load, approach=approach, start=start, rtol=residual
+        )
         surface, half = H.surface(found.forces), self.solid.ell / 2
         phi, m = H.turned(found.forces, surface)
         state = self.solution(

@@ -1,11 +1,16 @@
 """Convolutions of real fields on equal cells with kernels that are known in Fourier space."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, rfft, rfftn
 
+from ..model.types import Array
 from ..threads import workers
+
+Spectrum = Sequence[Sequence[Array]]  # rows of a matrix
 
 
 @dataclass(frozen=True)
@@ -15,33 +20,39 @@ class FourierOperator:
     belong to u and p.
     """
 
-    length: tuple
-    spectrum: list
-    even: tuple = (1, 1)
+    length: tuple[int, ...]
+    spectrum: Spectrum
+    even: tuple[int, int] = (1, 1)
 
-    def __call__(self, values):
-        shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}
+    def __call__(self, values: Array) -> Array:
+        """Returns the fields, array (rows, n, ...), of loads, array (columns, n, ...)."""
+        shape = values.shape[1:]
+        threads: dict[str, Any] = {"workers": workers(values[0].size), "overwrite_x": True}
         waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
         for axis, length in enumerate(self.length[:-1], start=1):
             waves = fft(waves, length, axis=axis, **threads)
-        waves[self.even[1] :] *= 1j
-        found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
-        for own, row in zip(found, self.spectrum):
-            np.multiply(row[0], waves[0], out=own)
-            for part, other in zip(row[1:], waves[1:]):
-                own += part * other
-        found[self.even[0] :] *= -1j
+        even_rows, even_columns = self.even
+        waves[even_columns:] *= 1j
+        fields = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
+        for field, row in zip(fields, self.spectrum):
+            np.multiply(row[0], waves[0], out=field)
+            for entry, wave in zip(row[1:], waves[1:]):
+                field += entry * wave
+        fields[even_rows:] *= -1j
         for axis, count in enumerate(shape[:-1], start=1):
-            found = ifft(found, axis=axis, **threads)[(slice(None),) * axis + (slice(count),)]
-        return np.asarray(irfft(found, self.length[-1], **threads)[..., : shape[-1]])
+            fields = ifft(fields, axis=axis, **threads)[(slice(None),) * axis + (slice(count),)]
+        return np.asarray(irfft(fields, self.length[-1], **threads)[..., : shape[-1]])
 
 
-def circulant_spectrum(part, length, *odd):
-    """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis."""
-    count, column = len(part), np.zeros((length,) * part.ndim)
-    column[(slice(count),) * part.ndim] = part
-    for axis, sign in enumerate(odd):
+def circulant_spectrum(responses: Array, length: int, *odd: bool) -> Array:
+    """Returns the transform, array (length, ..., length//2 + 1), of responses at distances of (i, ...) cells,
+    array (n, ...), odd or even along each axis.
+    """
+    count = len(responses)
+    column = np.zeros((length,) * responses.ndim)
+    column[(slice(count),) * responses.ndim] = responses
+    for axis, is_odd in enumerate(odd):
         along = np.moveaxis(column, axis, 0)
-        along[:-count:-1] = (-1) ** sign * along[1:count]
+        along[:-count:-1] = (-1) ** is_odd * along[1:count]
     waves = rfftn(column, overwrite_x=True)
-    return -waves.imag if sum(odd) % 2 else waves.real.copy()
+    return np.asarray(-waves.imag if sum(odd) % 2 else waves.real.copy())

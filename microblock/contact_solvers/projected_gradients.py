@@ -16,133 +16,190 @@ It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in 
 converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from ..errors import BadArgument, NotConverged, at_least, require
 from ..model.progress import counted
+from ..model.types import Array, Flags
 from ..threads import bounded
-from .active_set import ContactState, require_given
+from .active_set import ContactState, require_gaps
 from .rounding import EPS_SUM, EPS_TERM
 
 STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
-FLAT = 1e-6
+LEAST_CURVATURE = 1e-6
 # of the load on one corner: the least range of displacements over which a residual is taken
-LEAST = 1e-3
+LEAST_DISPLACEMENT = 1e-3
+
+
+class MatrixFree:
+    """What `solve_matrix_free` needs of a flexibility H; a subclass defines the product and `on_face`.
+
+    Arrays are like those of the initial gaps, (corners, n) or (corners, n, n).
+    """
+
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns the gaps that forces add."""
+        raise NotImplementedError
+
+    def on_face(self, face: Flags) -> Callable[[Array], Array]:
+        """Returns a preconditioner, from gaps to forces, for the corners of a face."""
+        raise NotImplementedError
+
+    @property
+    def settling_displaces(self) -> bool:
+        """Whether `settled` changes gaps."""
+        return False
+
+    def settled(self, forces: Array, g0: Array, slope: Array) -> Array:
+        """Returns forces of lower energy, with the same gaps unless `settling_displaces`."""
+        return forces
+
+
+class Iterate(NamedTuple):
+    """Forces on the k corners that can touch, and grad q, which are the gaps up to a free approach; arrays
+    (k,).
+    """
+
+    forces: Array
+    slope: Array
 
 
 @bounded
-def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
-    """The state at a load or at an approach.
+def solve_matrix_free(
+    flexibility: MatrixFree,
+    g0: Array,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
+    start: Array | None = None,
+    rtol: float = 1e-10,
+) -> ContactState:
+    """Returns the contact state at a load or at an approach; its iterations are products with H.
 
     Parameters
     ----------
-    flexibility : object with ``@`` of arrays like g0, and ``on_face(there)``, a preconditioner of some
-        corners; optionally ``settled(forces, g0, slope)``, forces of lower q, of the same gaps unless
-        ``settling_displaces``
-    g0 : array (corners, n), initial gaps; inf where a corner can never touch
+    flexibility : MatrixFree
+    g0 : array (corners, n) or (corners, n, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
     rtol : float, largest penetration, or gap under a force, over the range of H f
 
-    Returns a ContactState, whose iterations are products with H.
-
     Raises BadArgument, also for a flexibility that is not positive definite where the approach is given, and
     NotConverged if rtol is out of reach.
     """
-    problem = _Problem(flexibility, g0, load, approach)
+    energy = _Energy(flexibility, g0, load, approach)
     if load is None:
-        rtol = min(rtol, problem.below_full() / 100)
-    forces = problem.project(problem.first(start))
-    slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
+        rtol = min(rtol, energy.below_full() / 100)
+    point = energy.at(energy.project(energy.first(start)))
+    alpha = 1 / energy.unit
+    least = np.inf
+    face: Flags | None = None
     for _ in range(OUTER_STEPS):
         counted()
-        forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
-        forces, slope = problem.settled(forces, slope)
-        face, before = forces > 0, face
-        inner = 1e-3 if np.array_equal(face, before) else 0.5  # a better one on a wrong face is of no use
-        trial, ahead = _face_step(problem, forces, slope, rtol, inner)
-        forces, slope = _projected_search(problem, forces, slope, trial, ahead)
-        forces, slope = problem.settled(forces, slope)
-        kkt = problem.residual(forces, slope)
-        best = min(best, kkt)
+        point, alpha = _gradient_step(energy, point, alpha)  # 1
+        point = energy.settled(point)
+        face_before = face
+        face = point.forces > 0
+        # a better minimum on a wrong face is of no use
+        reduction = 0.5 if face_before is None or np.any(face != face_before) else 1e-3
+        trial = _face_step(energy, point, rtol, reduction)  # 2
+        point = energy.settled(_projected_search(energy, point, trial))  # 3
+        kkt = energy.residual(point)
+        least = min(least, kkt)
         if kkt <= rtol:
-            return problem.report(forces, slope, kkt)
+            return energy.state(point, kkt)
     raise NotConverged(
-        f"relative residual {at_least(best)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
-        f"{problem.products} products on {forces.size} corners; take Cells(residual=...) larger, "
+        f"relative residual {at_least(least)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
+        f"{energy.products} products on {len(point.forces)} corners; take Cells(residual=...) larger, "
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
         iterations=OUTER_STEPS,
     )
 
 
-class _Problem:
-    """(c) in the corners that can touch, g0 less a given approach or the least of them; counts products with
-    H.
+class _Energy:
+    """q of (c) in the k corners that can touch.
+
+    Attributes
+    ----------
+    touch : boolean array like all gaps
+    lowest : float, the given approach or the least initial gap
+    g0 : array (k,), initial gaps less `lowest`
+    unit : range of the displacement under a unit force (length per force)
+    products : number of products with H
     """
 
-    def __init__(self, flexibility, g0, load, approach):
-        self.all_gaps = g0 = require_given(g0, load, approach)
-        self.H, self.load, self.approach, self.products = flexibility, load, approach, 1
-        self.touch = np.isfinite(g0)
+    def __init__(
+        self, flexibility: MatrixFree, g0: Array, load: float | None, approach: float | None
+    ) -> None:
+        self.all_gaps = require_gaps(g0, load, approach)
+        self.H = flexibility
+        self.load = load
+        self.approach = approach
+        self.products = 1
+        self.touch = np.isfinite(self.all_gaps)
+        gaps = self.all_gaps[self.touch]
         # a load leaves the level free: a large one would take digits from small displacements
-        self.lowest = float(g0[self.touch].min()) if approach is None else approach
-        self.g0, one = g0[self.touch] - self.lowest, np.zeros(g0.shape)
-        one.ravel()[np.argmax(self.touch)] = 1
-        self.unit = float(np.ptp(flexibility @ one))  # range of the displacement under a unit force
+        self.lowest = float(gaps.min()) if approach is None else approach
+        self.g0 = gaps - self.lowest
+        unit_force = np.zeros(self.touch.shape)
+        unit_force.ravel()[np.argmax(self.touch)] = 1
+        self.unit = float(np.ptp(flexibility @ unit_force))
 
-    def spread(self, values):
-        whole = np.zeros(self.touch.shape)
-        whole[self.touch] = values
-        return whole
+    def spread(self, values: Array | Flags) -> Array:
+        """Returns values, array (k,), on all corners, 0 where a corner cannot touch."""
+        on_all = np.zeros(self.touch.shape)
+        on_all[self.touch] = values
+        return on_all
 
-    def below_full(self):
+    def below_full(self) -> float:
         """Distance of the given approach from full contact, over the range of g0, or inf where no forces on
         all corners leave them where they are; BadArgument unless it is positive.
         """
         if len(self.g0) < self.touch.size:
             return np.inf
-        forces = self.preconditioner(True)(np.ones(len(self.g0)))
-        displaced = np.abs(self.displacement(forces)).max() > LEAST * self.unit * forces.max()
-        if displaced or forces.min() < 0:
+        forces = self.preconditioner(np.ones(len(self.g0), bool))(np.ones(len(self.g0)))
+        displacement = np.abs(self.displacement(forces)).max()
+        if displacement > LEAST_DISPLACEMENT * self.unit * forces.max() or forces.min() < 0:
             return np.inf
-        below, size = float(forces @ self.g0 / forces.sum()), np.ptp(self.g0)
-        if below <= 1e-9 * size:  # which leaves the load to rounding
+        below = float(forces @ self.g0 / forces.sum())
+        height = np.ptp(self.g0)
+        if below <= 1e-9 * height:  # which leaves the load to rounding
             raise BadArgument(
                 "approach",
                 self.approach,
-                f"must stay below the mean height of the obstacle, {self.approach + below:.10g} on these "
+                f"must stay below the mean height of the obstacle, {self.lowest + below:.10g} on these "
                 "cells, where the contact is full and more load presses no deeper; give the load instead",
             )
-        return below / size
+        return float(below / height)
 
-    def displacement(self, forces):
+    def displacement(self, forces: Array) -> Array:
         self.products += 1
         return (self.H @ self.spread(forces))[self.touch]
 
-    def preconditioner(self, face):
+    def preconditioner(self, face: Flags) -> Callable[[Array], Array]:
         on_face = self.H.on_face(self.spread(face) > 0)
         return lambda values: on_face(self.spread(values))[self.touch] * face
 
-    def settled(self, forces, slope):
-        settle = getattr(self.H, "settled", None)
-        if settle is None:
-            return forces, slope
-        found = settle(self.spread(forces), self.all_gaps, self.spread(slope))[self.touch]
-        return found, self.slope(found) if getattr(self.H, "settling_displaces", False) else slope
+    def at(self, forces: Array) -> Iterate:
+        return Iterate(forces, self.g0 + self.displacement(forces))
 
-    def slope(self, forces):
-        """grad q: the gaps, up to a free approach."""
-        return self.g0 + self.displacement(forces)
+    def settled(self, point: Iterate) -> Iterate:
+        spread_forces = self.H.settled(self.spread(point.forces), self.all_gaps, self.spread(point.slope))
+        forces = spread_forces[self.touch]
+        return self.at(forces) if self.H.settling_displaces else Iterate(forces, point.slope)
 
-    def level(self, forces, slope):
+    def level(self, point: Iterate) -> float:
         """The free approach, such that f.g = 0, else 0."""
-        return 0.0 if self.load is None else float(forces @ slope / forces.sum())
+        return 0.0 if self.load is None else float(point.forces @ point.slope / point.forces.sum())
 
-    def first(self, start):
+    def first(self, start: Array | None) -> Array:
         if start is None:
-            return np.full(len(self.g0), 0.0 if self.load is None else self.load / len(self.g0))
+            return np.full(len(self.g0), (self.load or 0.0) / len(self.g0))
         start = np.asarray(start, float)
         require(
             start.shape == self.touch.shape and np.all(np.isfinite(start)),
@@ -150,124 +207,138 @@ class _Problem:
             start,
             f"must be finite, of the shape {self.touch.shape}",
         )
-        chosen = np.maximum(start[self.touch], 0)
-        return chosen if self.load is None or not chosen.sum() else chosen * (self.load / chosen.sum())
+        forces = np.maximum(start[self.touch], 0)
+        if self.load is not None and forces.any():
+            forces *= self.load / forces.sum()
+        return forces
 
-    def project(self, values):
+    def project(self, values: Array) -> Array:
         """Nearest point of Omega: max(values - tau, 0) with sum P."""
         if self.load is None:
             return np.maximum(values, 0)
-        whole = values[values > 0].sum()
-        if abs(whole - self.load) <= EPS_SUM * self.load:  # else rounding lifts all others above 0
-            return np.maximum(values, 0) * (self.load / whole)
+        positive_sum = values[values > 0].sum()
+        if abs(positive_sum - self.load) <= EPS_SUM * self.load:  # else rounding lifts all others above 0
+            return np.maximum(values, 0) * (self.load / positive_sum)
         sums = np.cumsum(np.sort(values)[::-1]) - self.load
-        found = np.maximum(values - (sums / np.arange(1, len(sums) + 1)).max(), 0)
-        if not found.any():
+        forces = np.maximum(values - (sums / np.arange(1, len(sums) + 1)).max(), 0)
+        if not forces.any():
             raise NotConverged(
                 f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
                 "ask for a larger one"
             )
-        return found
+        return forces
 
-    def size(self, forces, slope):
-        return max(np.ptp(slope - self.g0), LEAST * self.unit * forces.sum())
+    def size(self, point: Iterate) -> float:
+        """Returns the range of H f (length)."""
+        return float(max(np.ptp(point.slope - self.g0), LEAST_DISPLACEMENT * self.unit * point.forces.sum()))
 
-    def residual(self, forces, slope):
-        gaps, size = slope - self.level(forces, slope), self.size(forces, slope)
-        wrong = max(-gaps.min(), (gaps * (forces > 0)).max())
-        return max(wrong, 0) / size if size else 0.0
+    def residual(self, point: Iterate) -> float:
+        gaps = point.slope - self.level(point)
+        size = self.size(point)
+        violation = max(-gaps.min(), (gaps * (point.forces > 0)).max(), 0)
+        return float(violation / size) if size else 0.0
 
-    def report(self, forces, slope, kkt):
-        level = self.level(forces, slope)
+    def rise(self, before: Iterate, after: Iterate) -> tuple[float, float]:
+        """Returns the rise of q over a change, and its rounding."""
+        change = after.forces - before.forces
+        mean = Iterate(before.forces, (before.slope + after.slope) / 2)
+        gaps = mean.slope - self.level(mean)  # the change has the sum zero, but for rounding
+        scale = self.size(Iterate(before.forces, after.slope))
+        return float(change @ gaps), float(EPS_TERM * scale * np.abs(change).sum())
+
+    def curvature_step(self, before: Iterate, after: Iterate) -> float:
+        """Step of Barzilai and Borwein from the change of slope; 0 where that is unknown."""
+        change = after.forces - before.forces
+        length = change @ change
+        curvature = change @ (after.slope - before.slope)
+        return float(length / curvature) if curvature > LEAST_CURVATURE * self.unit * length else 0.0
+
+    def state(self, point: Iterate, kkt: float) -> ContactState:
+        level = self.level(point)
         gaps = np.full(self.touch.shape, np.inf)
-        gaps[self.touch] = slope - level
-        approach = self.approach if self.load is None else self.lowest + level
-        whole, load = self.spread(forces), float(forces.sum())
-        return ContactState(whole, gaps, whole > 0, approach, load, self.products, float(kkt))
+        gaps[self.touch] = point.slope - level
+        forces = self.spread(point.forces)
+        # at a given approach the level is 0
+        approach, load = self.lowest + level, float(point.forces.sum())
+        return ContactState(forces, gaps, forces > 0, approach, load, self.products, kkt)
 
 
-def _gradient_step(problem, forces, slope, alpha):
-    """1: the projected step, its slope, and the next alpha."""
-    slope_here = slope - problem.level(forces, slope)
+def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Iterate, float]:
+    """1: the projected step and the next alpha."""
+    gaps = point.slope - energy.level(point)
     for _ in range(STEPS):
-        moved = problem.project(forces - alpha * slope_here)
-        change = moved - forces
+        forces = energy.project(point.forces - alpha * gaps)
+        change = forces - point.forces
         length = change @ change
         if not length > 0:
-            return forces, slope, 2 * alpha
-        ahead = problem.slope(moved)
-        rise, rounding = _rise(problem, forces, change, slope, ahead)
+            return point, 2 * alpha
+        trial = energy.at(forces)
+        step = energy.curvature_step(point, trial)
+        rise, rounding = energy.rise(point, trial)
         if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
-            return moved, ahead, _curvature_step(problem, change, ahead - slope) or 2 * alpha
-        alpha = min(_curvature_step(problem, change, ahead - slope) or alpha, alpha / 2)
+            return trial, step or 2 * alpha
+        alpha = min(step or alpha, alpha / 2)
     raise NotConverged(
         "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
         "At a given approach it must be so with its level; give the load instead"
     )
 
 
-def _curvature_step(problem, change, bend):
-    """Step from the change of slope; 0 where that is unknown."""
-    curvature, length = change @ bend, change @ change
-    return length / curvature if curvature > FLAT * problem.unit * length else 0.0
-
-
-def _rise(problem, forces, change, slope, ahead):
-    """The rise of q over a change, and its rounding."""
-    middle = (slope + ahead) / 2
-    middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
-    return change @ middle, EPS_TERM * problem.size(forces, ahead) * np.abs(change).sum()
-
-
-def _face_step(problem, forces, slope, rtol, inner):
-    """2: forces and slope near the minimum on the face."""
-    face, free = forces > 0, problem.load is not None
-    precondition = problem.preconditioner(face)
-    ones = precondition(face * 1.0) if free else 0.0
-    residual = _on_face(slope, face, free)
-    enough = max(inner * np.abs(residual).max(), rtol * problem.size(forces, slope) / 4)
-    forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
+def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -> Iterate:
+    """2: a point near the minimum on the face, whose residual is smaller by `reduction`."""
+    face = point.forces > 0
+    at_load = energy.load is not None
+    precondition = energy.preconditioner(face)
+    ones = precondition(face * 1.0) if at_load else np.zeros(len(face))
+    forces = point.forces.copy()
+    slope = point.slope.copy()
+    residual = _on_face(slope, face, at_load)
+    goal = max(reduction * np.abs(residual).max(), rtol * energy.size(point) / 4)
+    direction = np.zeros(len(forces))
+    product_before = np.inf
     for _ in range(STEPS):
-        if np.abs(residual).max() <= enough:
+        if np.abs(residual).max() <= goal:
             break
         z = precondition(residual)
-        if free:
+        if at_load:
             z -= ones * (z.sum() / ones.sum())
         product = residual @ z
         if not abs(product) > 0:  # underflow: nothing is left to gain
             break
-        direction *= product / before
+        direction *= product / product_before
         direction -= z
-        before = product
-        answer = problem.displacement(direction)
-        curvature = direction @ answer
-        if not curvature > FLAT * problem.unit * (direction @ direction):
-            if free:
+        product_before = product
+        displacement = energy.displacement(direction)
+        curvature = direction @ displacement
+        if not curvature > LEAST_CURVATURE * energy.unit * (direction @ direction):
+            if at_load:
                 break
             raise BadArgument(
                 "approach",
-                problem.approach,
+                energy.approach,
                 "needs a flexibility that is positive definite with its level; give the load instead",
             )
         forces += product / curvature * direction
-        slope += product / curvature * answer
-        residual = _on_face(slope, face, free)
-    return forces, slope
+        slope += product / curvature * displacement
+        residual = _on_face(slope, face, at_load)
+    return Iterate(forces, slope)
 
 
-def _on_face(slope, face, free):
+def _on_face(slope: Array, face: Flags, zero_sum: bool) -> Array:
+    """Returns the slope on a face, 0 elsewhere, with the sum zero if asked for: array (k,)."""
     residual = slope * face
-    return residual - residual.sum() / np.count_nonzero(face) * face if free else residual
+    if zero_sum:
+        residual -= residual.sum() / np.count_nonzero(face) * face
+    return residual
 
 
-def _projected_search(problem, forces, slope, trial, ahead):
-    """3: forces and slope of the first trial that does not rise."""
-    if trial.min() >= 0:
-        return trial, ahead
-    for part in (1, 1 / 4, 1 / 4**2):
-        moved = problem.project(forces + part * (trial - forces))
-        there = problem.slope(moved)
-        rise, rounding = _rise(problem, forces, moved - forces, slope, there)
+def _projected_search(energy: _Energy, point: Iterate, trial: Iterate) -> Iterate:
+    """3: the first trial that does not rise."""
+    if trial.forces.min() >= 0:
+        return trial
+    for step in (1, 1 / 4, 1 / 4**2):
+        projected = energy.at(energy.project(point.forces + step * (trial.forces - point.forces)))
+        rise, rounding = energy.rise(point, projected)
         if rise <= rounding:
-            return moved, there
-    return forces, slope
+            return projected
+    return point

@@ -15,6 +15,7 @@ from scipy.sparse.linalg import splu
 
 from .. import cost
 from ..contact_solvers.compliance import Compliance
+from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require, require_kind
 from ..model.law import level_surface
 from ..model.types import LawLike
@@ -126,7 +127,7 @@ class Condensed(ContactNodes):
         return Fields(self.body, state.components, self._bulk.solve(onto.T @ np.ravel(loads), state))
 
 
-class Flexibility3D:
+class Flexibility3D(MatrixFree):
     """Gaps of corners from their forces on contact nodes.
 
     Parameters

@@ -57,7 +57,9 @@ class Solver3D(OnGivenMesh):
     def solve(self, load, approach, rtol, initial=None):
         self.require_given_mesh(rtol)
         H, residual = Flexibility3D(self.geometry(self.nodes.points).directions, self.nodes), 1e-9
-        found = projected_gradients.solve(H, self.initial_gaps, load=load, approach=approach, rtol=residual)
+        found = projected_gradients.solve_matrix_free(
+            H, self.initial_gaps, load=load, approach=approach, rtol=residual
+        )
         require(found.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()

@@ -89,7 +89,9 @@ def touching(compliance, gaps, load):
     events = active_set.path(H, initial, load)
     changed = np.bincount([event.corner for event in events], minlength=m) % 2 == 1
     path = active_set.solve(H, initial, load=load, start=changed)
-    products = projected_gradients.solve(_Dense(H), initial.reshape(gaps.shape), load=load, rtol=1e-13)
+    products = projected_gradients.solve_matrix_free(
+        _Dense(H), initial.reshape(gaps.shape), load=load, rtol=1e-13
+    )
     solutions = {
         "active set": (state.forces, state.gaps, state.approach),
         "approach given": (pressed.forces, pressed.gaps, pressed.approach),
@@ -97,7 +99,7 @@ def touching(compliance, gaps, load):
         "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
     }
     compact = H[np.ix_(finite, finite)]
-    lift, forces = active_set.lifted(compact), np.zeros(m)
+    lift, forces = active_set.rigid_level(compact), np.zeros(m)
     closed = np.ones(finite.sum(), bool)
     forces[finite], *_ = active_set.block_pivoting(compact + lift, initial[finite], closed, load)
     bare = initial + H @ forces
@@ -114,8 +116,8 @@ def touching_twice(compliance, gaps, load):
     return np.minimum(state.gaps[:m], 1e3), state.forces.reshape(2, m).sum(axis=0), state.approach
 
 
-class _Dense:
-    """A flexibility by its products alone, as `projected_gradients.solve` takes it."""
+class _Dense(projected_gradients.MatrixFree):
+    """A flexibility by its products alone, as `projected_gradients.solve_matrix_free` takes it."""
 
     def __init__(self, H):
         self._H = H

@@ -138,11 +138,11 @@ def of_gradients():
     for name, law in LAWS.items():
         response = flexibility(line, law, grid)
         gaps = Blocks(law, 0.085).on_level(mb.Cylinder(R=10.0), x).initial_gaps
-        products = projected_gradients.solve(response, gaps, load=1.0, rtol=1e-13)
+        products = projected_gradients.solve_matrix_free(response, gaps, load=1.0, rtol=1e-13)
         rows[f"gradients {name}"] = digest(products.forces)
         rows[f"gradients {name} approach"] = products.approach
         matrix = as_matrix(response)
-        lift = active_set.lifted(matrix)
+        lift = active_set.rigid_level(matrix)
         every = np.ones(gaps.size, bool)
         faces = active_set.block_pivoting(matrix + lift, gaps.ravel(), every, 1.0)
         rows[f"exchange {name}"] = digest(faces[0])
