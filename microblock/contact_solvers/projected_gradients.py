@@ -289,7 +289,7 @@ def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -
     face = point.forces > 0
     at_load = energy.load is not None
     precondition = energy.preconditioner(face)
-    ones = precondition(face * 1.0) if at_load else np.zeros(len(face))
+    ones = precondition(face.astype(float)) if at_load else np.zeros(len(face))
     forces = point.forces.copy()
     slope = point.slope.copy()
     residual = _on_face(slope, face, at_load)
@@ -302,7 +302,7 @@ def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -
         z = precondition(residual)
         if at_load:
             z -= ones * (z.sum() / ones.sum())
-        product = residual @ z
+        product = float(residual @ z)
         if not abs(product) > 0:  # underflow: nothing is left to gain
             break
         direction *= product / product_before
