@@ -7,7 +7,7 @@ from ..errors import NotConverged
 from ..model.intervals import runs
 from ..model.quadrature import gauss_rule
 from .kernels import cell_rule, on_the_line
-from .panels import short_enough
+from .panels import Panel, short_enough
 from .second_half_plane import counter_flexibility
 
 
@@ -39,7 +39,9 @@ def _first_cells(problem):
     for left, right in problem.stretches:
         edges = np.union1d(np.linspace(left, right, 49), ends[(left < ends) & (ends < right)]).tolist()
         for start, end in zip(edges, edges[1:]):
-            cells += [(x, x + width) for x, width, _ in short_enough(problem, start, end - start, False)]
+            cells += [
+                (x, x + width) for x, width, _ in short_enough(problem, Panel(start, end - start, False))
+            ]
     return np.array(cells)
 
 

@@ -9,37 +9,43 @@ friction.md, U, V, W in `symbol_of_roots`),
 On the line the kernels are integrals along k = tau exp(i pi/4), tabulated in log x.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
 from ..model.bodies import Unbounded
 from ..model.material import UNCOUPLED, Cosserat
 from ..model.methods import Cells, Panels
+from ..model.problem import Problem
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.types import Array
+from ..model.types import AnyArray, Array
 from ..threads import bounded
 
-NEAREST, FARTHEST = 1e-16, 1e10  # x/ell between which the kernels are tabulated
-ODD = 1, 4, 5, 7  # 5 and 7 are next to x = 0 half of a step
-RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
+TABULATED = 1e-16, 1e10  # x/ell between which the kernels are tabulated
+ODD_KERNELS = 1, 4, 5, 7  # 5 and 7 are next to x = 0 half of a step
+LAYER_RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
-def symbol(solid, k):
-    """U, V, W at the wavenumbers k > 0 (array (n,)): array (3, n) of lengths per stress."""
+def plane_symbol(solid: Cosserat, k: ArrayLike) -> Array:
+    """Returns U, V, W at the wavenumbers k > 0, array (n,): array (3, n) of lengths per stress."""
     k = np.asarray(k, float)
     if not np.all(k > 0):
         raise BadArgument("k", k, "wavenumbers must be positive")
     return symbol_of_roots(solid, k, *roots(solid, k))
 
 
-def symbol_of_roots(solid, k, s, s_minus_k):
-    """U, V, W; `s_minus_k` is s - k without cancellation."""
-    c, g = (1 - solid.nu) / solid.mu, solid.curvature * solid.ell**2
+def symbol_of_roots(solid: Cosserat, k: AnyArray, s: AnyArray, s_minus_k: AnyArray) -> AnyArray:
+    """Returns U, V, W; `s_minus_k` is s - k without cancellation."""
+    c = (1 - solid.nu) / solid.mu
+    g = solid.curvature * solid.ell**2
     D = 1 + g * (1 - solid.nu) * k * (k / s) * s_minus_k
     return np.array(
         (
@@ -52,17 +58,17 @@ def symbol_of_roots(solid, k, s, s_minus_k):
 
 def at_rest(solid: Cosserat) -> float:
     """Returns W for k -> 0, where an even moment rotates all blocks alike (length per stress)."""
-    longest = min(solid.layer_length, solid.ell / RATES[0])  # of a classical solid it is inf
+    longest = min(solid.layer_length, solid.ell / LAYER_RATES[0])  # of a classical solid it is inf
     return longest / (4 * solid.curvature * solid.mu)
 
 
-def clamped(U, V, W):
-    """u over p where psi = 0 on the whole surface."""
+def clamped(U: AnyArray, V: AnyArray, W: AnyArray) -> AnyArray:
+    """Returns u over p where psi = 0 on the whole surface."""
     return U - V**2 / W
 
 
-def short_waves(solid):
-    """Limits of k U and k W for k -> infinity, lengths per stress times k."""
+def short_waves(solid: Cosserat) -> tuple[float, float]:
+    """Returns limits of k U and k W for k -> infinity, lengths per stress times k."""
     c = (1 - solid.nu) / solid.mu
     return c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 
@@ -76,11 +82,11 @@ def coalescence_exponent(solid: Cosserat) -> float:
 
 
 def counter_short_waves(counter: Cosserat | None) -> float:
-    """Limit of k U of the second body; 0 of a rigid obstacle."""
+    """Returns the limit of k U of the second body; 0 of a rigid obstacle."""
     return 0.0 if counter is None else float(short_waves(counter)[0])
 
 
-class Kernels:
+class LineKernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
     0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. With shear, ``u1
@@ -91,65 +97,74 @@ class Kernels:
     """
 
     @bounded
-    def __init__(self, nu, beta, curvature=2.0):
+    def __init__(self, nu: float, beta: float, curvature: float = 2.0) -> None:
         solid = Cosserat(E=2 * (1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
-        if not RATES[0] <= 1 / solid.layer_length <= RATES[1]:
+        if not LAYER_RATES[0] <= 1 / solid.layer_length <= LAYER_RATES[1]:
             raise BadArgument(
                 "beta",
                 beta,
-                f"2 beta/gamma' must lie between {RATES[0] ** 2:g} and {RATES[1] ** 2:g} "
+                f"2 beta/gamma' must lie between {LAYER_RATES[0] ** 2:g} and {LAYER_RATES[1] ** 2:g} "
                 "on a half-plane: for beta = 0 nothing holds its rotation",
             )
         # Chebyshev points on a piece, 1 wide in log x; polynomials of so few terms on parts of it, cheap to
         # look up: both 1e-13
-        points, parts, terms = 14, 20, 6
-        pieces = int(np.ceil(np.log(FARTHEST / NEAREST)))
-        self._start, self._step, self._parts = np.log(NEAREST), 1 / parts, parts * pieces
+        points = 14
+        parts = 20
+        terms = 6
+        pieces = int(np.ceil(np.log(TABULATED[1] / TABULATED[0])))
+        self._start = np.log(TABULATED[0])
+        self._step = 1 / parts
+        self._parts = parts * pieces
         logarithms = self._start + np.arange(pieces)[:, None] + (chebyshev.chebpts1(points) + 1) / 2
         values = self._values(solid, np.exp(logarithms))
         table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
         self._table = np.moveaxis(table, 2, 1).copy()
 
-    def _values(self, solid, x):
-        """All kernels at x > 0 on pieces like those of `path`, array (pieces, n): (9, pieces, n)."""
+    def _values(self, solid: Cosserat, x: Array) -> Array:
+        """Returns all kernels at x > 0 on pieces like those of `ray_rule`, array (pieces, n): array
+        (9, pieces, n).
+        """
         # from where waves are 1 under the first piece, to where nothing is left of them
-        near, far = 1e-16 / x[0, -1], 50 / x[0, 0]
-        known = int(np.ceil(np.log(far / near)))
-        k, weights, level = rotated_weights(solid, near * np.exp(1.0 - len(x)), len(x) + known - 1)
+        lowest = 1e-16 / x[0, -1]
+        pieces = int(np.ceil(np.log(50 / x[0, 0] / lowest)))
+        k, weights, level = rotated_weights(solid, lowest * np.exp(1.0 - len(x)), len(x) + pieces - 1)
         sums = weights.real.sum(axis=2, dtype=np.longdouble)
         below = np.cumsum(sums, axis=1) - sums
         # k x are the same numbers for the next piece of x and the one before of k
         waves = np.exp(1j * k[len(x) - 1 :, :, None] * x[0]).reshape(-1, x.shape[1])
-        weights = sliding_window_view(weights, known, axis=1).swapaxes(2, 3).reshape(-1, len(waves))
+        weights = sliding_window_view(weights, pieces, axis=1).swapaxes(2, 3).reshape(-1, len(waves))
         values = (weights @ waves).real.reshape(-1, *x.shape) + below[:, : len(x), None]
         values = values[:, ::-1].astype(float)
         values[[0, 3]] -= level
-        # the arc from real wavenumbers to `path` around k = 0
-        values[list(ODD[2:])] -= solid.nu / (4 * (1 - solid.nu))
+        # the arc from real wavenumbers to the ray around k = 0
+        values[list(ODD_KERNELS[2:])] -= solid.nu / (4 * (1 - solid.nu))
         return values
 
-    def __call__(self, x, which=(0, 1, 2)):
-        """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
-        shape, x, size = np.shape(x), np.ravel(x).astype(float), 2**15  # numbers that fit into a cache
-        values = np.empty((len(which), x.size))
-        for start in range(0, x.size, size):
-            near = x[start : start + size]
-            place = (np.log(np.clip(np.abs(near), NEAREST, FARTHEST)) - self._start) / self._step
+    def __call__(self, x: ArrayLike, which: Sequence[int] = (0, 1, 2)) -> Array:
+        """Returns the kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
+        distances = np.ravel(x).astype(float)
+        values = np.empty((len(which), distances.size))
+        block = 2**15  # numbers that fit into a cache
+        for start in range(0, distances.size, block):
+            near = distances[start : start + block]
+            place = (np.log(np.clip(np.abs(near), *TABULATED)) - self._start) / self._step
             part = np.minimum(place.astype(np.intp), self._parts - 1)
             t = 2 * (place - part) - 1
-            for value, number in zip(values[:, start : start + size], which):
+            for value, number in zip(values[:, start : start + block], which):
                 coefficients = self._table[number]
                 value[...] = coefficients[-1].take(part)
                 for row in coefficients[-2::-1]:  # Horner
                     value *= t
                     value += row.take(part)
-                if number in ODD:
+                if number in ODD_KERNELS:
                     value *= np.sign(near)
-        return values.reshape(len(which), *shape)
+        return values.reshape(len(which), *np.shape(x))
 
 
-def _parting(points, parts, terms):
-    """Coefficients in powers of t in [-1, 1] on parts."""
+def _parting(points: int, parts: int, terms: int) -> Array:
+    """Returns the matrix from values at Chebyshev points of a piece to coefficients in powers of t in [-1, 1]
+    on its parts, array (parts terms, points).
+    """
     fine = chebyshev.chebpts1(terms)
     places = 2 * (np.arange(parts)[:, None] + (fine + 1) / 2) / parts - 1
     values = lagrange(chebyshev.chebpts1(points), places)
@@ -194,20 +209,21 @@ class HalfPlane(Unbounded):
         """Returns kernels averaged over a cell of a width (length), at distances of 0, 1, ... cells: array
         (len(which), count).
         """
-        averages, block = np.empty((len(which), count)), 2**12  # cells that fit into a cache
+        averages = np.empty((len(which), count))
+        block = 2**12  # cells that fit into a cache
         starts = np.array((0, 1, 16, 256, *range(block, count, 2 * block)))
         for near, far in pairwise((*starts[starts < count], count)):
             # at n cells p points leave (4 n)^(-2 p), rounding
-            order = 24 if near < 16 else 6 if near < 256 else 3 if near < block else 2
+            order = (24, 6, 3, 2)[int(np.searchsorted((16, 256, block), near, side="right"))]
             places, weights = cell_rule(near, far, order)
             values = on_the_line(self.solid, places * width, which)
             averages[:, near:far] = values.reshape(len(which), far - near, order) @ weights
-        averages[[number in ODD for number in which], 0] = 0
+        averages[np.isin(which, ODD_KERNELS), 0] = 0
         return averages
 
 
-def cell_rule(near, far, order, power=8):
-    """Places in cells and weights of averages over them."""
+def cell_rule(near: int, far: int, order: int, power: int = 8) -> tuple[Array, Array]:
+    """Returns places in the cells from `near` to `far`, in cells, and weights of averages over each."""
     points, gauss = gauss_rule(order)
     if not near:  # over the cell itself x = sigma^power flattens the logarithm; odd kernels average out
         return points**power / 2, gauss * power * points ** (power - 1)
@@ -215,74 +231,80 @@ def cell_rule(near, far, order, power=8):
 
 
 @lru_cache(maxsize=64)
-def kernels(nu, beta, curvature, kind=Kernels):
-    """The tables of a material, made once."""
+def kernels(nu: float, beta: float, curvature: float, kind: type[LineKernels] = LineKernels) -> LineKernels:
+    """Returns the tables of a material, made once."""
     return kind(nu, beta or UNCOUPLED, curvature)
 
 
-def is_classical(solid):
-    """Whether U is c/k to rounding."""
-    return not 1 / solid.layer_length * solid.ell > RATES[0]
+def is_classical(solid: Cosserat) -> bool:
+    """Returns whether U is c/k to rounding."""
+    return not 1 / solid.layer_length * solid.ell > LAYER_RATES[0]
 
 
-def on_the_line(solid, distance, which=(0, 1, 2)):
-    """The kernels of lengths per force numbered `which` at a distance: array (len(which), ...)."""
+def on_the_line(solid: Cosserat, distance: Array, which: Sequence[int] = (0, 1, 2)) -> Array:
+    """Returns the kernels of lengths per force numbered `which` at distances, array of any shape: array
+    (len(which), ...).
+    """
     table = kernels(solid.nu, solid.beta, solid.curvature)
     return (1 - solid.nu) / solid.mu * table(distance / solid.ell, which)
 
 
-def normal_symbol(solid, k):
-    """U at the wavenumbers k > 0, array (n,), also of a classical solid."""
-    return symbol(solid, k)[0]
+def normal_symbol(solid: Cosserat, k: Array) -> Array:
+    """Returns U at the wavenumbers k > 0, array (n,), also of a classical solid."""
+    return plane_symbol(solid, k)[0]
 
 
-def path(low, count, order):
-    """k and dk at Gauss points on so many pieces of the ray tau exp(i pi/4), from tau = low on, 1 wide in log
-    tau: arrays (count, order).
+def ray_rule(low: float, count: int, order: int) -> tuple[AnyArray, AnyArray]:
+    """Returns k and dk at Gauss points on so many pieces of the ray tau exp(i pi/4), from tau = low on, 1
+    wide in log tau: arrays (count, order).
     """
     points, gauss = gauss_rule(order)
     k = np.exp(0.25j * np.pi) * low * np.exp(np.arange(count)[:, None] + points)
     return k, k * gauss
 
 
-def rotated_weights(solid, low, count):
-    """(k, weights, level) of the integrals of all kernels over c on a `path`: arrays (count, 16), (9, count,
-    16), float, taken off numbers 0 and 3, which diverge at k = 0.
+def rotated_weights(solid: Cosserat, low: float, count: int) -> tuple[AnyArray, AnyArray, float]:
+    """Returns (k, weights, level) of the integrals of all kernels over c by a `ray_rule`: arrays (count, 16),
+    (9, count, 16), and a float taken off numbers 0 and 3, which diverge at k = 0.
     """
-    k, dk = path(low, count, 16)
-    s, s_minus_k = roots(solid, k)
-    U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
-    c, i = (1 - solid.nu) / solid.mu, 1j
+    k, dk = ray_rule(low, count, 16)
+    U, V, W = symbol_of_roots(solid, k, *roots(solid, k))
+    c = (1 - solid.nu) / solid.mu
+    i = 1j
     fixed = clamped(U, V, W)
     over_c = (U, -i * V, W, fixed, -i * c * V / W, -i * U, V, -i * fixed, c * V / W)
     # taken off, it leaves -log(x) of the classical 1/k
     return k, np.array(over_c) / c * dk / np.pi, np.sum(np.exp(i * k) / k * dk).real / np.pi
 
 
-def roots(solid, k):
-    """s and s - k at wavenumbers with positive real parts, arrays (n,)."""
+def roots(solid: Cosserat, k: AnyArray) -> tuple[AnyArray, AnyArray]:
+    """Returns s and s - k at wavenumbers with positive real parts, arrays like k."""
     rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
     return s, rate / (s + k) * rate
 
 
-def gap_kernel(problem, distance, target, source):
-    """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
-    which = (0, 1, 2)
+def gap_kernel(problem: Problem, distance: Array, target: Array, source: Array) -> Array:
+    """Returns the gap of a corner with lever `target` under a unit force on one with lever `source`, at
+    distances (length/force): arrays that broadcast.
+    """
+    which: tuple[int, ...] = (0, 1, 2)
     if problem.law.clamps_rotation:
         which = (3,)
     elif len(problem.law.corners) == 1:
-        which = (0, 1) if np.any(target) else (0,)
+        which = (0, 1)[: 1 + bool(np.any(target))]
     U, V, W = (*on_the_line(problem.solid, distance, which), 0.0, 0.0)[:3]
     return U + target * source * W + (target - source) * V
 
 
-def both_gap_kernels(problem, distance, target, source):
+def both_gap_kernels(problem: Problem, distance: Array, target: Array, source: Array) -> Array:
+    """Returns `gap_kernel` of the levers 0 and 1 instead of `target`: array (2, ...)."""
     levers = np.array((0.0, 1.0)).reshape(2, *[1] * np.ndim(distance))
     return gap_kernel(problem, distance, levers, source)
 
 
-def clamping_kernel(problem, distance, target, source):
-    """M that holds psi = 0 under a unit force (dimensionless)."""
+def clamping_kernel(problem: Problem, distance: Array, target: Array, source: Array) -> Array:
+    """Returns M that holds psi = 0 under a unit force, at distances (dimensionless)."""
     table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
-    return -table(distance / problem.solid.ell, (4,))[0] / 2  # m = 2 M/ell, and the kernel of m is over ell
+    # m = 2 M/ell, and the kernel of m is over ell
+    return -table(distance / problem.solid.ell, (4,))[0] / 2

@@ -22,7 +22,7 @@ from ..model.refinement import Usual
 from ..model.state import LineSolution
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
-from .kernels import HalfPlane, at_rest, gap_kernel, symbol
+from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol
 from .kinks import corrections, logarithms
 from .sampling_uncertainty import MOST, sampling_uncertainty, with_sampling_note
 from .second_half_plane import CounterCells
@@ -218,7 +218,7 @@ class LineSolver(CellSolver):
                 found[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
             return found
 
-        rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
+        rest, waves = at_rest(solid) if periodic else None, partial(plane_symbol, solid)
         return Flexibility(self.offsets, self.tilt(*grid.axes), clamped, width, rest, waves, cells, other)
 
     def turned(self, own):

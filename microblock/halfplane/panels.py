@@ -5,254 +5,319 @@ is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v
 q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
 from ..model.intervals import common, contains, joined, without
-from ..model.problem import GROWTH, half_line
+from ..model.problem import GROWTH, Problem, half_line
 from ..model.quadrature import gauss_rule, lagrange
-from .transmitted_singularities import carried_edges, log_sizes
+from ..model.types import Array, CornerZones, Flags, Integers, Interval
+from .transmitted_singularities import log_sizes, singular_edges
+
+# (problem, distance, lever of the target, lever of the source): length per force, or several of them first
+Kernel = Callable[[Problem, Array, Array, Array], Array]
 
 
-def orders(simple, rtol):
-    """Orders of panels up to the first that is expected to reach rtol."""
-    known = range(6 if simple else 10, 27, 4)  # 6 shows nothing of rough obstacles
-    enough = sum(unresolved(order) > rtol for order in known)
-    return known[: max(2, enough + 1)]
+def orders(simple: bool, rtol: float) -> range:
+    """Returns orders of panels up to the first that is expected to reach rtol."""
+    ascending = range(6 if simple else 10, 27, 4)  # 6 shows nothing of rough obstacles
+    enough = sum(unresolved(order) > rtol for order in ascending)
+    return ascending[: max(2, enough + 1)]
 
 
-def unresolved(order):
-    """Relative error that panels of an order leave under a smooth obstacle."""
-    return 10 ** -(0.55 * order + 0.7)
+def unresolved(order: int) -> float:
+    """Returns the relative error that panels of an order leave under a smooth obstacle."""
+    return float(10 ** -(0.55 * order + 0.7))
+
+
+class Panel(NamedTuple):
+    """A panel: from its anchor by a signed length, with x quadratic in the parameter or linear."""
+
+    anchor: float
+    length: float
+    root: bool
 
 
 @dataclass(frozen=True)
 class PanelGrid:
-    """Panels of all corners: anchors e, signed lengths h; 0 <= v <= 1."""
+    """Panels of all corners: numbers of the corners, anchors e, signed lengths h, whether x is quadratic in
+    0 <= v <= 1, and sizes of the known logarithms, arrays (panels,).
+    """
 
-    corner: np.ndarray
-    e: np.ndarray
-    h: np.ndarray
-    root: np.ndarray
-    log_size: np.ndarray
+    corner: Integers
+    e: Array
+    h: Array
+    root: Flags
+    log_size: Array
     order: int
 
-    def x(self, panel, v):
-        """Abscissae at the parameters v."""
+    def x(self, panel: Integers, v: Array) -> Array:
+        """Returns abscissae at the parameters v."""
         return self.e[panel] + self.h[panel] * np.where(self.root[panel], v * v, v)
 
-    def slope(self, panel, v):
+    def slope(self, panel: Integers, v: Array) -> Array:
+        """Returns |dx/dv| at the parameters v."""
         return np.abs(self.h[panel]) * np.where(self.root[panel], 2 * v, 1.0)
 
-    def parameter(self, panel, x):
-        """v at the abscissae x, or the nearest end."""
+    def parameter(self, panel: Integers, x: Array | float) -> Array:
+        """Returns v at the abscissae x, or the nearest end."""
         along = np.clip((x - self.e[panel]) / self.h[panel], 0, 1)
         return np.where(self.root[panel], np.sqrt(along), along)
 
-    def logarithm(self, panel, v):
-        """The known part of p at the parameters v > 0."""
+    def logarithm(self, panel: Integers, v: Array) -> Array:
+        """Returns the known part of p at the parameters v > 0."""
         return -2 * self.log_size[panel] * np.log(v)
 
-    def at(self, corner, x):
-        """Numbers of a corner's panels at x or next to it, and the parameters."""
-        own = np.flatnonzero(self.corner == corner)
-        starts = np.minimum(self.e, self.e + self.h)[own]
+    def at(self, corner: int, x: Array) -> tuple[Integers, Array]:
+        """Returns numbers of a corner's panels at x or next to it, and the parameters, arrays (n,)."""
+        numbers = np.flatnonzero(self.corner == corner)
+        starts = np.minimum(self.e, self.e + self.h)[numbers]
         along = np.argsort(starts)
-        here = np.searchsorted(starts[along], x, side="right") - 1
-        number = own[along[np.maximum(here, 0)]]
-        return number, self.parameter(number, x)
+        position = np.searchsorted(starts[along], x, side="right") - 1
+        panel = numbers[along[np.maximum(position, 0)]]
+        return panel, self.parameter(panel, x)
 
-    def interpolated(self, values, number, v):
-        """`values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
-        return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
+    def interpolated(self, values: Array, panel: Integers, v: Array) -> Array:
+        """Returns `values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
+        return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., panel, :])
 
-    def whole(self, problem):
-        """The panels of a Problem, with mirror images of a symmetric one."""
+    def whole(self, problem: Problem) -> PanelGrid:
+        """Returns the panels of a Problem, with mirror images of a symmetric one."""
         if not problem.mirror:
             return self
-        images = len(problem.law.corners) - 1 - self.corner, -self.e, -self.h, self.root, self.log_size
-        own = self.corner, self.e, self.h, self.root, self.log_size
-        return PanelGrid(*map(np.concatenate, zip(own, images)), self.order)
+        return PanelGrid(
+            np.concatenate((self.corner, len(problem.law.corners) - 1 - self.corner)),
+            np.concatenate((self.e, -self.e)),
+            np.concatenate((self.h, -self.h)),
+            np.tile(self.root, 2),
+            np.tile(self.log_size, 2),
+            self.order,
+        )
 
     @property
-    def points(self):
+    def points(self) -> tuple[Array, Array]:
         return gauss_rule(self.order)
 
     @cached_property
-    def nodes(self):
+    def nodes(self) -> tuple[Integers, Array, Array, Array]:
         """Of all Gauss points: number of the panel, v, x and Gauss weight, arrays (m,)."""
         points, weights = self.points
-        panel, v = np.repeat(np.arange(len(self.e)), self.order), np.tile(points, len(self.e))
-        return panel, v, self.x(panel, v), np.tile(weights, len(self.e))
+        count = len(self.e)
+        panel = np.repeat(np.arange(count), self.order)
+        v = np.tile(points, count)
+        return panel, v, self.x(panel, v), np.tile(weights, count)
 
     @property
-    def rule(self):
+    def rule(self) -> Array:
         """Weights for integrals over x at the nodes, array (m,), exact for logarithms."""
         panel, v, _, weights = self.nodes
-        return self.slope(panel, v) * np.where(
-            (self.log_size != 0)[panel], np.tile(_log_weights(self.order), len(self.e)), weights
-        )
+        log_weights = np.tile(_log_weights(self.order), len(self.e))
+        return self.slope(panel, v) * np.where((self.log_size != 0)[panel], log_weights, weights)
 
 
 @lru_cache
-def _log_weights(order):
+def _log_weights(order: int) -> Array:
+    """Returns Gauss weights corrected by the last Legendre polynomial for v log(v), array (order,)."""
     points, weights = gauss_rule(order)
     bend = weights * eval_legendre(order - 1, 2 * points - 1)
     values = points * np.log(points)
     return weights - bend * (weights @ values + 1 / 4) / (bend @ values)
 
 
-def make_panels(problem, zones, order):
-    """Panels on the zones {corner: ((left, right), ...)}, broken at edges and kinks."""
+def make_panels(problem: Problem, zones: CornerZones, order: int) -> PanelGrid:
+    """Returns panels on the zones of all corners, broken at edges and slope discontinuities."""
     sizes = log_sizes(problem, zones, order)
     rows = [
         (corner, *part)
         for corner, intervals in zones.items()
-        for row in _rows(problem, zones, order, {*problem.kinks, *sizes}, intervals)
-        for part in short_enough(problem, *row)
+        for panel in _graded(problem, zones, order, {*problem.kinks, *sizes}, intervals)
+        for part in short_enough(problem, panel)
     ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
     return PanelGrid(corner, e, h, root, np.array(log_size), order)
 
 
-def panels_outside(problem, zones, order):
-    """Panels of corner 0 where a corner out of contact could touch."""
-    kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
-    rest = [problem.reach]
+def panels_outside(problem: Problem, zones: CornerZones, order: int) -> PanelGrid:
+    """Returns panels of corner 0 where a corner out of contact could touch."""
+    kinks = log_sizes(problem, zones, order)
+    touched = joined(interval for intervals in zones.values() for interval in intervals)
+    free = [problem.reach]
     for left, right in reduce(common, zones.values()):
-        rest = without(rest, left, right)
-    rows = []
-    for anchor, length, root in _rows(problem, zones, order, {*kinks}, rest):
-        beside = contains(touched, np.array([anchor + length / 2])).any()
-        rows += short_enough(problem, anchor, length, root) if beside else [(anchor, length, root)]
-    e, h, root = np.reshape(rows, (-1, 3)).T
+        free = without(free, left, right)
+    panels: list[Panel] = []
+    for panel in _graded(problem, zones, order, {*kinks}, free):
+        beside = contains(touched, np.array([panel.anchor + panel.length / 2])).any()
+        panels += short_enough(problem, panel) if beside else [panel]
+    e, h, root = np.reshape(panels, (-1, 3)).T
     return PanelGrid(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
 
 
-def _rows(problem, zones, order, kinks, intervals):
-    edges = carried_edges(problem, zones, order)
+def _graded(
+    problem: Problem, zones: CornerZones, order: int, kinks: set[float], intervals: Iterable[Interval]
+) -> Iterator[Panel]:
+    """Yields panels on intervals, graded towards edges of the zones and slope discontinuities."""
+    edges = singular_edges(problem, zones, order)
     singular = {*edges, *kinks}
     # at a tip the pressure has a power of r, perhaps below 1/2: panels bear the rest of it
-    shorter, ell = min(1.0, 8.0 ** (6 - order / 2)), problem.solid.ell
-    longest = {x: ell if any(jumps.values()) else shorter * ell for x, jumps in problem.kinks.items()}
+    ell = problem.solid.ell
+    shorter = ell * min(1.0, 8.0 ** (6 - order / 2))
+    longest = {x: ell if any(jumps.values()) else shorter for x, jumps in problem.kinks.items()}
     for left, right in intervals:
         if half_line(problem) and right < 0:
             continue
         start = max(left, 0.0) if half_line(problem) else left
         breaks = sorted({start, right, *(x for x in singular if start < x < right)})
         for pair in zip(breaks, breaks[1:]):
-            roots = tuple(x in singular for x in pair)
-            first = [
-                min([longest.get(x, ell), *(abs(x - edge) for edge in edges if edge != x)]) for x in pair
-            ]
-            yield from _between(*pair, roots, first)
+            first = [min([longest.get(x, ell), *(abs(x - e) for e in edges if e != x)]) for x in pair]
+            yield from _between(pair, [x in singular for x in pair], first)
 
 
-def _between(left, right, roots, first):
-    """(anchor, signed length, root) of panels between two breaks, growing away from singular ones."""
+def _between(breaks: Interval, roots: Sequence[bool], first: Sequence[float]) -> list[Panel]:
+    """Returns panels between two breaks, growing from the first lengths away from those with roots."""
+    left, right = breaks
     if not any(roots):
-        return [(left, right - left, False)]
-    meet = (left + right) / 2 if all(roots) else (left if roots[1] else right)
-    found = []
-    for end, sign, root, width in ((left, 1, roots[0], first[0]), (right, -1, roots[1], first[1])):
+        return [Panel(left, right - left, False)]
+    meet = (left + right) / 2
+    if not all(roots):
+        meet = left if roots[1] else right
+    panels = []
+    for end, sign, root, step in ((left, 1, roots[0], first[0]), (right, -1, roots[1], first[1])):
         if root:
-            whole, breaks, step = abs(meet - end), [0.0], width
+            distances = [0.0]
             # no panel is left that is much shorter than its neighbour
-            while step + (step - breaks[-1]) / 2 <= whole:
-                breaks.append(step)
+            while step + (step - distances[-1]) / 2 <= abs(meet - end):
+                distances.append(step)
                 step *= GROWTH
-            for near, far in zip(breaks, [*breaks[1:], whole]):
-                found.append((end + sign * near, sign * (far - near), near == 0.0))
-    return found
+            for near, far in zip(distances, [*distances[1:], abs(meet - end)]):
+                panels.append(Panel(end + sign * near, sign * (far - near), near == 0.0))
+    return panels
 
 
-def short_enough(problem, anchor, length, root):
-    """Parts of a panel no longer than features of the obstacle."""
+def short_enough(problem: Problem, panel: Panel) -> list[Panel]:
+    """Returns parts of a panel no longer than features of the obstacle."""
+    anchor, length, root = panel
     if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
-        return [(anchor, length, root)]
+        return [panel]
     half = length / 2
-    return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
+    return [
+        *short_enough(problem, Panel(anchor, half, root)),
+        *short_enough(problem, Panel(anchor + half, half, False)),
+    ]
 
 
-def response(problem, panels, x, lever, kernel, shifts=(0.0, 0.0)):
-    """Integrals of a kernel against q, (n, m) or (values, n, m), and against the known logarithms, (n,) or
-    (values, n); `lever` 0 gives the normal displacement, 1 adds the rotation; targets lie `shifts` farther
-    right of the sources of each corner.
+def response(
+    problem: Problem,
+    panels: PanelGrid,
+    x: Array,
+    lever: Array,
+    kernel: Kernel,
+    shifts: Sequence[float] = (0.0, 0.0),
+) -> tuple[Array, Array]:
+    """Returns integrals of a kernel against q, (n, m) or (values, n, m), and against the known logarithms,
+    (n,) or (values, n), at targets x with levers, arrays (n,), that lie `shifts` farther right of the sources
+    of each corner; `lever` 0 gives the normal displacement, 1 adds the rotation.
     """
     panels = panels.whole(problem)
-    matrix, known = _block(problem, panels, x[:, None] + np.array(shifts)[panels.corner], lever, kernel)
-    half = matrix.shape[-1] // 2
-    return (matrix[..., :half] + matrix[..., half:] if problem.mirror else matrix), known
+    targets = x[:, None] + np.array(shifts)[panels.corner]
+    matrix, logarithms = _responses(problem, panels, targets, lever, kernel)
+    if problem.mirror:
+        half = matrix.shape[-1] // 2
+        matrix = matrix[..., :half] + matrix[..., half:]
+    return matrix, logarithms
 
 
-def _block(problem, panels, x, target, kernel):
+def _responses(
+    problem: Problem, panels: PanelGrid, x: Array, target: Array, kernel: Kernel
+) -> tuple[Array, Array]:
+    """Returns what `response` does, of panels with mirror images and targets x, array (n, panels)."""
     panel, _, source, _ = panels.nodes
-    order, logs, lever = panels.order, panels.log_size.any(), problem.lever(panels.corner[panel], source)
+    order = panels.order
+    lever = problem.lever(panels.corner[panel], source)
     values = kernel(problem, np.repeat(x, order, axis=1) - source, target[:, None], lever)
     values = values.reshape(*values.shape[:-1], len(panels.e), order)
-    found = values * panels.points[1]
-    if logs:
-        found = np.concatenate((found, values @ _log_rule(order)[:, None]), axis=-1)
+    integrals = values * panels.points[1]
+    if panels.log_size.any():
+        integrals = np.concatenate((integrals, values @ _log_rule(order)[:, None]), axis=-1)
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
     distance = np.maximum(ends[0] - x, x - ends[1])
     # farther away the nodes leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
     row, near = np.nonzero(distance < np.abs(panels.h) * np.where(panels.log_size, 4, 0.5))
     if len(row):
-        found[..., row, near, :] = _near_rows(problem, panels, x[row, near], target[row], near, kernel)
-    known = found[..., order:].sum(axis=-1) @ (panels.log_size * np.abs(panels.h))
-    return found[..., :order].reshape(*values.shape[:-2], len(source)), known
+        pairs = x[row, near], target[row], near
+        integrals[..., row, near, :] = _near_responses(problem, panels, *pairs, kernel)
+    logarithms = integrals[..., order:].sum(axis=-1) @ (panels.log_size * np.abs(panels.h))
+    return integrals[..., :order].reshape(*values.shape[:-2], len(source)), logarithms
 
 
-def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals over near panels, cut at the v0 nearest to the target: array (..., pairs, order, or one more
-    for the logarithm).
+def _near_responses(
+    problem: Problem, panels: PanelGrid, x: Array, target: Array, panel: Integers, kernel: Kernel
+) -> Array:
+    """Returns integrals over near panels, cut at the v0 nearest to the target: array (..., pairs, order, or
+    one more for the logarithm), of pairs of a target x with a lever and the number of a panel, arrays
+    (pairs,).
     """
-    same = 1e-13  # a distance of cuts that the quadrature does not see
-    v0 = np.rint(panels.parameter(panel, x) / same) * same
-    # x of the panel is x(v0) + sides (slope + bend sides)
-    root, h, start = panels.root[panel], panels.h[panel], x - panels.x(panel, v0)
-    slope, bend = np.where(root, 2 * v0, 1.0) * h, np.where(root, h, 0.0)
-    along = np.argsort(v0, kind="stable")
-    ends = np.flatnonzero(np.diff(v0[along], append=np.inf)) + 1
-    rules = [_cut_rule(panels.order, cut, panels.log_size.any()) for cut in v0[along[ends - 1]].tolist()]
-    sizes, counts = np.array([len(steps) for steps, _ in rules]), np.diff(ends, prepend=0)
-    pair = along.repeat(sizes.repeat(counts))
-    sides = np.concatenate([steps[None].repeat(count, 0).ravel() for (steps, _), count in zip(rules, counts)])
-    lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + sides))
-    values = kernel(problem, start[pair] - sides * (slope[pair] + bend[pair] * sides), target[pair], lever)
-    found, done = np.empty((*values.shape[:-1], len(x), rules[0][1].shape[1])), 0
-    for (steps, basis), end, count in zip(rules, ends, counts):
-        part = values[..., done : done + count * len(steps)].reshape(*values.shape[:-1], count, -1)
-        found[..., along[end - count : end], :] = part @ basis
-        done += count * len(steps)
-    return found
+    rounding = 1e-13  # a distance of cuts that the quadrature does not see
+    v0 = np.rint(panels.parameter(panel, x) / rounding) * rounding
+    cuts, counts = np.unique(v0, return_counts=True)
+    rules = [_cut_rule(panels.order, cut, bool(panels.log_size.any())) for cut in cuts.tolist()]
+    pairs = np.split(np.argsort(v0, kind="stable"), np.cumsum(counts)[:-1])  # of each cut
+    pair = np.concatenate([own.repeat(len(rule.steps)) for own, rule in zip(pairs, rules)])
+    steps = np.concatenate([np.tile(rule.steps, len(own)) for own, rule in zip(pairs, rules)])
+    # x of the panel is x(v0) + steps (slope + bend steps)
+    root = panels.root[panel]
+    slope = np.where(root, 2 * v0, 1.0) * panels.h[panel]
+    bend = np.where(root, panels.h[panel], 0.0)
+    distance = (x - panels.x(panel, v0))[pair] - steps * (slope[pair] + bend[pair] * steps)
+    lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + steps))
+    values = kernel(problem, distance, target[pair], lever)
+    integrals = np.empty((*values.shape[:-1], len(x), rules[0].basis.shape[1]))
+    borders = np.cumsum([len(own) * len(rule.steps) for own, rule in zip(pairs, rules)])
+    for own, rule, part in zip(pairs, rules, np.split(values, borders[:-1], axis=-1)):
+        integrals[..., own, :] = part.reshape(*values.shape[:-1], len(own), -1) @ rule.basis
+    return integrals
+
+
+class CutRule(NamedTuple):
+    """Quadrature on [0, 1] for a logarithm at v0.
+
+    Attributes
+    ----------
+    steps : array (n,), v - v0
+    basis : array (n, order, or one more for the logarithm at 0), weights times the polynomials
+    """
+
+    steps: Array
+    basis: Array
 
 
 @lru_cache(maxsize=4096)
-def _cut_rule(order, v0, logs):
-    """Quadrature on [0, 1] for a logarithm at v0: v - v0, (n,), and weights times the basis, array (n, order,
-    or one more for the logarithm at 0).
-    """
+def _cut_rule(order: int, v0: float, logs: bool) -> CutRule:
     n = 8  # v = v0 -+ length sigma^n: logarithms to rounding
     sigma, gauss = gauss_rule(2 * order + n)
     before = beyond = sigma**n, n * sigma ** (n - 1) * gauss
     if logs:  # flat at both ends
         sigma, gauss = gauss_rule(4 * order + 12)
         before = betainc(n, n, sigma), (sigma * (1 - sigma)) ** (n - 1) / beta(n, n) * gauss
-    parts = [(length, *rule) for length, rule in ((1 - v0, beyond), (-v0, before)) if length]
-    sides = np.concatenate([length * steps for length, steps, _ in parts])
-    weights, v = np.concatenate([abs(length) * part for length, _, part in parts]), v0 + sides
+    sides = [(length, *rule) for length, rule in ((1 - v0, beyond), (-v0, before)) if length]
+    steps = np.concatenate([length * powers for length, powers, _ in sides])
+    weights = np.concatenate([abs(length) * part for length, _, part in sides])
+    v = v0 + steps
     basis = lagrange(gauss_rule(order)[0], v)
-    if logs:  # of `Panels.logarithm`, times dx/dv
+    if logs:  # of `PanelGrid.logarithm`, times dx/dv
         basis = np.column_stack((basis, -4 * v * np.log(np.maximum(v, np.finfo(float).tiny))))
-    return sides, weights[:, None] * basis
+    return CutRule(steps, weights[:, None] * basis)
 
 
 @lru_cache
-def _log_rule(order):
-    v, basis = _cut_rule(order, 0.0, True)
-    return basis[:, -1] @ lagrange(gauss_rule(order)[0], v)
+def _log_rule(order: int) -> Array:
+    """Returns weights of values at the nodes in the integral against the logarithm, array (order,)."""
+    rule = _cut_rule(order, 0.0, True)
+    return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.steps)

@@ -8,7 +8,7 @@ from ..contact_solvers.event_driven import FrictionalContact
 from ..errors import BadArgument
 from ..threads import bounded
 from .averages import averaged
-from .kernels import ODD
+from .kernels import ODD_KERNELS
 
 
 @bounded
@@ -18,12 +18,12 @@ def averages(solid, edges, which):
     Parameters
     ----------
     edges : array (n, 2), of the cells (lengths)
-    which : sequence of int, as in `Kernels`
+    which : sequence of int, as in `LineKernels`
     """
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
     found = averaged(solid, middle[:, None] - middle, width, width[:, None], which)
     for number, matrix in zip(which, found):  # rounding apart they are
-        matrix[...] = (matrix - matrix.T) / 2 if number in ODD else (matrix + matrix.T) / 2
+        matrix[...] = (matrix - matrix.T) / 2 if number in ODD_KERNELS else (matrix + matrix.T) / 2
     return found
 
 

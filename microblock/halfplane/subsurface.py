@@ -9,34 +9,43 @@ and Airy's (A + B x2) exp(k x2) bears the pressure p + i k s G Theta and the she
 along k = tau exp(i pi/4) for sources to the left, along its mirror image for those to the right.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_whole
 from ..model.fields import PointFields, points
+from ..model.problem import Problem
 from ..model.quadrature import gauss_rule, lagrange
+from ..model.types import AnyArray, Array, Flags, Integers
 from ..threads import bounded
-from .kernels import path, roots
+from .kernels import ray_rule, roots
+from .panels import PanelGrid
 
 CUT = 3.0  # ratio of distances from the point that an interval of sources spans
 FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
-NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
-ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols of M, imaginary ones of p
+FIELD_NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
+IMAGINARY_OF_P = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # and real of M; others conversely
+TINY = np.finfo(float).tiny  # of parameters, so that an anchor is not divided by
 
 
 @dataclass(frozen=True, eq=False)
-class Fields(PointFields):
+class HalfPlaneFields(PointFields):
     """Fields at points x2 <= 0; theta, theta_slope: the micropolar share of psi, its slope along x2."""
 
-    theta: np.ndarray
-    theta_slope: np.ndarray
+    theta: Array
+    theta_slope: Array
 
 
 @bounded
-def fields_at(solution, x1, x2, accuracy=10):
-    """Fields of a PanelSolution at points, arrays or numbers; `accuracy`, Gauss points on a piece of the
-    path, of 10 leaves about 1e-8 of the largest values. Raises BadArgument above the surface.
+def fields_at(solution: Any, x1: ArrayLike, x2: ArrayLike, accuracy: int = 10) -> HalfPlaneFields:
+    """Returns the fields of a `PanelSolution` at points, arrays or numbers; `accuracy`, Gauss points on a
+    piece of the path, of 10 leaves about 1e-8 of the largest values. Raises BadArgument above the surface.
     """
     require_whole(1, 100, accuracy=accuracy)
     x1, x2, shape = points(x1, x2)
@@ -44,62 +53,66 @@ def fields_at(solution, x1, x2, accuracy=10):
         raise BadArgument("x2", x2, "must not be above the surface")
     # nearer to the surface rounding shows in theta,2
     depth = np.minimum(x2, -1e-7 * solution.problem.solid.ell)
-    values = np.empty((len(NAMES), len(x1)))
-    for place in np.unique(x1):
-        here = x1 == place
-        values[:, here] = _vertical(solution, place, depth[here], accuracy)
+    values = np.empty((len(FIELD_NAMES), len(x1)))
+    for abscissa in np.unique(x1):
+        on_line = x1 == abscissa
+        values[:, on_line] = _on_vertical(solution, abscissa, depth[on_line], accuracy)
     psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
     stress = np.array(((s11, s12), (s21, s22)))
-    found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
-    return found.shaped(shape)
+    fields = HalfPlaneFields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
+    return fields.shaped(shape)
 
 
-def _vertical(state, x1, x2, accuracy):
+def _on_vertical(state: Any, x1: float, x2: Array, accuracy: int) -> Array:
+    """Returns all fields at depths x2, array (n,), below the abscissa x1: array (fields, n)."""
     solid = state.problem.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
     lowest = 1e-9 / size  # the rest of the integral is dropped
     pieces = int(np.ceil(np.log(FAR_TAIL / np.abs(x2).min() / lowest)))
-    k, dk = map(np.ravel, path(lowest, pieces, accuracy))
+    k, dk = (part.ravel() for part in ray_rule(lowest, pieces, accuracy))
     p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, np.abs(x2).min() / 20, accuracy + 4)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
     # difference
-    odd = _modes(state.problem, k, p_difference, M_sum)
-    even = _modes(state.problem, k, p_sum, M_difference)
-    chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES]) * dk
-    s_minus_k = roots(solid, k)[1]
+    amplitudes = _modes(state.problem, k, p_sum, M_difference)
+    crossed = _modes(state.problem, k, p_difference, M_sum)
+    amplitudes |= {name: crossed[name] for name in IMAGINARY_OF_P}
+    a, b, d = np.array([amplitudes[name] for name in FIELD_NAMES]).swapaxes(0, 1) * dk
     classical = np.exp(np.outer(k, x2))
-    micropolar = classical * np.expm1(np.outer(s_minus_k, x2))
-    found = (
-        np.real(chosen[:, 0] @ classical + x2 * (chosen[:, 1] @ classical) + chosen[:, 2] @ micropolar)
-        / np.pi
-    )
+    micropolar = classical * np.expm1(np.outer(roots(solid, k)[1], x2))
+    fields = np.real(a @ classical + x2 * (b @ classical) + d @ micropolar) / np.pi
     # the path leaves out the arc around k = 0, where u1 -> i (1 - 2 nu) p/(2 mu k)
-    found[NAMES.index("u1")] -= (1 - 2 * solid.nu) / (8 * solid.mu) * p_difference[0].real
+    fields[FIELD_NAMES.index("u1")] -= (1 - 2 * solid.nu) / (8 * solid.mu) * p_difference[0].real
     # the level: there u2 -> -(1 - nu) p/(mu k), and the integral of exp(i k ell)/k, which is this, is taken
     # off
-    found[NAMES.index("u2")] -= (
-        (1 - solid.nu) / (np.pi * solid.mu) * state.load * (np.euler_gamma + np.log(lowest * solid.ell))
-    )
-    return found
+    level = np.euler_gamma + np.log(lowest * solid.ell)
+    fields[FIELD_NAMES.index("u2")] -= (1 - solid.nu) / (np.pi * solid.mu) * state.load * level
+    return fields
 
 
-def _modes(problem, k, p, M):
-    """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name."""
+def _modes(problem: Problem, k: AnyArray, p: AnyArray, M: AnyArray) -> dict[str, AnyArray]:
+    """Returns the amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2) from those of
+    pressure and micromoment, arrays (k,): arrays (3, k) by name.
+    """
     solid = problem.solid
-    nu, mu, c, i = solid.nu, solid.mu, (1 - solid.nu) / solid.mu, 1j
+    nu, mu = solid.nu, solid.mu
+    c = (1 - nu) / mu
+    i = 1j
     g = solid.curvature * solid.ell**2
     s, s_minus_k = roots(solid, k)
     if problem.law.clamps_rotation:  # M is whatever keeps psi = R + Theta = 0
         Theta = i * c * p / (1 + c * g * mu * k * s_minus_k)
     else:
         Theta = (M / (g * mu) + i * k * c * p) / (s * (1 + g * (1 - nu) * k * (k / s) * s_minus_k))
-    R, X, none = -i * c * p + c * g * mu * k * s_minus_k * Theta, g * mu * Theta, 0 * k
+    R = -i * c * p + c * g * mu * k * s_minus_k * Theta
+    X = g * mu * Theta
     w = p + i * k * s_minus_k * X
-    psi, theta = np.array((R + Theta, none, Theta)), np.array((Theta, none, Theta))
+    zero = 0 * k
+    psi = np.array((R + Theta, zero, Theta))
+    theta = np.array((Theta, zero, Theta))
     s11 = np.array((p - 2 * w, -k * w, -i * k * s * X))
     s22 = np.array((-p, k * w, i * k * s * X))
-    s12 = np.array((none, i * k * w, -(k**2) * X))
+    s12 = np.array((zero, i * k * w, -(k**2) * X))
     return {
         "psi": psi,
         "theta": theta,
@@ -111,77 +124,118 @@ def _modes(problem, k, p, M):
         "s21": s12 - g * mu / solid.layer_length**2 * theta,
         "s22": s22,
         "m1": i * g * mu * k * psi,
-        "m2": g * mu * np.array((k * R + s * Theta, none, s * Theta)),
+        "m2": g * mu * np.array((k * R + s * Theta, zero, s * Theta)),
     }
 
 
-def _transforms(state, x1, k, nearest, points):
-    """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|)."""
-    found = np.zeros((4, len(k)), complex)
-    # moments of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
-    size, ik, factorials = np.abs(k), 1j * k, np.cumprod([1.0, *range(1, 7)])
-    for distance, weights in _sources(state, x1, nearest, points):
-        # long waves see moments only; in short ones what is this far away has decayed
-        long, short = np.searchsorted(size, (0.1 / distance.max(), FAR_TAIL / distance.min()))
-        found[:, long:short] += weights @ np.exp(np.outer(distance, ik[long:short]))
-        powers = np.vander(ik[:long] * distance.max(), len(factorials), increasing=True) / factorials
-        found[:, :long] += (
-            weights @ np.vander(distance / distance.max(), len(factorials), increasing=True)
-        ) @ powers.T
-    return found
-
-
-def _sources(state, x1, nearest, points):
-    """Distances and weights of pressure and micromoment, (m,) and (4, m), from near to far. Distances are
-    sums of steps: as differences of abscissae they would miss the slope of theta at the surface by percents.
+def _transforms(state: Any, x1: float, k: AnyArray, nearest: float, order: int) -> AnyArray:
+    """Returns sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|):
+    array (4, k).
     """
-    panels, rows = state.whole
-    v0, direction, start, end = _halves(panels, x1)
-    count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
-    cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
-    first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
-    level, half = np.nonzero(first < last)
-    panel = half % len(panels.e)
-    v0, direction, start = v0[half, None], direction[half, None], start[half, None]
-    h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
-
-    def steps(distance):
-        share = (distance - start) / h
-        other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
-        return share / np.maximum(_mean_slope(v0, other, root), np.finfo(float).tiny)
-
-    sigma, gauss = gauss_rule(points)
-    low, high = steps(first[level, half, None]), steps(last[level, half, None])
-    step = low + (high - low) * sigma
-    v = v0 + direction * step
-    distance = start + h * step * _mean_slope(v0, v, root)
-    q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
-    numbers = panel[:, None]
-    force = (
-        (high - low)
-        * gauss
-        * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, np.finfo(float).tiny)))
-    )
-    # 1 where the source lies left of x1
-    side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
-    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
-    moment = state.problem.solid.ell / 2 * lever * force
-    weights = np.array((force, side * force, moment, side * moment))
-    for number in np.unique(level):
-        here = level == number
-        yield distance[here].ravel(), weights[:, here].reshape(4, -1)
+    transforms = np.zeros((4, len(k)), complex)
+    # moments of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
+    size = np.abs(k)
+    ik = 1j * k
+    factorials = np.cumprod([1.0, *range(1, 7)])
+    for distance, weights in _sources(state, x1, nearest, order):
+        # long waves see moments only; in short ones what is this far away has decayed
+        farthest = distance.max()
+        long, short = np.searchsorted(size, (0.1 / farthest, FAR_TAIL / distance.min()))
+        transforms[:, long:short] += weights @ np.exp(np.outer(distance, ik[long:short]))
+        powers = np.vander(ik[:long] * farthest, len(factorials), increasing=True) / factorials
+        moments = weights @ np.vander(distance / farthest, len(factorials), increasing=True)
+        transforms[:, :long] += moments @ powers.T
+    return transforms
 
 
-def _mean_slope(v, w, root):
-    return np.where(root, v + w, 1.0)
+@dataclass(frozen=True, eq=False)
+class PanelHalves:
+    """Panels cut at the points nearest to an abscissa, with the distance from it as their coordinate.
+
+    Attributes
+    ----------
+    panel : array (n,), number of the panel
+    v0, way : arrays (n,), the parameter of the nearest point, and the sign with which v goes away from there
+    start, end : arrays (n,), distances there and at the end of the panel (lengths)
+    h, root : arrays (n,), length of the panel, and whether its abscissae are quadratic in v
+    """
+
+    panel: Integers
+    v0: Array
+    way: Array
+    start: Array
+    end: Array
+    h: Array
+    root: Flags
+
+    def at(self, numbers: Integers) -> PanelHalves:
+        """Returns those of the numbers, array (m,), as columns (m, 1)."""
+        return PanelHalves(**{name: values[numbers, None] for name, values in vars(self).items()})
+
+    def step(self, distance: Array) -> Array:
+        """Returns |v - v0| at distances, columns (m, 1)."""
+        share = (distance - self.start) / self.h
+        v = np.sqrt(np.maximum(self.v0**2 + self.way * share, 0))
+        return share / np.maximum(self.mean_slope(v), TINY)
+
+    def mean_slope(self, v: Array) -> Array:
+        """Returns the mean of |dx/dv|/h from v0 to v, array like v."""
+        return np.where(self.root, self.v0 + v, 1.0)
 
 
-def _halves(panels, x1):
-    """Panels cut at the points nearest to x1: v there, direction, distances there and at the end."""
-    along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
+def _halves(panels: PanelGrid, x1: float) -> PanelHalves:
+    """Returns both halves of all panels about the abscissa x1, the lower ones first."""
+    numbers = np.arange(len(panels.e))
+    along = np.clip((x1 - panels.e) / panels.h, 0, 1)
     v0 = panels.parameter(numbers, x1)
     start = np.abs(x1 - panels.x(numbers, v0))
     start[(along > 0) & (along < 1)] = 0.0
-    length = np.abs(panels.h)
-    ends = start + np.concatenate((length * along, length * (1 - along))).reshape(2, -1)
-    return np.tile(v0, 2), np.repeat((-1.0, 1.0), len(v0)), np.tile(start, 2), ends.ravel()
+    h = np.abs(panels.h)
+    return PanelHalves(
+        panel=np.tile(numbers, 2),
+        v0=np.tile(v0, 2),
+        way=np.repeat((-1.0, 1.0), len(v0)),
+        start=np.tile(start, 2),
+        end=np.concatenate((start + h * along, start + h * (1 - along))),
+        h=np.tile(h, 2),
+        root=np.tile(panels.root, 2),
+    )
+
+
+def _sources(state: Any, x1: float, nearest: float, order: int) -> Iterator[tuple[Array, Array]]:
+    """Yields distances and weights of pressure and micromoment, (m,) and (4, m), from near to far. Distances
+    are sums of steps: as differences of abscissae they would miss the slope of theta at the surface by
+    percents.
+    """
+    halves = _halves(state.whole[0], x1)
+    count = max(0, int(np.ceil(np.log(halves.end.max() / nearest) / np.log(CUT))))
+    cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
+    first = np.maximum(halves.start, cuts[:-1, None])
+    last = np.minimum(halves.end, cuts[1:, None])
+    level, number = np.nonzero(first < last)
+    pieces = halves.at(number)
+    low = pieces.step(first[level, number, None])
+    high = pieces.step(last[level, number, None])
+    sigma, gauss = gauss_rule(order)
+    step = low + (high - low) * sigma
+    v = pieces.v0 + pieces.way * step
+    distance = pieces.start + pieces.h * step * pieces.mean_slope(v)
+    weights = _force_and_moment(state, pieces, v, (high - low) * gauss)
+    for cut in np.unique(level):
+        between = level == cut
+        yield distance[between].ravel(), weights[:, between].reshape(4, -1)
+
+
+def _force_and_moment(state: Any, pieces: PanelHalves, v: Array, dv: Array) -> Array:
+    """Returns force and moment of pieces at parameters v with weights dv, arrays (m, n), as sum and
+    difference of sources to the left and to the right: array (4, m, n).
+    """
+    panels, rows = state.whole
+    panel = pieces.panel
+    q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel[:, 0]])
+    force = dv * (q + panels.slope(panel, v) * panels.logarithm(panel, np.maximum(v, TINY)))
+    # 1 where the source lies left of x1
+    side = np.broadcast_to(-np.sign(panels.h)[panel] * pieces.way, v.shape)
+    lever = state.problem.lever(np.broadcast_to(panels.corner[panel], v.shape), panels.x(panel, v))
+    moment = state.problem.solid.ell / 2 * lever * force
+    return np.array((force, side * force, moment, side * moment))

@@ -1,139 +1,182 @@
-"""Singular places that a second body carries from corner to corner (docs/theory/two_bodies.md).
+"""Pressure singularities that a second body transmits one block length on (docs/theory/two_bodies.md).
 
 A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at x + ell.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..model.intervals import contains, zone_edges
+from ..model.problem import Problem
+from ..model.types import Array, CornerZones, Flags, Integers
 from .kernels import counter_short_waves, short_waves
 
-MOST = 24  # steps
-SAME = 1e-9  # of ell: places this near to each other are one
+MOST_STEPS = 24  # block lengths that a singularity is followed
+SAME_PLACE = 1e-9  # of ell: places this near to each other are one
 
 
-def decay(problem):
-    """Factor by which singularities fade in a step, 0 to 1; 0 without a second body or with one corner.
+def decay(problem: Problem) -> float:
+    """Returns the factor by which singularities fade in a step, 0 to 1; 0 without a second body or with one
+    corner.
 
     ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
     c of the second body.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
         return 0.0
-    (displacement, rotation), own = short_waves(problem.solid), counter_short_waves(problem.counter)
+    displacement, rotation = short_waves(problem.solid)
+    second = counter_short_waves(problem.counter)
     a, b = problem.levers(np.zeros(1))[:, 0]
     coupling = abs(displacement + rotation * a * b)
     if not coupling:
         return 0.0
-    both = (displacement + rotation * a**2 + own) * (displacement + rotation * b**2 + own)
-    half = (both - coupling**2 - own**2) / (2 * coupling * own)
+    product = (displacement + rotation * a**2 + second) * (displacement + rotation * b**2 + second)
+    half = (product - coupling**2 - second**2) / (2 * coupling * second)
     return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
-def ways(problem, order, share=1.0):
-    """Lengths by which places worth `share` are carried on panels of an order."""
+def transmission_lengths(problem: Problem, order: int, share: float = 1.0) -> list[float]:
+    """Returns lengths by which singularities worth `share` are transmitted on panels of an order."""
     factor = decay(problem)
     if not factor:
         return []
     # panels of order 4 leave singularities a share of 1, and for each four points more a digit less
     enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(share)) / np.log(factor)
-    steps = int(np.clip(np.ceil(enough), 0, MOST))
+    steps = int(np.clip(np.ceil(enough), 0, MOST_STEPS))
     return [step * problem.solid.ell for step in range(-steps, steps + 1) if step]
 
 
-def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals} and places they are carried to."""
-    shares, every = {}, problem.all_zones(zones)
+def singular_edges(problem: Problem, zones: CornerZones, order: int) -> list[float]:
+    """Returns edges of zones and places they are transmitted to, ascending."""
+    every = problem.all_zones(zones)
     if not decay(problem):
         return zone_edges(every)
-    whole = np.ptp(zone_edges(zones))
+    width = np.ptp(zone_edges(zones))
+    shares: dict[float, float] = {}
     for intervals in every.values():
         edges = np.ravel(intervals)
-        apart = np.minimum(np.diff(edges) / whole, 1.0)
-        near = np.sqrt(np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0)))
-        shares |= {x: max(share, shares.get(x, 0.0)) for x, share in zip(edges.tolist(), near.tolist())}
+        apart = np.minimum(np.diff(edges) / width, 1.0)
+        nearest = np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0))
+        for x, share in zip(edges.tolist(), np.sqrt(nearest).tolist()):
+            shares[x] = max(share, shares.get(x, 0.0))
     return transmitted_singularities(problem, shares, order)
 
 
-def transmitted_singularities(problem, shares, order):
-    """{place: worth} and where they are carried, ascending list."""
-    found = sorted(shares)
-    for x in sorted(x + way for x, share in shares.items() for way in ways(problem, order, share)):
-        if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
-            found.append(x)
-    return sorted(found)
+def transmitted_singularities(problem: Problem, shares: Mapping[float, float], order: int) -> list[float]:
+    """Returns the places of singularities, {place: worth}, and where they are transmitted to, ascending."""
+    places = sorted(shares)
+    transmitted = [
+        x + way for x, share in shares.items() for way in transmission_lengths(problem, order, share)
+    ]
+    for x in sorted(transmitted):
+        if min(abs(place - x) for place in places) > SAME_PLACE * problem.solid.ell:
+            places.append(x)
+    return sorted(places)
 
 
-def log_sizes(problem, zones, order):
-    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
-    whole, found = problem.all_zones(zones), {kink: {} for kink in problem.kinks}
-    if not found:
-        return found
-    most = MOST if decay(problem) else 0  # its end is none of the problem's
-    corner, step = np.divmod(np.arange((2 * most + 1) * len(whole)), 2 * most + 1)
-    kinks = np.array([*found])
-    places = kinks[:, None] + (step - most) * problem.solid.ell
-    jumps = np.array([[known.get(each, 0.0) for each in corner] for known in problem.kinks.values()])
-    jumps = jumps.reshape(places.shape) * (step == most)
-    closed = np.empty(places.shape, bool)
-    for each, intervals in whole.items():
-        edges, x = np.sort(np.ravel(intervals)), places[:, corner == each]
-        before, through = (np.searchsorted(edges, x, side=side) for side in ("left", "right"))
-        closed[:, corner == each] = (before == through) & (before % 2 == 1)
-    met = np.flatnonzero(closed.any(axis=1))
-    for rows in np.array_split(met, 1 + len(met) * len(corner) ** 2 // 10**6):  # of 10 MB
-        sizes = sizes_at(problem, places[rows], corner, closed[rows], jumps[rows])
-        least = 10 ** (-order / 4) * np.abs(sizes).max(axis=1, initial=0.0)
-        for row, n in np.argwhere(closed[rows] & (np.abs(sizes) >= least[:, None])):
-            x, size = float(places[rows[row], n]), float(sizes[row, n])
-            near = (other for other in found if abs(other - x) <= SAME * problem.solid.ell)
-            at = found.setdefault(x if x in found else next(near, x), {})
-            at[int(corner[n])] = at.get(int(corner[n]), 0.0) + size
-    return {place: sizes for place, sizes in found.items() if sizes}
+@dataclass(frozen=True, eq=False)
+class Chains:
+    """Contact points of all corners, block lengths apart, on either side of each slope discontinuity.
 
-
-def sizes_at(problem, x, corner, closed, jumps):
-    """K of ``p ~ K log(1/|x - place|)`` at places of numbered corners, of which some are closed, from jumps
-    of the slope: arrays (k, n), the numbers (n,).
+    Attributes
+    ----------
+    x : array (kinks, n), abscissae
+    corner : array (n,), numbers of the corners
+    jumps : array (kinks, n), of the slopes of the gaps
+    closed : boolean array (kinks, n), whether the corner is in contact
     """
-    between = _short_waves_between(problem, x, corner)
-    both = closed[:, None] & closed[..., None]
-    between = np.where(both, between, np.eye(len(corner)))
-    return np.linalg.solve(between, (closed * jumps)[..., None])[..., 0] / np.pi
+
+    x: Array
+    corner: Integers
+    jumps: Array
+    closed: Flags
 
 
-def log_sizes_of(problem, zones, places, corner):
-    """K of ``p ~ K log(1/|x - place|)`` of a corner, were it closed at these slope discontinuities, array
-    (k,).
+def _chains(problem: Problem, zones: CornerZones) -> Chains:
+    """Returns the Chains of the zones of all corners, of one link where nothing is transmitted."""
+    most = MOST_STEPS if decay(problem) else 0  # its end is none of the problem's
+    corner, step = np.divmod(np.arange((2 * most + 1) * len(zones)), 2 * most + 1)
+    x = np.array([*problem.kinks])[:, None] + (step - most) * problem.solid.ell
+    jumps = [[jumps.get(number, 0.0) for number in corner] for jumps in problem.kinks.values()]
+    closed = np.empty(x.shape, bool)
+    for number, intervals in zones.items():
+        edges = np.sort(np.ravel(intervals))
+        before = np.searchsorted(edges, x[:, corner == number], side="left")
+        through = np.searchsorted(edges, x[:, corner == number], side="right")
+        closed[:, corner == number] = (before == through) & (before % 2 == 1)
+    return Chains(x, corner, np.reshape(jumps, x.shape) * (step == most), closed)
+
+
+def log_sizes(problem: Problem, zones: CornerZones, order: int) -> dict[float, dict[int, float]]:
+    """Returns {contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
+    sizes: dict[float, dict[int, float]] = {kink: {} for kink in problem.kinks}
+    if not sizes:
+        return sizes
+    chains = _chains(problem, problem.all_zones(zones))
+    met = np.flatnonzero(chains.closed.any(axis=1))
+    for rows in np.array_split(met, 1 + len(met) * len(chains.corner) ** 2 // 10**6):  # of 10 MB
+        K = sizes_at(problem, chains.x[rows], chains.corner, chains.closed[rows], chains.jumps[rows])
+        least = 10 ** (-order / 4) * np.abs(K).max(axis=1, initial=0.0)
+        for row, n in np.argwhere(chains.closed[rows] & (np.abs(K) >= least[:, None])):
+            x = float(chains.x[rows[row], n])
+            near = (place for place in sizes if abs(place - x) <= SAME_PLACE * problem.solid.ell)
+            at_place = sizes.setdefault(x if x in sizes else next(near, x), {})
+            corner = int(chains.corner[n])
+            at_place[corner] = at_place.get(corner, 0.0) + float(K[row, n])
+    return {place: by_corner for place, by_corner in sizes.items() if by_corner}
+
+
+def sizes_at(problem: Problem, x: Array, corner: Integers, closed: Flags, jumps: Array) -> Array:
+    """Returns K of ``p ~ K log(1/|x - place|)`` at places of numbered corners, of which some are closed, from
+    jumps of the slope: arrays (k, n), the numbers (n,).
     """
-    whole = problem.all_zones(zones)
-    numbers, x = np.arange(len(whole)), np.tile(places[:, None], len(whole))
-    closed = np.transpose([contains(whole[number], places) | (number == corner) for number in numbers])
+    coupled = closed[:, None] & closed[..., None]
+    limits = np.where(coupled, _short_waves_between(problem, x, corner), np.eye(len(corner)))
+    K = np.linalg.solve(limits, (closed * jumps)[..., None])[..., 0]
+    return np.asarray(K, float) / np.pi
+
+
+def log_sizes_of(problem: Problem, zones: CornerZones, places: Array, corner: int) -> Array:
+    """Returns K of ``p ~ K log(1/|x - place|)`` of a corner, were it closed at these slope discontinuities,
+    arrays (k,).
+    """
+    every = problem.all_zones(zones)
+    numbers = range(len(every))
+    x = np.tile(places[:, None], len(every))
+    closed = np.transpose([contains(every[number], places) | (number == corner) for number in numbers])
     jumps = np.array([[problem.kinks[place].get(number, 0.0) for number in numbers] for place in places])
-    return sizes_at(problem, x, numbers, closed, jumps)[:, corner]
+    return sizes_at(problem, x, np.array(numbers), closed, jumps)[:, corner]
 
 
-def _short_waves_between(problem, x, corner):
-    """Limits of k times the gaps from pressures between places of corners, (..., n): array (..., n, n)."""
-    lever = np.reshape(problem.lever(np.resize(corner, x.size), x.ravel()), x.shape)
-    pressed, near = x - np.array(problem.shifts)[corner], SAME * problem.solid.ell
-    displacement, rotation = short_waves(problem.solid)
-    same, opposite = (np.abs(own[..., None] - own[..., None, :]) < near for own in (x, pressed))
-    own = same * (displacement + rotation * lever[..., None] * lever[..., None, :])
-    return own + opposite * counter_short_waves(problem.counter)
-
-
-def meeting_exponent(problem, zones, x):
-    """s of p ~ x^s where edges of two corners meet at x: that of `coalescence_exponent`, of these levers and
-    of what a second body carries.
+def _short_waves_between(problem: Problem, x: Array, corner: Integers) -> Array:
+    """Returns limits of k times the gaps from pressures between places of corners, (..., n): array
+    (..., n, n).
     """
-    others = [
+    lever = np.reshape(problem.lever(np.resize(corner, x.size), x.ravel()), x.shape)
+    below = x - np.array(problem.shifts)[corner]  # on the second body
+    displacement, rotation = short_waves(problem.solid)
+    tolerance = SAME_PLACE * problem.solid.ell
+    same = np.abs(x[..., None] - x[..., None, :]) < tolerance
+    opposite = np.abs(below[..., None] - below[..., None, :]) < tolerance
+    first = same * (displacement + rotation * lever[..., None] * lever[..., None, :])
+    return first + opposite * counter_short_waves(problem.counter)
+
+
+def meeting_exponent(problem: Problem, zones: CornerZones, x: float) -> float:
+    """Returns s of p ~ x^s where edges of two corners meet at x: that of `coalescence_exponent`, of these
+    levers and of what a second body transmits.
+    """
+    closed = [
         (x + way, corner)
-        for way in ways(problem, 26)
+        for way in transmission_lengths(problem, 26)
         for corner, intervals in zones.items()
         if any(left < x + way < right for left, right in intervals)
     ]
-    places, corner = map(np.array, zip((x, 0), (x, 1), *others))
+    places, corner = map(np.array, zip((x, 0), (x, 1), *closed))
     matrix = _short_waves_between(problem, places, corner)
-    own = matrix[:2, :2] - matrix[:2, 2:] @ np.linalg.solve(matrix[2:, 2:], matrix[2:, :2])
-    return float(np.arccos(own[0, 1] / np.sqrt(own[0, 0] * own[1, 1])) / np.pi)
+    met = matrix[:2, :2] - matrix[:2, 2:] @ np.linalg.solve(matrix[2:, 2:], matrix[2:, :2])
+    return float(np.arccos(met[0, 1] / np.sqrt(met[0, 0] * met[1, 1])) / np.pi)

@@ -27,7 +27,7 @@ def symbol(solid, k):
     unless k > 0.
     """
     k = np.asarray(k, float)
-    U, V, W = kernels.symbol(solid, k.ravel()).reshape(3, *k.shape)
+    U, V, W = kernels.plane_symbol(solid, k.ravel()).reshape(3, *k.shape)
     return U, V, W, along(solid, k)
 
 

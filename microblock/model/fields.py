@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_numbers
 from .types import Array, Integers
+
+Fields = TypeVar("Fields", bound="PointFields")
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +39,7 @@ class PointFields:
     stress: Array
     couple_stress: Array
 
-    def shaped(self, shape: tuple[int, ...]) -> PointFields:
+    def shaped(self: Fields, shape: tuple[int, ...]) -> Fields:
         return replace(
             self, **{name: own.reshape((*own.shape[:-1], *shape)) for name, own in vars(self).items()}
         )

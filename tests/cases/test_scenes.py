@@ -11,7 +11,7 @@ import microblock as mb
 from cases import friction, own_mesh, punch3d, rough, rough3d, samples, sphere, two_bodies, wave
 from cases.__main__ import main
 from cases.closed_forms import ThinLayer
-from microblock.halfplane.kernels import symbol
+from microblock.halfplane.kernels import plane_symbol
 
 
 def change(coarse, fine):
@@ -126,7 +126,7 @@ def test_all_corners_close_at_the_load_of_the_closed_form():
     """
     state = wave.solve(loads=1)["microblocks"][0]
     k, half = 2 * np.pi, np.pi * state.solid.ell
-    (U,), (V,), (W,) = symbol(state.solid, np.array([k]))
+    (U,), (V,), (W,) = plane_symbol(state.solid, np.array([k]))
     waves = wave.AMPLITUDE * np.array((np.cos(half), np.sin(half)))
     closure = np.hypot(*np.linalg.solve([[U, V], [V, W]], waves))
     assert closure == pytest.approx(1.33, abs=0.005)  # as the script says

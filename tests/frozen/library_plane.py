@@ -159,7 +159,7 @@ def of_second_bodies():
             zones = {0: ((-0.3, 0.1),), 1: ((-0.1, 0.3),)}
             rows |= {
                 f"{row} decay": transmitted_singularities.decay(problem),
-                f"{row} edges": digest(transmitted_singularities.carried_edges(problem, zones, 8)),
+                f"{row} edges": digest(transmitted_singularities.singular_edges(problem, zones, 8)),
                 f"{row} exponent": transmitted_singularities.meeting_exponent(problem, zones, 0.0),
                 f"{row} logarithms": digest(
                     [

@@ -22,7 +22,7 @@ from microblock.fem import friction, meshes
 from microblock.fem.friction import FrictionFacets
 from microblock.halfplane.averages import averaged
 from microblock.halfplane.friction_solver import _with_errors as with_errors
-from microblock.halfplane.kernels import symbol
+from microblock.halfplane.kernels import plane_symbol
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
 from tests.bodies import on_ground
@@ -72,7 +72,7 @@ def test_a_wave_on_cells_answers_as_in_fourier_space():
     waves, weights = np.polynomial.legendre.leggauss(400)
     waves, weights = 4 * (waves + 1) + 1e-3, 4 * weights  # 1e-3 to 8: the packet has exp(-18) at 0 and at 8
     packet = width * np.sqrt(np.pi / 2) * np.exp(-((waves - k) ** 2) * width**2 / 2) * weights
-    U, V, W = symbol(body, waves)
+    U, V, W = plane_symbol(body, waves)
     Y = U - 1 / (2 * body.mu * waves)
     matrix = np.array([[U, -1j * Y, 1j * V], [1j * Y, U, -V], [-1j * V, -V, W]])
     loads = np.array([[1, 1, 0], [0, 0, 1], [1, -1, -1]])  # p, q, m from A, B and the shear

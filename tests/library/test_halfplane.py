@@ -25,7 +25,7 @@ from microblock import (
     Unilateral,
     Wedge,
 )
-from microblock.halfplane.kernels import Kernels, clamped, symbol
+from microblock.halfplane.kernels import LineKernels, clamped, plane_symbol
 from tests import closed_forms
 
 DIGITS = 60
@@ -159,7 +159,7 @@ def test_symbol_is_that_of_the_modes(solid):
                     for values in zip(*((mode.u2[0], mode.u1[2], mode.psi[2]) for mode in solutions))
                 )
                 exact[-1].append((-u2, u1, half * psi))
-    U, V, W = symbol(solid, DECADES / solid.ell)
+    U, V, W = plane_symbol(solid, DECADES / solid.ell)
     np.testing.assert_allclose(
         (U, V, W), np.array(exact, float)[:, [0, 0, 2], [0, 2, 2]].T, rtol=3e-15, atol=1e-55
     )
@@ -189,7 +189,7 @@ def kernel_by_quadrature(solid, number, x):
 
     def rest(k):
         k = max(k, 1e-100)  # quad looks at 0, too
-        U, V, W = symbol(solid, np.array([k]))[:, 0]
+        U, V, W = plane_symbol(solid, np.array([k]))[:, 0]
         value = (-2 * solid.curvature * (1 - solid.nu) * k * V / c, V / c, W / c, -V / W / 2, V / W)[base]
         return value - tail * (k / (k * k + r * r) if odd else 1 / np.hypot(k, r))
 
@@ -207,7 +207,7 @@ def test_far_field_splits_off(solid):
     """U = c/k - 2 gamma' ell (1 - nu) k V and U - V^2/W = c/k - c ell V/(2 W): two of the three are
     enough."""
     solid, k = solid_of(*solid), DECADES
-    U, V, W = symbol(solid, k)
+    U, V, W = plane_symbol(solid, k)
     c = (1 - solid.nu) / solid.mu
     # rounding of c/k, of which c_u/c = 1/5 is the least that is left
     np.testing.assert_allclose(
@@ -220,14 +220,14 @@ def test_far_field_splits_off(solid):
 def test_kernels_are_transforms_of_the_symbol(solid):
     """Of the table, which is integrated along a rotated ray, 1e-12 is promised; quad obtains 1e-14."""
     x = np.array([0.02, 0.3, 1.0, 4.0, 30.0])
-    table, solid = Kernels(*solid), solid_of(*solid, ell=1.0)
+    table, solid = LineKernels(*solid), solid_of(*solid, ell=1.0)
     direct = [[kernel_by_quadrature(solid, number, place) for place in x] for number in range(9)]
     np.testing.assert_allclose(table(x, range(9)), direct, rtol=0, atol=2e-12)
 
 
 @pytest.mark.parametrize("solid", FEW)
 def test_near_the_load_kernels_are_logarithms(solid):
-    table, L = Kernels(*solid), solid_of(*solid, ell=1.0).layer_length
+    table, L = LineKernels(*solid), solid_of(*solid, ell=1.0).layer_length
     c, c_u, c_psi = stiffness(solid_of(*solid))
     near, nearer = table(L * np.array([1e-7, 1e-8]), range(5)).T
     # the next terms are x^2 log(x): 1e-13; the rest is that of the table
@@ -241,7 +241,7 @@ def test_near_the_load_kernels_are_logarithms(solid):
 
 @pytest.mark.parametrize("solid", FEW)
 def test_far_from_the_load_kernels_are_classical(solid):
-    table, x = Kernels(*solid), np.array([1e7, 1e8, 1e10])
+    table, x = LineKernels(*solid), np.array([1e7, 1e8, 1e10])
     U, V, W, fixed, moment = table(x, range(5))
     # corrections are of the order (L/x)^2 = 1e-13
     np.testing.assert_allclose(U, -np.log(x) / np.pi, rtol=1e-12)
@@ -250,7 +250,7 @@ def test_far_from_the_load_kernels_are_classical(solid):
     # W(k) = W(0) - (c ell^2/4) k + ..., its kink makes the tail; at 1e10 it is 1e-10 of V
     np.testing.assert_allclose(x**2 * W, -1 / (4 * np.pi), rtol=1e-5)
     # V/W at k = 0, and pi x from the jump of the sign of k
-    U, V, W = symbol(solid_of(*solid, ell=1.0), np.array([1e-12]))[:, 0]
+    U, V, W = plane_symbol(solid_of(*solid, ell=1.0), np.array([1e-12]))[:, 0]
     np.testing.assert_allclose(x * moment, V / W / np.pi, rtol=1e-9)
 
 
@@ -276,7 +276,7 @@ materials = strategies.tuples(
     strategies.lists(strategies.one_of(strategies.just(0.0), decades(-20, 12)), min_size=1, max_size=5),
 )
 def test_kernels_of_anything(material, x):
-    table = Kernels(*material)
+    table = LineKernels(*material)
     values = table(np.array(x), range(5))
     assert np.all(np.isfinite(values))
     np.testing.assert_array_equal(table(-np.array(x), (0, 1)), values[:2] * [[1], [-1]])

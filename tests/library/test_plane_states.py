@@ -13,7 +13,7 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import contact_violations as survey_module
 from microblock.halfplane import edges, panel_solution
-from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, short_waves, symbol
+from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, short_waves, plane_symbol
 from microblock.halfplane.transmitted_singularities import log_sizes, meeting_exponent
 from microblock.model.problem import Problem
 from tests import closed_forms
@@ -228,7 +228,7 @@ def test_full_contact_with_a_wave_is_that_of_the_symbol(rtol):
     """Between centres too, where the estimate speaks of a polygon."""
     state = mb.Contact(mb.HalfPlane(SOLID, period=1.0), WAVE, mb.Unilateral()).solve(load=9.0, rtol=rtol)
     x = np.linspace(-0.5, 0.5, 20001)[1:]
-    exact = 9.0 + WAVE.amplitude / symbol(SOLID, [2 * np.pi])[0, 0] * np.cos(2 * np.pi * x)
+    exact = 9.0 + WAVE.amplitude / plane_symbol(SOLID, [2 * np.pi])[0, 0] * np.cos(2 * np.pi * x)
     assert exact.min() > 0 and difference(state, exact, x) <= state.error_estimate <= rtol
     assert state.pressure_at(x).mean() == pytest.approx(9.0, rel=1e-9)
 
@@ -542,7 +542,7 @@ def test_all_closed_on_a_period_corners_follow_the_waves():
     obstacle = mb.Deformable(mb.HalfPlane(upper, period=1.0), mb.Wave(depth, 1.0))
     method = mb.Cells(nodes=256, residual=1e-12)
     state = mb.Contact(mb.HalfPlane(lower, period=1.0), obstacle, mb.Microblock(), method).solve(load=1.0)
-    (U,), (V,), (W,) = symbol(lower, np.array([k]))
+    (U,), (V,), (W,) = plane_symbol(lower, np.array([k]))
     phase = np.exp(1j * k * np.array((-ell / 2, ell / 2)))  # from the contact point to A and to B
     matrix = np.array([[U + a * b * W + 1j * V * (b - a) for b in (1, -1)] for a in (1, -1)])
     matrix = matrix + normal_symbol(upper, np.array([k])) * np.outer(phase, phase.conj())

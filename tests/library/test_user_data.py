@@ -821,7 +821,7 @@ def test_a_second_sphere_touches_where_hertz_and_boussinesq_say():
 
 
 def test_panels_with_wrong_zones_leave_the_path_to_cells(monkeypatch):
-    monkeypatch.setattr(zone_path, "NEAR", -1.0)  # no zones are right then
+    monkeypatch.setattr(zone_path, "SCAN_TOLERANCE", -1.0)  # no zones are right then
     samples = mb.Obstacle.from_samples([-1, -0.6, -0.2, 0.2, 0.6, 1.0], [0.08, 0.012, 0, 0.006, 0.02, 0.1])
     path = ZonePath(mb.Contact(GROUND, samples, mb.Microblock()).solver, 1.0, None)
     assert any("cells instead of panels" in words for words in path.warnings)
@@ -867,5 +867,5 @@ def test_doubt_of_an_event_reaches_the_load_where_it_is(monkeypatch, true, share
 
     path = ZonePath(mb.Contact(GROUND, mb.Cylinder(1.0), mb.Unilateral()).solver, 10.0, None)
     path._solver = SimpleNamespace(at=lambda load, rtol: state(load, 1 + (load > true)))
-    monkeypatch.setattr(zone_path, "_zones", lambda one: one.zones)
+    monkeypatch.setattr(zone_path, "named_zones", lambda one: one.zones)
     assert path._missed(state(1.0, 1), state(1.05, 2)) == pytest.approx(share * 1.05)
