@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import require, require_depth, require_finite
-from ..model.intervals import runs
+from ..model.intervals import distance_to_root, runs
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -108,8 +108,8 @@ class GroundSolver(Solver):
         outside = abs(x[min(max(i + side, 0), len(x) - 1)] - x[i])
         if i == j:
             return float(x[i] + side * outside / 2)
-        step, fall = x[i] - x[i - side], p[i - side] ** 2 - p[i] ** 2
-        return float(x[i] + side * min(outside, abs(step) * p[i] ** 2 / fall if fall > 0 else outside))
+        past = distance_to_root(abs(x[i] - x[i - side]), p[i], p[i - side])
+        return float(x[i] + side * min(outside, past))
 
     def ends(self):
         """Contact points at which a corner meets an end of the obstacle."""

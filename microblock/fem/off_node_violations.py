@@ -121,9 +121,8 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
             far = min([reach, *(0.4 * abs(edge - place) for edge in edges if edge != place)])
             r, sides = np.abs(x - place), np.count_nonzero([(x < place).any(), (x > place).any()])
             i = np.argmin(np.where(r > 0.02 * far, r, np.inf))  # nearer nodes do not follow the logarithm
-            r0 = float(min(far, r[i] * np.exp(pressures[corner, i] / K)))
-            worth = float(np.sqrt(2 * r0 * sides) * abs(K))
-            yield Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth)
+            r0, worth = missed_contact.log_tension(r[i], pressures[corner, i], K, far)
+            yield Violation(corner, place - 2 * r0, place + 2 * r0, 0.0, worth * float(np.sqrt(sides)))
 
 
 def of_body(state):

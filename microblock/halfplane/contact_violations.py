@@ -10,7 +10,7 @@ from numpy.polynomial.legendre import legvander
 from ..contact_solvers.rounding import EPS_TERM
 from ..errors import BadArgument
 from ..model.intervals import borders, contains, runs
-from ..model.missed_contact import Violation, overlaps
+from ..model.missed_contact import Violation, log_tension, overlaps
 from ..model.problem import half_line
 from .panels import panels_outside
 
@@ -120,17 +120,16 @@ def _tensile(state, size):
 
 
 def _at_valleys(state, size):
-    """Tension beside slope discontinuities: with ``p = A + K log(|h|/r)``, K < 0, up to ``r0 = |h|
-    exp(A/K)``, worth sqrt(2 r0) |K|.
-    """
-    panels, v = state.panels, state.panels.points[0][0]
+    """Yields tension beside slope discontinuities, where ``p = A + K log(|h|/r)`` with K < 0."""
+    panels = state.panels
+    v = panels.points[0][0]
     for number in np.flatnonzero(panels.log_size < 0):
-        smooth, K = state.q[number * panels.order] / panels.slope(number, v), panels.log_size[number]
+        smooth = state.q[number * panels.order] / panels.slope(number, v)
         if smooth + panels.logarithm(number, v) > 0:  # else the nodes show it
-            reach = panels.h[number] * np.exp(smooth / K)
-            left, right = sorted((panels.e[number], panels.e[number] + reach))
-            worth = float(np.sqrt(2 * abs(reach)) * abs(K) / size)
-            yield Violation(int(panels.corner[number]), float(left), float(right), 0.0, worth)
+            r0, worth = log_tension(abs(panels.h[number]), smooth, panels.log_size[number])
+            end = panels.e[number] + np.copysign(r0, panels.h[number])
+            left, right = sorted((panels.e[number], end))
+            yield Violation(int(panels.corner[number]), float(left), float(right), 0.0, worth / size)
 
 
 def _beyond(problem, corner, surface):

@@ -24,7 +24,7 @@ from ..threads import with_outer_threads
 from .kernels import gap_kernel
 from .panel_solution import PanelErrors, PanelSolution
 from .panels import PanelGrid, make_panels, response
-from .second_half_plane import counter_kernel
+from .second_half_plane import second_body_kernel
 from .transmitted_singularities import decay, log_sizes_of
 
 TIP_WIDTH = 1e-10  # of the width of all zones: an edge this near to a tip lies on it
@@ -47,7 +47,9 @@ def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array
     matrix, raised = response(problem, panels, x, problem.lever(corner, x), gap_kernel)
     if problem.counter is not None:
         below = x - np.array(problem.shifts)[corner]
-        by_counter, counter_raised = response(problem, panels, below, 0 * x, counter_kernel, problem.shifts)
+        by_counter, counter_raised = response(
+            problem, panels, below, 0 * x, second_body_kernel, problem.shifts
+        )
         matrix = matrix + by_counter
         raised = raised + counter_raised
     system[:count, :count] = matrix

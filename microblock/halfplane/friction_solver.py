@@ -21,9 +21,9 @@ from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import best_or_raise, is_last, levels
 from ..model.state import ErrorParts, State
-from .friction_cells import Feature, cells, fixed, touching
+from .friction_cells import Feature, cells, first_features, named_places
 from .friction_edges import zones_on_cells
-from .shear_cells import frictional_contact, surface, with_counter
+from .shear_cells import frictional_contact, surface, with_second_body
 
 # of the errors of two levels: 2 to 6 as seen where it is measured, and a small change may be luck
 RATIOS, UNKNOWN = (1.4, 2.5), 2.0
@@ -105,7 +105,7 @@ class FrictionCells(OfMoment):
             self.pressures,
             self.problem.law.friction * self.pressures.sum(axis=0),
             self.shear_traction,
-            fixed(self.problem),
+            named_places(self.problem),
             self.problem.law.corners,
         )
 
@@ -272,7 +272,7 @@ class FrictionSolver:
         first = max(a / 20, width / 200)
         # smaller cells at edges than a quarter of the square of the fineness gain nothing
         smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
-        features = touching(self.problem, fineness)
+        features = first_features(self.problem, fineness)
         if before is None:
             return self.on(cells(self.problem, first / a, features), first)
         known = _features(before, smallest)
@@ -290,7 +290,7 @@ class FrictionSolver:
         forces = corners + (1 if self.problem.counter is None else corners)
         cost.require_history(len(edges), forces * len(edges), len(self.pairs))
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
-        path = EventDrivenContact(with_counter(own, self.problem, edges))
+        path = EventDrivenContact(with_second_body(own, self.problem, edges))
         solutions = [self._solution(edges, own, path, *pair) for pair in self.pairs.tolist()]
         changes = events(path.changes, own.friction, edges, self.pairs)
         steep = [float(edge) for one in solutions for edge in one.edges[one.jumping, 1]]

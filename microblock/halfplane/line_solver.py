@@ -25,7 +25,7 @@ from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol
 from .kinks import corrections, logarithms
 from .sampling_uncertainty import MOST, sampling_uncertainty, with_sampling_note
-from .second_half_plane import CounterCells
+from .second_half_plane import SecondHalfPlane
 from .transmitted_singularities import sizes_at
 
 
@@ -210,7 +210,7 @@ class LineSolver(CellSolver):
         """The `Flexibility` of the law's corners on a Grid, with the second body."""
         body, solid, count, width = self.body, self.solid, grid.count, grid.width
         counter, periodic, clamped = self.problem.counter, self.period is not None, self.law.clamps_rotation
-        other = counter and CounterCells(counter, self.problem.shifts, width, count, periodic)
+        other = counter and SecondHalfPlane(counter, self.problem.shifts, width, count, periodic)
 
         def cells():
             found = body.cells(count, width, (3, 4) if clamped else (0, 1, 2))

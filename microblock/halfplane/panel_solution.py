@@ -15,7 +15,7 @@ from ..model.types import CornerZones
 from ..threads import bounded
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import PanelGrid, response
-from .second_half_plane import counter_kernel
+from .second_half_plane import second_body_kernel
 from .subsurface import fields_at
 from .transmitted_singularities import transmitted_singularities
 
@@ -187,7 +187,7 @@ class OnPanels(LineSolution):
         none = np.zeros_like(x)
         if self.problem.counter is None:
             return none
-        return self._response(x, none, counter_kernel, self.problem.shifts)
+        return self._response(x, none, second_body_kernel, self.problem.shifts)
 
     @bounded
     def surface(self, window=None):

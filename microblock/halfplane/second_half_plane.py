@@ -2,27 +2,38 @@
 equal cells (docs/theory/two_bodies.md).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from ..contact_solvers.fft_compliance import wavenumbers
+from ..model.material import Cosserat
+from ..model.problem import Problem
+from ..model.types import Array
 from .averages import averaged
 from .kernels import normal_symbol, on_the_line
 
 
-def counter_kernel(problem, distance, target, source):
-    """Displacement of the second body under a unit force (length/force)."""
+def second_body_kernel(problem: Problem, distance: Array, target: Array, source: Array) -> Array:
+    """Returns the displacement of the second body under a unit force, at distances (length/force)."""
+    assert problem.counter is not None
     return on_the_line(problem.counter, distance, (0,))[0]
 
 
-def counter_flexibility(problem, x, widths):
-    """Gaps of all corners from pressures of cells by way of the second body: array (corners n, corners n)."""
-    places = np.concatenate([x - shift for shift in problem.shifts])
+def second_body_flexibility(problem: Problem, x: Array, widths: Array) -> Array:
+    """Returns gaps of all corners from pressures of cells about x, array (n,), by way of the second body:
+    array (corners n, corners n).
+    """
+    below = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
-    return averaged(problem.counter, places[:, None] - places, widths, widths[:, None], (0,))[0]
+    assert problem.counter is not None
+    return averaged(problem.counter, below[:, None] - below, widths, widths[:, None], (0,))[0]
 
 
-class CounterCells:
+class SecondHalfPlane:
     """Gaps of all corners from their forces on equal cells, by way of the second body: that of corner a gets
     U2 exp(-i k (s_a - s_b)) from the force of corner b.
 
@@ -33,28 +44,30 @@ class CounterCells:
     smooth, phase : arrays, U2 and k times half the way between the corners, of the preconditioner
     """
 
-    def __init__(self, solid, shifts, width, count, periodic):
-        self.length, near = count, count
-        if not periodic:
-            self.length, near = (next_fast_len(parts * count, real=True) for parts in (2, 1))
-        (way,), k = wavenumbers(near, width, 1)
-        ways = np.array([[one - other for other in shifts] for one in shifts])
-        self.smooth, self.phase = normal_symbol(solid, k) / width, way * np.ptp(shifts) / 2
+    def __init__(
+        self, solid: Cosserat, shifts: Sequence[float], width: float, count: int, periodic: bool
+    ) -> None:
+        self.length = count if periodic else next_fast_len(2 * count, real=True)
+        (k_signed,), k = wavenumbers(count if periodic else next_fast_len(count, real=True), width, 1)
+        self.smooth = normal_symbol(solid, k) / width
+        self.phase = k_signed * np.ptp(shifts) / 2
+        ways = np.subtract.outer(shifts, shifts)[..., None]
         if periodic:
-            self.spectra = np.where(way == 0, 0.0, self.smooth) * np.exp(-1j * way * ways[..., None])
+            self.spectra = np.where(k_signed == 0, 0.0, self.smooth) * np.exp(-1j * k_signed * ways)
             if count % 2 == 0:
                 self.spectra[..., -1] = self.spectra[..., -1].real
         else:
             cells = np.fft.fftfreq(self.length, 1 / self.length)
-            apart = np.where(np.abs(cells) < count, cells, 0.0) * width
-            (kernels,) = averaged(solid, apart - ways[..., None], width, width, (0,))
-            self.spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
+            inside = np.abs(cells) < count
+            (kernels,) = averaged(solid, np.where(inside, cells, 0.0) * width - ways, width, width, (0,))
+            self.spectra = rfft(np.where(inside, kernels, 0.0))
 
-    def __matmul__(self, forces):
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns the gaps from forces, arrays (corners, n)."""
         waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
-        return irfft(waves, self.length)[:, : forces.shape[1]]
+        return np.asarray(irfft(waves, self.length)[:, : forces.shape[1]], float)
 
-    def added(self, R, displaced):
-        """R of a body with corners, plus this one's."""
+    def added(self, R: Array, displaced: Array) -> Array:
+        """Returns R of a body with corners, plus this one's."""
         corners = np.array((np.cos(self.phase), np.sin(self.phase)))
         return R + self.smooth * corners[:, None] * corners

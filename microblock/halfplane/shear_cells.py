@@ -1,34 +1,45 @@
 """Averaged compliances with shear between cells of any width (docs/theory/friction.md)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ..contact_solvers.event_driven import FrictionalContact
+from ..contact_solvers.event_driven import FrictionalContact, FrictionState
 from ..errors import BadArgument
+from ..model.material import Cosserat
+from ..model.problem import Problem
+from ..model.types import Array
 from ..threads import bounded
 from .averages import averaged
 from .kernels import ODD_KERNELS
 
 
 @bounded
-def averages(solid, edges, which):
-    """Kernels averaged over cell i and over cell j: array (len(which), n, n) of lengths per force.
+def averages(solid: Cosserat, edges: Array, which: Sequence[int]) -> Array:
+    """Returns kernels averaged over cell i and over cell j: array (len(which), n, n) of lengths per force.
 
     Parameters
     ----------
     edges : array (n, 2), of the cells (lengths)
     which : sequence of int, as in `LineKernels`
     """
-    middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
-    found = averaged(solid, middle[:, None] - middle, width, width[:, None], which)
-    for number, matrix in zip(which, found):  # rounding apart they are
-        matrix[...] = (matrix - matrix.T) / 2 if number in ODD_KERNELS else (matrix + matrix.T) / 2
-    return found
+    middle = edges.mean(axis=1)
+    width = np.ptp(edges, axis=1)
+    matrices = averaged(solid, middle[:, None] - middle, width, width[:, None], which)
+    for number, matrix in zip(which, matrices):  # rounding apart they are
+        sign = -1 if number in ODD_KERNELS else 1
+        matrix[...] = (matrix + sign * matrix.T) / 2
+    return matrices
 
 
-def frictional_contact(problem, edges, gaps, coupled=True):
-    """The FrictionalContact of a half-plane and a rigid obstacle on cells.
+def frictional_contact(
+    problem: Problem, edges: Array, gaps: Array, coupled: bool = True
+) -> FrictionalContact:
+    """Returns the FrictionalContact of a half-plane and a rigid obstacle on cells.
 
     Parameters
     ----------
@@ -41,12 +52,13 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     BadArgument
         If nothing holds the rotation.
     """
-    solid, law = problem.solid, problem.law
+    law: Any = problem.law  # with friction
     if len(law.corners) == 1:
-        U, Y = averages(solid, edges, (3, 7) if law.clamps_rotation else (0, 5))
-        normal, cross, tangential = U, -Y, U
+        normal, Y = averages(problem.solid, edges, (3, 7) if law.clamps_rotation else (0, 5))
+        cross = -Y
+        tangential = normal
     else:
-        U, V, W, Y, even = averages(solid, edges, (0, 1, 2, 5, 6))
+        U, V, W, Y, even = averages(problem.solid, edges, (0, 1, 2, 5, 6))
         levers = 1, -1
         if not np.allclose(problem.levers(edges.mean(axis=1)).T, levers):
             words = "must have the levers 1 and -1 with friction on a half-plane: a Body on a mesh takes any"
@@ -57,12 +69,13 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
 
 
-def with_counter(contact, problem, edges):
-    """A FrictionalContact with the second body, if any, and tangential forces of each corner."""
+def with_second_body(contact: FrictionalContact, problem: Problem, edges: Array) -> FrictionalContact:
+    """Returns a FrictionalContact with the second body, if any, and tangential forces of each corner."""
     if problem.counter is None:
         return contact
-    count, shifted = len(problem.shifts), [edges - shift for shift in problem.shifts]
-    normal, cross = averages(problem.counter, np.concatenate(shifted), (0, 5))
+    count = len(problem.shifts)
+    below = np.concatenate([edges - shift for shift in problem.shifts])
+    normal, cross = averages(problem.counter, below, (0, 5))
     return replace(
         contact,
         normal=contact.normal + normal,
@@ -71,18 +84,23 @@ def with_counter(contact, problem, edges):
     )
 
 
-def surface(problem, edges, raised, moment):
-    """(displacement, psi, micromoment or reaction) of a Moment, averaged over cells: arrays (n,); `raised`
-    is the displacement of the corners, array (corners n,).
+def surface(
+    problem: Problem, edges: Array, raised: Array, forces: FrictionState
+) -> tuple[Array, Array, Array]:
+    """Returns (displacement, psi, micromoment or reaction) averaged over cells, arrays (n,), from forces and
+    the displacement of the corners, `raised`, array (corners n,).
     """
-    solid, law, forces = problem.solid, problem.law, moment.normal.reshape(-1, len(edges))
-    half, none = solid.ell / 2, np.zeros(len(edges))
-    if len(law.corners) > 1:
+    solid = problem.solid
+    normal = forces.normal.reshape(-1, len(edges))
+    half = solid.ell / 2
+    zero = np.zeros(len(edges))
+    if len(normal) > 1:
         A, B = raised.reshape(2, -1)
-        moments = (forces[0] - forces[1] - moment.tangential) / (edges[:, 1] - edges[:, 0])
+        moments = (normal[0] - normal[1] - forces.tangential) / (edges[:, 1] - edges[:, 0])
         return (A + B) / 2, (A - B) / 2 / half, half * moments
-    odd, even = averages(solid, edges, (4, 8) if law.clamps_rotation else (1, 6))
-    turned = odd @ forces[0] - even @ moment.tangential
-    if law.clamps_rotation:
-        return raised, none, -turned * solid.mu / (1 - solid.nu) / 2
-    return raised, turned / half, none
+    clamps = problem.law.clamps_rotation
+    odd, even = averages(solid, edges, (4, 8) if clamps else (1, 6))
+    rotated = odd @ normal[0] - even @ forces.tangential
+    if clamps:
+        return raised, zero, -rotated * solid.mu / (1 - solid.nu) / 2
+    return raised, rotated / half, zero

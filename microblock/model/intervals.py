@@ -133,6 +133,14 @@ def borders(x: Array, first: float | None = None, last: float | None = None) -> 
     return np.concatenate((ends[0], (x[1:] + x[:-1]) / 2, ends[1]))
 
 
+def distance_to_root(step: float, pressure: float, inner: float) -> float:
+    """Returns how far beyond a point with a pressure its square vanishes, continued linearly from a point one
+    step farther inside; inf where it does not fall.
+    """
+    fall = inner**2 - pressure**2
+    return float(step * pressure**2 / fall) if fall > 0 else np.inf
+
+
 def runs(flags: Flags) -> list[tuple[int, int]]:
     """Returns first and last index of each run of True in an array (n,)."""
     steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))

@@ -52,6 +52,14 @@ def overlaps(corner: int, x: Array, gaps: Array, unit: float, least: float = 0.0
             yield Violation(corner, left, right, depth, float(worth), float(x[deepest]))
 
 
+def log_tension(r: float, pressure: float, K: float, longest: float = np.inf) -> tuple[float, float]:
+    """Returns the distance r0 up to which ``p = K log(r0/r)``, K < 0, is in tension, at most `longest`, from
+    the pressure at a distance r; and what the tension on one side is worth in L2, sqrt(2 r0) |K|.
+    """
+    r0 = min(longest, float(r * np.exp(pressure / K)))
+    return r0, float(np.sqrt(2 * r0) * abs(K))
+
+
 def apart(closed: Flags) -> Flags:
     """Returns which cells, array (n,), are open as their neighbours are."""
     near = np.convolve(closed, np.ones(3), mode="same")

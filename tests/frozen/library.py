@@ -353,7 +353,10 @@ def of_kernels():
     rows, waves, places = {}, np.array([1e-3, 1.0, 30.0, 1e4]), np.array([1e-8, 0.01, -1.0, 50.0])
     for name, moduli in (("beta=1", {}), ("beta=1.9 nu=0.45", {"beta": 1.9, "nu": 0.45})):
         solid = material({"solid": given.solid(**moduli)})
-        UVW, table = kernels.plane_symbol(solid, waves), kernels.kernels(solid.nu, solid.beta, solid.curvature)
+        UVW, table = (
+            kernels.plane_symbol(solid, waves),
+            kernels.kernels(solid.nu, solid.beta, solid.curvature),
+        )
         symbols = zip(("U", "V", "W", "U clamped"), (*UVW, kernels.clamped(*UVW)))
         rows |= {
             f"symbol {name} {part} at k={k:g}": x for part, column in symbols for k, x in zip(waves, column)

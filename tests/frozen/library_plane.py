@@ -10,7 +10,7 @@ from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane import averages, first_zones, kernels, shear_cells, transmitted_singularities
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.friction_panels import LoadingHistory
-from microblock.halfplane.second_half_plane import counter_flexibility
+from microblock.halfplane.second_half_plane import second_body_flexibility
 from microblock.model import contact_candidates, intervals, piecewise_chebyshev, quadrature
 from microblock.model.corner_geometry import Blocks
 from microblock.model.problem import Problem
@@ -92,7 +92,7 @@ def of_averages():
                 for part in ("normal", "cross", "tangential")
             },
             **{f"cells {name}{words} cross entry": way.cross[2, 4] for words, way in ways.items()},
-            f"counter flexibility {name}": digest(counter_flexibility(problem, even, np.full(7, 0.05))),
+            f"counter flexibility {name}": digest(second_body_flexibility(problem, even, np.full(7, 0.05))),
             f"graded flexibility {name}": digest(first_zones._flexibility(problem, middle, width)),
         }
     return rows

@@ -13,7 +13,7 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import contact_violations as survey_module
 from microblock.halfplane import edges, panel_solution
-from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, short_waves, plane_symbol
+from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, plane_symbol, short_waves
 from microblock.halfplane.transmitted_singularities import log_sizes, meeting_exponent
 from microblock.model.problem import Problem
 from tests import closed_forms
@@ -485,7 +485,7 @@ def test_the_shear_is_over_all_planes_and_the_far_field_is_flamants():
     expected = -2 * LOAD / (np.pi * r) * np.cos(angle) * direction[:, None] * direction
     assert solved.fields(*(r * direction)).stress == pytest.approx(expected, abs=1e-5 * LOAD / r)
     beside, shift = solved.fields([-300.0, 300.0], 0.0), (1 - 2 * solid.nu) * LOAD / (4 * solid.mu)
-    sunk = LOAD * (1 - solid.nu) / solid.mu * np.log(300 / solid.ell) / np.pi  # the level of `Kernels`
+    sunk = LOAD * (1 - solid.nu) / solid.mu * np.log(300 / solid.ell) / np.pi  # the level of `LineKernels`
     assert beside.u == pytest.approx(np.array([[shift, -shift], [sunk, sunk]]), rel=1e-4)
 
 
