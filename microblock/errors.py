@@ -175,7 +175,7 @@ def out_of_reach(
     besides: str = "",
     iterations: int = 0,
     *,
-    load: float | None = None,
+    load: Any = None,  # a float, of a history a pair
     approach: float | None = None,
     met_again: bool = True,
     margin: float = 1.0,

@@ -152,7 +152,7 @@ class OnPanels(LineSolution):
 
     def reaction(self, x):
         """M that holds psi = 0 at x, array (n,)."""
-        return self._response(x, np.zeros_like(x), clamping_kernel)
+        return self.integral(x, np.zeros_like(x), clamping_kernel)
 
     @cached_property
     def psi(self):
@@ -166,11 +166,11 @@ class OnPanels(LineSolution):
         """-u.n and the microrotation of the surface at x, arrays (n,)."""
         none = np.zeros_like(x)
         if self.problem.law.clamps_rotation:
-            return self._response(x, none, gap_kernel), none
-        without, with_lever = self._response(x, none, both_gap_kernels)
+            return self.integral(x, none, gap_kernel), none
+        without, with_lever = self.integral(x, none, both_gap_kernels)
         return without, 2 / self.problem.solid.ell * (with_lever - without)
 
-    def _response(self, x, *kernel):
+    def integral(self, x, *kernel):
         matrix, known = response(self.problem, self.panels, x, *kernel)
         return matrix @ self.q + known
 
@@ -179,7 +179,7 @@ class OnPanels(LineSolution):
         return (
             self.problem.initial_gap(numbers, x)
             - self.approach
-            + self._response(x, self.problem.lever(numbers, x), gap_kernel)
+            + self.integral(x, self.problem.lever(numbers, x), gap_kernel)
             + self.counter_displacement(x - self.problem.shifts[corner])
         )
 
@@ -187,7 +187,7 @@ class OnPanels(LineSolution):
         none = np.zeros_like(x)
         if self.problem.counter is None:
             return none
-        return self._response(x, none, second_body_kernel, self.problem.shifts)
+        return self.integral(x, none, second_body_kernel, self.problem.shifts)
 
     @bounded
     def surface(self, window=None):

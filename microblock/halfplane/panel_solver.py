@@ -66,7 +66,7 @@ class PanelSolver(Solver):
 
     def follows(self, pairs):
         try:
-            known = FrictionPanels(self, pairs).memories
+            known = FrictionPanels(self, pairs).loadings
             return bool(known and self._pictured_problem(float(pairs[:, 0].max())))
         except BadArgument:
             return False

@@ -9,7 +9,7 @@ from microblock.contact_solvers import active_set, projected_gradients
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane import averages, first_zones, kernels, shear_cells, transmitted_singularities
 from microblock.halfplane.friction_edges import zones_on_cells
-from microblock.halfplane.friction_panels import LoadingHistory
+from microblock.halfplane.loading_history import LoadingHistory
 from microblock.halfplane.second_half_plane import second_body_flexibility
 from microblock.model import contact_candidates, intervals, piecewise_chebyshev, quadrature
 from microblock.model.corner_geometry import Blocks
@@ -83,7 +83,7 @@ def of_averages():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
         corners, even = len(law.corners), np.linspace(-0.2, 0.2, 7)
         cells = shear_cells.frictional_contact(problem, edges, np.zeros(corners * len(edges)))
-        with_second = shear_cells.with_counter(cells, problem, edges)
+        with_second = shear_cells.with_second_body(cells, problem, edges)
         ways = {"": cells, " with a body, a force for each corner": with_second}
         rows |= {
             **{
