@@ -24,7 +24,7 @@ from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol
 from .kinks import corrections, logarithms
-from .sampling_uncertainty import MOST, sampling_uncertainty, with_sampling_note
+from .sampling_uncertainty import EXHAUSTED, sampling_uncertainty, with_sampling_note
 from .second_half_plane import SecondHalfPlane
 from .transmitted_singularities import sizes_at
 
@@ -289,10 +289,10 @@ class LineSolver(CellSolver):
         return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
 
     def enough(self, goal, state):
-        """The error that suffices: on many cells what samples leave open, any if that is MOST."""
+        """The error that suffices: on many cells what samples leave open, any if that is EXHAUSTED."""
         many = state.grid.count / self.cheap
         share = sampling_uncertainty(self, state) if many >= 1 else 0.0
-        return np.inf if share > MOST else max(goal, share) if many > 1 else goal
+        return np.inf if share > EXHAUSTED else max(goal, share) if many > 1 else goal
 
     @cached_property
     def ends(self):

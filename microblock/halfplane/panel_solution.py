@@ -1,5 +1,6 @@
 """A state on panels fitted to the zones of each corner."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -10,13 +11,13 @@ from ..model.intervals import contains, distance, without, zone_edges
 from ..model.law import level_surface
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
-from ..model.state import ErrorParts, LineSolution
-from ..model.types import CornerZones
+from ..model.state import ErrorParts, LineSolution, Surface
+from ..model.types import Array, CornerZones, Integers, Interval
 from ..threads import bounded
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
-from .panels import PanelGrid, response
+from .panels import Kernel, PanelGrid, response
 from .second_half_plane import second_body_kernel
-from .subsurface import fields_at
+from .subsurface import HalfPlaneFields, fields_at
 from .transmitted_singularities import transmitted_singularities
 
 
@@ -57,22 +58,22 @@ class OnPanels(LineSolution):
     load: float
     zones: CornerZones
     panels: PanelGrid
-    q: np.ndarray
+    q: Array
     approach: float
     iterations: int
     estimate: PanelErrors
     further: Any = None
     solver: Any = None  # a Solver, which puts itself in
-    notes: tuple = ()
+    notes: tuple[str, ...] = ()
 
     method = "panels"
 
     @property
-    def residual(self):
+    def residual(self) -> float:
         return self.estimate.conditions
 
     @property
-    def unknowns(self):
+    def unknowns(self) -> int:
         return len(self.q) + 1
 
     @cached_property
@@ -81,100 +82,107 @@ class OnPanels(LineSolution):
         return self.problem.all_zones(self.zones)
 
     @cached_property
-    def whole(self):
+    def whole(self) -> tuple[PanelGrid, Array]:
         """The panels of all corners, and q, array (panels, order)."""
         panels = self.panels.whole(self.problem)
         return panels, np.resize(self.q, (len(panels.e), panels.order))
 
     @cached_property
-    def _anchored(self):
+    def _at_anchors(self) -> Array:
         """q at the anchors of root panels, but for fixed edges: those of the obstacle, and those at its tips
         (`edges.TIP_WIDTH`).
         """
         panels, rows = self.whole
-        ends = [end for ends in self.problem.ends.values() for end in ends if np.isfinite(end)]
+        ends = [end for pair in self.problem.ends.values() for end in pair if np.isfinite(end)]
         ends += [edge for edge in zone_edges(self.zones) if edge in self.problem.kinks]
         ends += [-end for end in ends if self.problem.mirror]
         infinite = transmitted_singularities(self.problem, dict.fromkeys(ends, 1.0), panels.order)
         values = rows @ lagrange(panels.points[0], np.zeros(1))[0]
         return np.where(panels.root & ~np.isin(panels.e, infinite), values, 0.0)
 
-    def pressure(self, corner, x):
+    def pressure(self, corner: int, x: Array) -> Array:
         return np.maximum(self.traction(corner, x), 0.0)
 
-    def traction(self, corner, x):
-        """Pressure or tension of a corner at x, array (n,)."""
+    def traction(self, corner: int, x: Array) -> Array:
+        """Returns pressure or tension of a corner at x, array (n,)."""
         x = np.asarray(x, float)
-        found, here = np.zeros_like(x), np.flatnonzero(contains(self.all_zones[corner], x))
-        if len(here):
+        traction = np.zeros_like(x)
+        inside = contains(self.all_zones[corner], x)
+        if inside.any():
             panels, rows = self.whole
-            number, v = panels.at(corner, x[here])
+            panel, v = panels.at(corner, x[inside])
             v = np.maximum(v, 1e-10)  # at an edge or a kink the pressure is 0/0 or infinite
-            q = panels.interpolated(rows, number, v) - self._anchored[number]
-            found[here] = q / panels.slope(number, v) + panels.logarithm(number, v)
-        return found
+            q = panels.interpolated(rows, panel, v) - self._at_anchors[panel]
+            traction[inside] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
+        return traction
 
     @cached_property
-    def x(self):
+    def x(self) -> Array:
         x = np.sort(self.whole[0].nodes[2])
         return x[np.concatenate(([True], np.diff(x) > 1e-13 * (x[-1] - x[0])))]
 
     @cached_property
-    def weights(self):
-        found = np.zeros_like(self.x)
-        found[self._numbers] = self.whole[0].rule
-        return found
+    def weights(self) -> Array:
+        weights = np.zeros_like(self.x)
+        weights[self._numbers] = self.whole[0].rule
+        return weights
 
     @cached_property
-    def _numbers(self):
-        middles, panels = (self.x[1:] + self.x[:-1]) / 2, self.whole[0]
-        return np.searchsorted(middles, panels.nodes[2])
+    def _numbers(self) -> Integers:
+        """Numbers of the points `x` at the nodes, array (m,)."""
+        return np.searchsorted((self.x[1:] + self.x[:-1]) / 2, self.whole[0].nodes[2])
 
     @cached_property
-    def pressures(self):
+    def pressures(self) -> Array:
         """Pressure of each corner at `x`, array (corners, n): 0 where the error of an edge leaves tension."""
         return self._carrying(np.maximum(self.tractions, 0.0))
 
     @cached_property
-    def tractions(self):
+    def tractions(self) -> Array:
         """Pressure or tension of each corner at `x`, array (corners, n)."""
         panels, rows = self.whole
         panel, v, _, _ = panels.nodes
-        own = [e in np.ravel(self.all_zones[corner]) for e, corner in zip(panels.e, panels.corner)]
-        q = rows.ravel() - np.where(own, self._anchored, 0.0)[panel]
-        found = np.zeros((len(self.problem.law.corners), len(self.x)))
-        found[panels.corner[panel], self._numbers] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
-        return self._carrying(found)
+        at_edges = [e in np.ravel(self.all_zones[corner]) for e, corner in zip(panels.e, panels.corner)]
+        q = rows.ravel() - np.where(at_edges, self._at_anchors, 0.0)[panel]
+        tractions = np.zeros((len(self.problem.law.corners), len(self.x)))
+        at_nodes = panels.corner[panel], self._numbers
+        tractions[at_nodes] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
+        return self._carrying(tractions)
 
-    def _carrying(self, pressures):
-        """Pressures scaled to the load."""
+    def _carrying(self, pressures: Array) -> Array:
+        """Returns pressures scaled to the load, arrays (corners, n)."""
         return pressures * (self.load / (self.weights @ pressures.sum(axis=0)))
 
-    def reaction(self, x):
-        """M that holds psi = 0 at x, array (n,)."""
+    def reaction(self, x: Array) -> Array:
+        """Returns M that holds psi = 0 at x, arrays (n,)."""
         return self.integral(x, np.zeros_like(x), clamping_kernel)
 
     @cached_property
-    def psi(self):
+    def psi(self) -> Array:
         return self.displacement_and_rotation(self.x)[1]
 
     @cached_property
-    def displacement(self):
+    def displacement(self) -> Array:
         return self.displacement_and_rotation(self.x)[0]
 
-    def displacement_and_rotation(self, x):
-        """-u.n and the microrotation of the surface at x, arrays (n,)."""
-        none = np.zeros_like(x)
+    def displacement_and_rotation(self, x: Array) -> tuple[Array, Array]:
+        """Returns -u.n and the microrotation of the surface at x, arrays (n,)."""
+        lever = np.zeros_like(x)
         if self.problem.law.clamps_rotation:
-            return self.integral(x, none, gap_kernel), none
-        without, with_lever = self.integral(x, none, both_gap_kernels)
-        return without, 2 / self.problem.solid.ell * (with_lever - without)
+            return self.integral(x, lever, gap_kernel), lever
+        displacement, with_lever = self.integral(x, lever, both_gap_kernels)
+        return displacement, 2 / self.problem.solid.ell * (with_lever - displacement)
 
-    def integral(self, x, *kernel):
-        matrix, known = response(self.problem, self.panels, x, *kernel)
-        return matrix @ self.q + known
+    def integral(
+        self, x: Array, lever: Array, kernel: Kernel, shifts: tuple[float, ...] = (0.0, 0.0)
+    ) -> Array:
+        """Returns the integrals of a kernel against the pressures, as `response`: array (n,) or (values,
+        n).
+        """
+        matrix, logarithms = response(self.problem, self.panels, x, lever, kernel, shifts)
+        return matrix @ self.q + logarithms
 
-    def gap(self, corner, x):
+    def gap(self, corner: int, x: Array) -> Array:
         numbers = np.full(len(x), corner)
         return (
             self.problem.initial_gap(numbers, x)
@@ -183,15 +191,18 @@ class OnPanels(LineSolution):
             + self.counter_displacement(x - self.problem.shifts[corner])
         )
 
-    def counter_displacement(self, x):
-        none = np.zeros_like(x)
+    def counter_displacement(self, x: Array) -> Array:
+        """Returns the displacement of the second surface at x, arrays (n,)."""
+        lever = np.zeros_like(x)
         if self.problem.counter is None:
-            return none
-        return self.integral(x, none, second_body_kernel, self.problem.shifts)
+            return lever
+        return self.integral(x, lever, second_body_kernel, self.problem.shifts)
 
     @bounded
-    def surface(self, window=None):
-        """The Surface at `x` and out of contact within a window (left, right), or around the contact."""
+    def surface(self, window: Interval | None = None) -> Surface:
+        """Returns the Surface at `x` and out of contact within a window (left, right), or around the
+        contact.
+        """
         contact = self.zones_by_name["contact"]
         margin = 0.3 * (contact[-1][1] - contact[0][0]) + 2 * self.problem.solid.ell
         holes = [window or (contact[0][0] - margin, contact[-1][1] + margin)]
@@ -211,24 +222,25 @@ class PanelSolution(OnPanels):
     """A solution without friction, which knows the fields below."""
 
     @cached_property
-    def fields(self):
+    def fields(self) -> Callable[..., HalfPlaneFields]:
         return partial(fields_at, self)
 
-    def fields_below(self, box):
-        """Points, psi and stresses in a box ((left, right), depth) below the surface."""
+    def fields_below(self, box: tuple[Interval, float]) -> tuple[Any, ...]:
+        """Returns points, psi and stresses in a box ((left, right), depth) below the surface."""
         from ..view.below import half_plane_grid
 
         x1, x2, triangles = half_plane_grid(box)
-        found = self.fields(x1, x2)
-        return x1, x2, triangles, found.psi, found.stress
+        below = self.fields(x1, x2)
+        return x1, x2, triangles, below.psi, below.stress
 
 
-def relative_change(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
-    x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
-    own, total = fine.tractions, fine.tractions.sum(axis=0)
-    p = np.array([coarse.traction(corner, x) for corner in fine.all_zones]) - own
-    moment = ell / 2 * np.sum(fine.problem.levers(x) * p, axis=0)
-    if fine.problem.law.clamps_rotation:
+def relative_change(coarse: OnPanels, fine: OnPanels) -> float:
+    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two solutions of one problem."""
+    problem = fine.problem
+    x = fine.x
+    p = np.array([coarse.traction(corner, x) for corner in fine.all_zones]) - fine.tractions
+    if problem.law.clamps_rotation:
         moment = coarse.reaction(x) - fine.micromoment
-    return distance(weights, p.sum(axis=0), moment / ell, total)
+    else:
+        moment = problem.ell / 2 * np.sum(problem.levers(x) * p, axis=0)
+    return distance(fine.weights, p.sum(axis=0), moment / problem.ell, fine.tractions.sum(axis=0))

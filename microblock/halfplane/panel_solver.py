@@ -3,16 +3,23 @@
 import math
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
+from ..cost import Cost
 from ..errors import BadArgument, MicroblockError, NotConverged, at_least, out_of_reach, require
 from ..model import contact_candidates
+from ..model.contact_candidates import ContactCandidates
 from ..model.deformable import second_solid, shape_of
+from ..model.events import LoadPath
+from ..model.history import History
 from ..model.law import require_pure_force
 from ..model.methods import Cells
 from ..model.obstacles import Samples
 from ..model.problem import Problem
 from ..model.refinement import Usual
 from ..model.solver import Solver
+from ..model.state import Solution
+from ..model.types import Array, ContactLike
 from . import zone_search
 from .forecast import panels_cost
 from .friction_panels import FrictionPanels
@@ -33,17 +40,20 @@ class PanelSolver(Solver):
 
     has_level = False
     has_fitted_zones = True
-    usual_rtol, usual_history_rtol = 1e-3, 1e-6
+    usual_rtol = 1e-3
+    usual_history_rtol = 1e-6
     counter_bodies = (HalfPlane,)
 
-    def __init__(self, contact, options):
+    def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
-        self._problems = {}
+        self._problems: dict[float, Problem] = {}
         require_pure_force(self.law, self.solid.ell)
         self.require_lowest()
 
-    def solve(self, load, approach, rtol, initial=None):
-        self._require_load(approach)
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Solution | None = None
+    ) -> PanelSolution:
+        load = self._require_load(load, approach)
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
         rtol = self.goal(rtol)
@@ -52,34 +62,40 @@ class PanelSolver(Solver):
             return state  # without the cells that samples are compared on
         return with_sampling_note(LineSolver(self.contact, Cells()), state, rtol)
 
-    def predicted(self, load, approach, rtol):
-        self._require_load(approach)
+    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> Cost:
+        load = self._require_load(load, approach)
         self._check_width(load)
-        return panels_cost(self._pictured_problem(load), load, rtol, self.options.order)
+        return panels_cost(self._candidate_problem(load), load, rtol, self.options.order)
 
-    def _require_load(self, approach):
+    def _require_load(self, load: float | None, approach: float | None) -> float:
+        """Returns the load; raises BadArgument if the approach is given instead."""
         words = (
             "has no meaning on a half-plane, whose additive constant is arbitrary: give "
             "the load, or take a Block or a period"
         )
         require(approach is None, "approach", approach, words)
+        assert load is not None
+        return load
 
-    def follows(self, pairs):
+    def follows(self, pairs: Array) -> bool:
+        """Returns whether panels follow a history through pairs, array (n, 2)."""
         try:
-            known = FrictionPanels(self, pairs).loadings
-            return bool(known and self._pictured_problem(float(pairs[:, 0].max())))
+            FrictionPanels(self, pairs)
+            self._candidate_problem(float(pairs[:, 0].max()))
         except BadArgument:
             return False
+        return True
 
-    def history(self, pairs, coupled, rtol):
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         return FrictionPanels(self, pairs).history(rtol)
 
-    def path(self, last, rtol):
+    def path(self, last: float, rtol: float | None) -> LoadPath:
         from .zone_path import ZonePath  # here: a single state does without
 
         return ZonePath(self, last, rtol)
 
-    def _neighbour(self, initial):
+    def _neighbour(self, initial: Any) -> PanelSolution | None:
+        """Returns an initial solution if its zones are of this problem."""
         if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
             self.law.corners
         ):
@@ -89,40 +105,45 @@ class PanelSolver(Solver):
         return replace(initial, zones=zones) if any(zones.values()) else None
 
     @cached_property
-    def problem(self):
-        shape, counter = shape_of(self.obstacle), second_solid(self.obstacle)
+    def problem(self) -> Problem:
+        shape = shape_of(self.obstacle)
+        counter = second_solid(self.obstacle)
         return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter, blocks=self.blocks)
 
-    def _pictured_problem(self, load):
-        found = self._seen(load)
-        if found.candidates.steps:
+    def _candidate_problem(self, load: float) -> Problem:
+        """Returns the Problem with its candidates; raises BadArgument if the height of the obstacle jumps."""
+        problem = self._with_candidates(load)
+        if problem.candidates.steps:
             raise BadArgument(
                 "obstacle",
                 self.obstacle,
-                f"must not jump on panels, as its height does at x = {found.candidates.steps[0]:g}: "
+                f"must not jump on panels, as its height does at x = {problem.candidates.steps[0]:g}: "
                 "Cells() take it",
             )
-        return found
+        return problem
 
-    def candidates(self, load):
-        return self._seen(load).candidates
+    def candidates(self, load: float) -> ContactCandidates:
+        """Returns the ContactCandidates of the obstacle for a load."""
+        return self._with_candidates(load).candidates
 
-    def _seen(self, load):
-        """The Problem with its Picture for loads up to the next power of 4 times E* ell."""
+    def _with_candidates(self, load: float) -> Problem:
+        """Returns the Problem with its candidates for loads up to the next power of 4 times E* ell."""
         unit = self.problem.E_star * self.problem.ell
         bracket = unit * 4.0 ** math.ceil(math.log(load / unit, 4) - 1e-9)
         if bracket not in self._problems:
             try:
-                found = contact_candidates.find_candidates(self.problem, bracket)
+                candidates = contact_candidates.find_candidates(self.problem, bracket)
             except MicroblockError:  # it may carry this load, though not that of the bracket
-                found = contact_candidates.find_candidates(self.problem, load)
-            obstacle = contact_candidates.seen(self.problem.obstacle, found)
-            self._problems[bracket] = replace(self.problem, obstacle=obstacle, candidates=found)
+                candidates = contact_candidates.find_candidates(self.problem, load)
+            obstacle = contact_candidates.seen(self.problem.obstacle, candidates)
+            self._problems[bracket] = replace(self.problem, obstacle=obstacle, candidates=candidates)
         return self._problems[bracket]
 
-    def at(self, load, rtol=usual_rtol, order=None, near=None):
-        """The PanelSolution at a load, to rtol or of a fixed order; NotConverged if no zones fit or the
-        accuracy is out of reach, unless it is `Usual`.
+    def at(
+        self, load: float, rtol: float | None = usual_rtol, order: int | None = None, near: Any = None
+    ) -> PanelSolution:
+        """Returns the PanelSolution at a load, to rtol or of a fixed order; NotConverged if no zones fit or
+        the accuracy is out of reach, unless it is `Usual`.
         """
         self._check_width(load)
         near = self._neighbour(near)
@@ -133,15 +154,18 @@ class PanelSolver(Solver):
                 raise
             raise self._reachable(load, rtol, failure) from None
 
-    def _reachable(self, load, rtol, failure):
-        """The NotConverged with an rtol near to the best estimate that was reached by asking for it, as edges
-        move less far for another rtol; the failure, without one, where none was.
+    def _reachable(self, load: float, rtol: Any, failure: NotConverged) -> NotConverged:
+        """Returns the NotConverged with an rtol near to the best estimate that was reached by asking for it,
+        as edges move less far for another rtol; the failure, without one, where none was.
         """
-        asked, met = 1.25 * (failure.rtol_reached or math.inf), None
-        while asked < (met / 1.5 if met else 1):
+        asked = 1.25 * (failure.rtol_reached or math.inf)
+        met = 0.0
+        while asked < (met / 1.5 or 1):
             asked = float(at_least(asked))
             try:
-                met, asked = asked, 1.25 * self._solved(load, asked, None, None).estimate.total
+                error: Any = self._solved(load, asked, None, None).error_estimate
+                met = asked
+                asked = 1.25 * error
             except NotConverged:
                 if met:
                     break
@@ -151,14 +175,18 @@ class PanelSolver(Solver):
         failure.rtol_reached = None
         return failure
 
-    def _solved(self, load, rtol, order, near):
-        return zone_search.solve(self._pictured_problem(load), load, rtol, order, near).changed(solver=self)
+    def _solved(
+        self, load: float, rtol: float | None, order: int | None, near: PanelSolution | None
+    ) -> PanelSolution:
+        return zone_search.solve(self._candidate_problem(load), load, rtol, order, near).changed(solver=self)
 
-    def _check_width(self, load):
+    def _check_width(self, load: float) -> None:
+        """Raises NotConverged for a contact of too many blocks."""
         if len(self.law.corners) == 1:
             return
         # of 2e6 blocks no zones are found
-        most, blocks = 2e5, 2 * self.candidates(load).half_width / self.solid.ell
+        most = 2e5
+        blocks = 2 * self.candidates(load).half_width / self.solid.ell
         if blocks > most:
             raise NotConverged(
                 f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {most:.0g} are in "
