@@ -107,14 +107,14 @@ def _gaps(state: PanelSolution, outside: _OutOfContact, corner: int) -> Array:
     return rows[:, np.argsort(rows[0], kind="stable")]
 
 
-def _rounding(state: PanelSolution) -> float:
-    """Returns gaps (length) that are sums of larger terms."""
-    return float(EPS_TERM * (abs(state.approach) + state.load / state.problem.E_star))
-
-
 def _minima(gaps: Array) -> Integers:
     """Returns the numbers of local minima of gaps, array (n,)."""
     return np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
+
+
+def _rounding(state: PanelSolution) -> float:
+    """Returns gaps (length) that are sums of larger terms."""
+    return float(EPS_TERM * (abs(state.approach) + state.load / state.problem.E_star))
 
 
 def _overlaps(state: PanelSolution, corner: int, rows: Array, unit: float) -> Iterator[Violation]:
@@ -142,8 +142,8 @@ def _tensile(state: PanelSolution, size: float) -> Iterator[Violation]:
             squares = state.weights[inside] * p**2
             edges = borders(state.x[inside], left, zone[1]).tolist()
             for first, last in runs(p < 0):
-                worth = float(np.sqrt(squares[first : last + 1].sum()) / size)
-                yield Violation(corner, edges[first], edges[last + 1], 0.0, worth)
+                worth = np.sqrt(squares[first : last + 1].sum()) / size
+                yield Violation(corner, edges[first], edges[last + 1], 0.0, float(worth))
 
 
 def _at_valleys(state: PanelSolution, size: float) -> Iterator[Violation]:

@@ -4,8 +4,6 @@ On trial zones the gaps are closed. With ``p = K0/sqrt(r) + K1 sqrt(r)`` at a tr
 ``dK0_i/de_j = -delta_ij K1_i/2``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -96,26 +94,22 @@ class EdgePressures:
     Attributes
     ----------
     corner, x : arrays (n,), numbers of the corners and abscissae
+    side : array (n,), 1 where the zone lies to the right, -1 where it lies to the left
     K0, K1 : arrays (n,)
     K1_panel : array (n,), K1 of the best two terms over the panel beside the edge
     """
 
     corner: Integers
     x: Array
+    side: Integers
     K0: Array
     K1: Array
     K1_panel: Array
 
-    @property
-    def side(self) -> Integers:
-        """1 where the zone lies to the right, -1 where it lies to the left, array (n,)."""
-        return 1 - 2 * (np.arange(len(self.x)) % 2)
-
 
 def edge_pressures(problem: Problem, zones: CornerZones, panels: PanelGrid, q: Array) -> EdgePressures:
     """Returns the edges of zones and the pressures beside them, from q, array (m,)."""
-    numbered = [(number, x) for number, intervals in zones.items() for x in np.ravel(intervals)]
-    corner, x = np.array(numbered).T
+    corner, x = np.array([(corner, x) for corner, own in zones.items() for x in np.ravel(own)]).T
     side = 1 - 2 * (np.arange(len(x)) % 2)
     image = np.where(half_line(problem) & (x < 0), -1, 1)  # panels lie on x >= 0 there
     anchored = (
@@ -127,7 +121,7 @@ def edge_pressures(problem: Problem, zones: CornerZones, panels: PanelGrid, q: A
     h = np.abs(panels.h[number])
     values = q.reshape(-1, panels.order)[number] @ _edge_terms(panels.order)
     K0, K1, K1_panel = values.T / (2 * np.sqrt(h) * np.array((h**0, h, h)))
-    return EdgePressures(corner.astype(int), x, K0, K1, K1_panel)
+    return EdgePressures(corner.astype(int), x, side, K0, K1, K1_panel)
 
 
 @lru_cache
@@ -199,19 +193,17 @@ def _newton_step(
     ends = [problem.ends.get(number, ()) for number in edges.corner.tolist()]
     free = (edges.K0 < 0) | [x not in fixed for x, fixed in zip(edges.x, ends)]
     targets, stopped = _stopped_at_tips(problem, zones, edges, edges.x - edges.side * steps * free)
-    pressed = _pressed(edges, panels, q)
-    moved = map(Edge, edges.corner.tolist(), edges.x.tolist(), targets.tolist(), pressed.tolist())
-    further = _sorted_out(problem, load, moved)
-    largest = np.abs(edges.K0[free & ~stopped]).max(initial=0.0)
-    errors = PanelErrors(None, float(largest / unit), rounding)
+    columns = edges.corner, edges.x, targets, _pressed(edges, panels, q)
+    further = _sorted_out(problem, load, map(Edge, *(column.tolist() for column in columns)))
+    largest = float(np.abs(edges.K0[free & ~stopped]).max(initial=0.0))
+    errors = PanelErrors(None, largest / unit, rounding)
     return PanelSolution(problem, load, zones, panels, q, approach, 0, errors, further=further), edges
 
 
 def _arranged(problem: Problem, zones: CornerZones) -> list[int]:
     """Returns the corners of all edges in the order of their abscissae."""
-    every = problem.all_zones(zones)
-    edges = [(edge, corner) for corner, intervals in every.items() for edge in np.ravel(intervals)]
-    return [corner for _, corner in sorted(edges)]
+    every = problem.all_zones(zones).items()
+    return [corner for _, corner in sorted((x, corner) for corner, own in every for x in np.ravel(own))]
 
 
 def _outward_steps(edges: EdgePressures, before: EdgePressures | None, tolerance: float) -> Array:

@@ -1,7 +1,5 @@
 """Loads of events: states of one topology are continued to where a measure of them changes its sign."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """First zones from a complementarity problem on cells of constant pressure."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -37,8 +35,7 @@ def first_zones(problem: Problem, load: float) -> Iterator[CornerZones]:
         wide = np.diff(cells)[:, 0] > 4 * np.spacing(np.abs(cells).max())
         parts = np.where(_unresolved(closed) & wide, 4, 1)
         if parts.max() == 1 or number == rounds - 1 or parts.sum() > most:
-            pressed = enumerate(zip(forces, closed))
-            yield {corner: _zones(problem, cells, p, flags) for corner, (p, flags) in pressed}
+            yield dict(enumerate(_zones(problem, cells, *columns) for columns in zip(forces, closed)))
             trials += 1
             parts = np.where(_changing(closed) & wide, 4, 1)
             if trials == 4 or parts.sum() > most:
@@ -54,8 +51,8 @@ def _first_cells(problem: Problem) -> Array:
     for left, right in problem.stretches:
         edges = np.union1d(np.linspace(left, right, 49), ends[(left < ends) & (ends < right)]).tolist()
         for start, end in pairwise(edges):
-            panel = Panel(start, end - start, False)
-            cells += [(x, x + width) for x, width, _ in short_enough(problem, panel)]
+            parts = short_enough(problem, Panel(start, end - start, False))
+            cells += [(x, x + width) for x, width, _ in parts]
     return np.array(cells)
 
 

@@ -1,7 +1,5 @@
 """Cells for a history of frictional contact, small at singular places."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

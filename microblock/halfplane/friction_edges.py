@@ -1,7 +1,5 @@
 """Edges of contact, of zones and of stick below the length of a cell (docs/theory/friction.md)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -2,8 +2,6 @@
 without friction (`LoadingHistory`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
@@ -101,7 +99,7 @@ class FrictionPanels:
     def _lowest(self) -> float:
         return float(self.solver.candidates(float(self.pairs[:, 0].max())).lowest)
 
-    def _solution(self, loading: LoadingHistory, dissipation: float) -> PanelFriction:
+    def _solution(self, loading: LoadingHistory, dissipation: float) -> "PanelFriction":
         frictionless = self.at(loading.load)
         copied = {field.name: getattr(frictionless, field.name) for field in fields(frictionless)}
         return PanelFriction(
@@ -317,8 +315,7 @@ class PanelFriction(OnPanels):
 
     def _sheared(self, x: Array) -> Array:
         """Returns the displacement and ell/2 psi that shear adds at x, array (2, n)."""
-        lever = np.zeros_like(x)
-        terms = (factor * solution.integral(x, lever, both_shear_kernels) for factor, solution in self.terms)
+        terms = (factor * solution.integral(x, 0 * x, both_shear_kernels) for factor, solution in self.terms)
         return sum(terms, np.zeros((2, len(x))))
 
     def displacement_and_rotation(self, x: Array) -> tuple[Array, Array]:

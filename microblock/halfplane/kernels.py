@@ -9,8 +9,6 @@ friction.md, U, V, W in `symbol_of_roots`),
 On the line the kernels are integrals along k = tau exp(i pi/4), tabulated in log x.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
@@ -116,9 +114,8 @@ class LineKernels:
         self._step = 1 / parts
         self._parts = parts * pieces
         logarithms = self._start + np.arange(pieces)[:, None] + (chebyshev.chebpts1(points) + 1) / 2
-        values = self._values(solid, np.exp(logarithms))
-        table = (values @ _parting(points, parts, terms).T).reshape(-1, self._parts, terms)
-        self._table = np.moveaxis(table, 2, 1).copy()
+        table = self._values(solid, np.exp(logarithms)) @ _parting(points, parts, terms).T
+        self._table = np.moveaxis(table.reshape(-1, self._parts, terms), 2, 1).copy()
 
     def _values(self, solid: Cosserat, x: Array) -> Array:
         """Returns all kernels at x > 0 on pieces like those of `ray_rule`, array (pieces, n): array

@@ -7,8 +7,6 @@ in addition (`corrections`), and pressures between the centres the logarithms (`
 are in cells, 0 at the first centre, ascending.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -106,9 +106,14 @@ class PanelSolver(Solver):
 
     @cached_property
     def problem(self) -> Problem:
-        shape = shape_of(self.obstacle)
-        counter = second_solid(self.obstacle)
-        return Problem(self.body.solid, self.law, shape, self.symmetric, counter=counter, blocks=self.blocks)
+        return Problem(
+            self.body.solid,
+            self.law,
+            shape_of(self.obstacle),
+            self.symmetric,
+            counter=second_solid(self.obstacle),
+            blocks=self.blocks,
+        )
 
     def _candidate_problem(self, load: float) -> Problem:
         """Returns the Problem with its candidates; raises BadArgument if the height of the obstacle jumps."""

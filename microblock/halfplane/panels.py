@@ -5,8 +5,6 @@ is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v
 q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
@@ -88,7 +86,7 @@ class PanelGrid:
         """Returns `values` (..., panels, order) at Gauss points, at parameters v: array (..., n)."""
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., panel, :])
 
-    def whole(self, problem: Problem) -> PanelGrid:
+    def whole(self, problem: Problem) -> "PanelGrid":
         """Returns the panels of a Problem, with mirror images of a symmetric one."""
         if not problem.mirror:
             return self
@@ -119,7 +117,7 @@ class PanelGrid:
         """Weights for integrals over x at the nodes, array (m,), exact for logarithms."""
         panel, v, _, weights = self.nodes
         log_weights = np.tile(_log_weights(self.order), len(self.e))
-        return self.slope(panel, v) * np.where((self.log_size != 0)[panel], log_weights, weights)
+        return self.slope(panel, v) * np.where(self.log_size[panel], log_weights, weights)
 
 
 @lru_cache
@@ -147,13 +145,12 @@ def make_panels(problem: Problem, zones: CornerZones, order: int) -> PanelGrid:
 
 def panels_outside(problem: Problem, zones: CornerZones, order: int) -> PanelGrid:
     """Returns panels of corner 0 where a corner out of contact could touch."""
-    kinks = log_sizes(problem, zones, order)
     touched = joined(interval for intervals in zones.values() for interval in intervals)
     free = [problem.reach]
     for left, right in reduce(common, zones.values()):
         free = without(free, left, right)
     panels: list[Panel] = []
-    for panel in _graded(problem, zones, order, {*kinks}, free):
+    for panel in _graded(problem, zones, order, {*log_sizes(problem, zones, order)}, free):
         beside = contains(touched, np.array([panel.anchor + panel.length / 2])).any()
         panels += short_enough(problem, panel) if beside else [panel]
     e, h, root = np.reshape(panels, (-1, 3)).T
@@ -229,8 +226,8 @@ def response(
     targets = x[:, None] + np.array(shifts)[panels.corner]
     matrix, logarithms = _responses(problem, panels, targets, lever, kernel)
     if problem.mirror:
-        half = matrix.shape[-1] // 2
-        matrix = matrix[..., :half] + matrix[..., half:]
+        direct, images = np.split(matrix, 2, axis=-1)
+        matrix = direct + images
     return matrix, logarithms
 
 

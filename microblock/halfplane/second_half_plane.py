@@ -2,8 +2,6 @@
 equal cells (docs/theory/two_bodies.md).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Averaged compliances with shear between cells of any width (docs/theory/friction.md)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -96,7 +94,7 @@ def surface(
     zero = np.zeros(len(edges))
     if len(normal) > 1:
         A, B = raised.reshape(2, -1)
-        moments = (normal[0] - normal[1] - forces.tangential) / (edges[:, 1] - edges[:, 0])
+        moments = (normal[0] - normal[1] - forces.tangential) / np.ptp(edges, axis=1)
         return (A + B) / 2, (A - B) / 2 / half, half * moments
     clamps = problem.law.clamps_rotation
     odd, even = averages(solid, edges, (4, 8) if clamps else (1, 6))

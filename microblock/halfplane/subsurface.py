@@ -9,8 +9,6 @@ and Airy's (A + B x2) exp(k x2) bears the pressure p + i k s G Theta and the she
 along k = tau exp(i pi/4) for sources to the left, along its mirror image for those to the right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -168,7 +166,7 @@ class PanelHalves:
     h: Array
     root: Flags
 
-    def at(self, numbers: Integers) -> PanelHalves:
+    def at(self, numbers: Integers) -> "PanelHalves":
         """Returns those of the numbers, array (m,), as columns (m, 1)."""
         return PanelHalves(**{name: values[numbers, None] for name, values in vars(self).items()})
 

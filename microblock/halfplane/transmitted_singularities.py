@@ -3,8 +3,6 @@
 A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at x + ell.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -160,8 +158,7 @@ def _short_waves_between(problem: Problem, x: Array, corner: Integers) -> Array:
     below = x - np.array(problem.shifts)[corner]  # on the second body
     displacement, rotation = short_waves(problem.solid)
     tolerance = SAME_PLACE * problem.solid.ell
-    same = np.abs(x[..., None] - x[..., None, :]) < tolerance
-    opposite = np.abs(below[..., None] - below[..., None, :]) < tolerance
+    same, opposite = (np.abs(y[..., None] - y[..., None, :]) < tolerance for y in (x, below))
     first = same * (displacement + rotation * lever[..., None] * lever[..., None, :])
     return first + opposite * counter_short_waves(problem.counter)
 

@@ -1,7 +1,5 @@
 """Changes of the zones between two fitted states: births, mergers, and where states may hide some."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any

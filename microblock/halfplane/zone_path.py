@@ -5,8 +5,6 @@ edges. Zones are compared on a geometric scan of loads. Where edges of the two c
 between them changes its sign, to the power 2 s, with the exponent s of coalescence.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, partial
@@ -116,8 +114,8 @@ class ZonePath(LoadPath):
             if self.problem.method is not None:
                 raise
             path = self.problem.with_(method=Cells()).path(self.last)
-            instead = f"events of uniform cells instead of panels ({failure})"
-            return path.first, list(path.events), [instead, *path.warnings]
+            words = f"events of uniform cells instead of panels ({failure})"
+            return path.first, list(path.events), [words, *path.warnings]
         return self._scan[0].load, sorted(events, key=lambda event: event.load), []
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:

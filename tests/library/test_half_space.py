@@ -5,7 +5,6 @@ import pickle
 
 import numpy as np
 import pytest
-from microblock.halfspace.plane_symbol import along
 from scipy.linalg import schur
 from scipy.special import j0
 
@@ -15,6 +14,7 @@ from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_wave
 from microblock.halfspace.kernels import ORDERS, Radial, kernels
 from microblock.halfspace.square_search import beyond
 from microblock.halfspace.squares import Squares
+from microblock.halfspace.symbol import along
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
 from tests.states import on_cells
