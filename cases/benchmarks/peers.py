@@ -19,7 +19,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from microblock import NotConverged
-from microblock.fem.facets import lobatto
+from microblock.fem.facet_rules import lobatto
 from microblock.fem.meshes import uniform_lines
 from microblock.model.quadrature import lagrange
 

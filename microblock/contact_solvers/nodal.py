@@ -3,6 +3,7 @@
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class OfNodes(Solution):
     mirrored : whether they are the half x1 > 0 of a symmetric problem
     """
 
-    solver: object
+    solver: Any
     load: float
     approach: float
     forces: np.ndarray

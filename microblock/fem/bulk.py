@@ -1,10 +1,13 @@
 """The stiffness matrix of a body, factorised with the contact unknowns last."""
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..errors import NotConverged
 from ..model.solver import SOLVED
+from ..model.types import Array, Flags, Integers
 from . import factors
 
 
@@ -20,7 +23,7 @@ class Bulk:
     Attributes
     ----------
     matrix : csr_matrix (unknowns, unknowns)
-    contact : array (m,), the free ones of these
+    contact : array (m,), the free ones that the contact boundary sees
     block : as of `factors.SuperLU`
 
     Raises
@@ -29,12 +32,14 @@ class Bulk:
         If there is no memory, or the matrix is not positive definite.
     """
 
-    def __init__(self, form, seen, advice):
-        self._form, space = form, form.space
+    def __init__(self, form: Any, seen: Integers, advice: str) -> None:
+        self._form = form
+        space = form.space
         self.matrix = csr_matrix(form.mat.CSR(), shape=2 * [space.ndof], copy=True)
-        self._free = np.array(space.FreeDofs(form.condense))
-        free, seen = np.flatnonzero(self._free), np.asarray(seen, int)
-        inner, self.contact = np.setdiff1d(free, seen), np.intersect1d(free, seen)
+        self._free: Flags = np.array(space.FreeDofs(form.condense))
+        free = np.flatnonzero(self._free)
+        inner = np.setdiff1d(free, seen)
+        self.contact: Integers = np.intersect1d(free, seen)
         try:
             self._factors = factors.usual(self.matrix, inner, self.contact)
         except MemoryError as failure:
@@ -49,14 +54,17 @@ class Bulk:
         self.block = self._factors.block
 
     @property
-    def _held(self):
+    def _held(self) -> str:
         words = "are rigid motions fixed, and psi where beta is 0 or nearly so?"
-        space = " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
-        return words + space * (self._form.space.mesh.dim == 3)
+        if self._form.space.mesh.dim == 3:
+            words += (
+                " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
+            )
+        return words
 
-    def solve(self, right, state):
-        """Put the fields under a right-hand side, array, into a grid function; returns what supports
-        exert.
+    def solve(self, right: Array, state: Any) -> Array:
+        """Puts the fields under a right-hand side, array (unknowns,), into a grid function; returns what
+        supports exert, (unknowns,).
         """
         vector = state.vec.FV().NumPy()
         vector[:] = self._factors.solve(right)

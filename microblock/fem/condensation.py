@@ -5,7 +5,9 @@ of u.n and psi at the nodes the compliance is ``R S^-1 R^T``; in space R has (u,
 applied, not formed.
 """
 
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import ngsolve as ng
 import numpy as np
@@ -18,17 +20,18 @@ from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require, require_kind
 from ..model.law import level_surface
-from ..model.types import LawLike
+from ..model.types import Array, Flags, LawLike
 from ..threads import bounded, with_outer_threads
 from . import factors, supports
-from .body import Body, Fields
+from .body import Body
+from .body_fields import BodyFields
 from .bulk import Bulk
-from .facets import ContactNodes
+from .contact_nodes import ContactNodes
 
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
 
 
-class Condensed(ContactNodes):
+class CondensedNodes(ContactNodes):
     """Body condensed to the nodes of its contact boundary.
 
     Parameters
@@ -53,78 +56,79 @@ class Condensed(ContactNodes):
     Examples
     --------
     >>> from microblock.fem import meshes
-    >>> from microblock.fem.condensation import Condensed
+    >>> from microblock.fem.condensation import CondensedNodes
     >>> mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
     >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
-    >>> round(float(Condensed(body).weights.sum()), 9)
+    >>> round(float(CondensedNodes(body).weights.sum()), 9)
     4.0
     """
 
     @bounded
-    def __init__(self, body, followed=False):
+    def __init__(self, body: Body, followed: bool = False) -> None:
         require_kind(Body, "a Body", body=body)
         require_pressed(body, followed)
         super().__init__(body)
-        self._made_of = body, followed
+        self._made_of = (body, followed)
         self.unknowns = body.unknowns
-        self._advice = (
-            "take longer elements, a smaller contact boundary, or Newton(...), which iterates"
-            if self.dim == 3
-            else "take longer elements, a lower order or a larger rtol, or name less of the surface as "
-            "contact boundary"
-        )
-        self._require_room()
-        seen = self.traces.values() if followed else [self.onto]
-        seen = np.concatenate([values.indices for values in seen])
-        self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, self._advice)
-        self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
+        advice = "a smaller contact boundary, or Newton(...), which iterates"
+        if self.dim < 3:
+            self.twins = ~self.free["psi"]
+            advice = "a lower order or a larger rtol, or name less of the surface as contact boundary"
+        advice = f"take longer elements, {advice}"
+        contact = f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes"
+        cost.require_room(self._memory(), contact, advice)
+        traces = self.traces.values() if followed else [self.onto]
+        seen = np.concatenate([values.indices for values in traces])
+        self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, advice)
+        self.factor = self._bulk.block
+        self.rows = self.onto[:, self._bulk.contact]
 
     @cached_property
     @bounded
-    def compliance(self):
-        surface, ell = (self.points, self.normals, self.weights), self.body.solid.ell
-        return Compliance(*surface, self.response(self.onto), ell, self.apart)
+    def compliance(self) -> Compliance:
+        response = self.response(self.onto)
+        return Compliance(self.points, self.normals, self.weights, response, self.body.solid.ell, self.apart)
 
-    @property
-    def twins(self):
-        """Nodes whose corners move together, boolean array (n,)."""
-        return self.dim < 3 and ~self.free["psi"]
-
-    def _require_room(self):
-        mesh, space, count = self.body.mesh, self.body.space, len(self.weights)
-        rows = space.FreeDofs(True).NumSet()
+    def _memory(self) -> float:
+        """Returns the bytes that it takes."""
+        body = self.body
+        mesh = body.mesh
+        count = len(self.weights)
+        rows = body.space.FreeDofs(True).NumSet()
         if self.dim == 3:
-            needed = of_factors(rows, LINKED * self.body.order) + 8 * 3 * (3 * count) ** 2
+            needed = factor_bytes(rows, LINKED * body.order) + 8 * 3 * (3 * count) ** 2
             if factors.usual is factors.SuperLU:
                 needed = max(needed, cost.of("condensed in space by SuperLU", self.unknowns).memory)
-        else:
-            # of an element; of each all unknowns there are linked
-            sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
-            orders = self.body.order if self.body.element_orders is None else self.body.element_orders
-            entries = mesh.ne * np.mean((len(self.body.spaces) * sides * orders) ** 2)
-            needed = cost.of_factors(rows, entries) + cost.of_nodes(count)
-        what = f"a body of {self.unknowns} unknowns with {count} contact nodes"
-        cost.require_room(needed, what, self._advice)
+            return needed
+        # of an element; of each all unknowns there are linked
+        sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
+        orders = body.order if body.element_orders is None else body.element_orders
+        entries = mesh.ne * np.mean((len(body.spaces) * sides * orders) ** 2)
+        return cost.of_factors(rows, entries) + cost.of_nodes(count)
 
-    def response(self, rows):
-        """Displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""
+    def response(self, rows: Any) -> Array:
+        """Returns displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""
         with with_outer_threads(len(self.factor)):
             upper, _ = dpotri(self.factor.T)  # of S^-1; what is below the diagonal stays 0
-        inverse, rows = upper + upper.T, rows[:, self._bulk.contact]
+        inverse = upper + upper.T
         np.fill_diagonal(inverse, np.diag(upper))
+        rows = rows[:, self._bulk.contact]
         matrix = rows @ (rows @ inverse).T
         return (matrix + matrix.T) / 2
 
-    def surface(self, loads, onto=None):
-        """The rows of R, array (k, n), under nodal loads on them, or on those of `onto`."""
-        forces = (self.rows if onto is None else onto[:, self._bulk.contact]).T @ np.ravel(loads)
-        return (self.rows @ cho_solve((self.factor, True), forces)).reshape(-1, len(self.points))
+    def surface(self, loads: Array, onto: Any = None) -> Array:
+        """Returns the rows of R, array (k, n), under nodal loads on them, or on those of `onto`, (rows,)."""
+        rows = self.rows if onto is None else onto[:, self._bulk.contact]
+        solution = cho_solve((self.factor, True), rows.T @ np.ravel(loads))
+        return (self.rows @ solution).reshape(-1, len(self.points))
 
     @bounded
-    def fields(self, loads, onto=None):
-        """Fields under nodal loads on the rows of R, or on those of `onto`."""
-        onto, state = self.onto if onto is None else onto, ng.GridFunction(self.body.space)
-        return Fields(self.body, state.components, self._bulk.solve(onto.T @ np.ravel(loads), state))
+    def fields(self, loads: Array, onto: Any = None) -> BodyFields:
+        """Returns the fields under nodal loads on the rows of R, or on those of `onto`, (rows,)."""
+        rows = self.onto if onto is None else onto
+        state = ng.GridFunction(self.body.space)
+        exerted = self._bulk.solve(rows.T @ np.ravel(loads), state)
+        return BodyFields(self.body, state.components, exerted)
 
 
 class Flexibility3D(MatrixFree):
@@ -133,45 +137,50 @@ class Flexibility3D(MatrixFree):
     Parameters
     ----------
     directions : array (corners, 3, n), (1, lever) of each corner
-    nodes : Condensed
+    nodes : CondensedNodes
     """
 
-    def __init__(self, directions, nodes):
-        self.directions, self.nodes, rows = directions, nodes, nodes.rows.tocsr()
-        self._there = np.diff(rows.indptr) > 0  # not where supports hold a field
-        self._inverse = splu(rows[self._there].tocsc())
+    def __init__(self, directions: Array, nodes: CondensedNodes) -> None:
+        self.directions = directions
+        self.nodes = nodes
+        rows = nodes.rows.tocsr()
+        self._free: Flags = np.diff(rows.indptr) > 0  # not where supports hold a field
+        self._inverse = splu(rows[self._free].tocsc())
         self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
 
-    def __matmul__(self, forces):
-        """Gaps from forces, arrays (corners, n)."""
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps from forces, arrays (corners, n)."""
         return np.einsum("cin,in->cn", self.directions, self.surface(forces))
 
-    def surface(self, forces):
-        """(u, phi1, phi2) at the nodes, array (3, n), under corner forces."""
+    def surface(self, forces: Array) -> Array:
+        """Returns (u, phi1, phi2) at the nodes, array (3, n), under corner forces, (corners, n)."""
         return self.nodes.surface(np.einsum("cin,cn->in", self.directions, forces))
 
-    def on_face(self, there):
-        """A function from gaps to forces of least norm that leave about these; on all corners."""
+    def on_face(self, face: Flags) -> Callable[[Array], Array]:
+        """Returns a function from gaps to forces, (corners, n), of least norm that leave about these; on all
+        corners, whatever the face.
+        """
 
-        def precondition(gaps):
-            loads, factor = np.zeros(len(self._there)), self.nodes.factor
-            wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
-            held = factor @ (factor.T @ self._inverse.solve(wanted))
-            loads[self._there] = self._inverse.solve(held, trans="T")
+        def precondition(gaps: Array) -> Array:
+            factor = self.nodes.factor
+            surface = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._free]
+            reactions = factor @ (factor.T @ self._inverse.solve(surface))
+            loads = np.zeros(len(self._free))
+            loads[self._free] = self._inverse.solve(reactions, trans="T")
             return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
 
         return precondition
 
 
-def of_factors(rows, entries):
-    """Bytes to factorise the matrix of a body in space, of so many rows and entries in a row."""
+def factor_bytes(rows: float, entries: float) -> float:
+    """Returns bytes to factorise the matrix of a body in space, of so many rows and entries in a row."""
     # 20 for each entry of the factors, of which there are 0.37 to 0.51 times rows^(4/3) times entries
     return 10 * entries * rows ** (4 / 3)
 
 
-def require_pressed(body, followed=False):
-    """BadArgument unless an obstacle can press a body whose supports hold it with 0; 1D and periodic ones
-    only where friction is `followed`.
+def require_pressed(body: Body, followed: bool = False) -> None:
+    """Raises BadArgument unless an obstacle can press a body whose supports hold it with 0; 1D and periodic
+    ones only where friction is `followed`.
     """
     require(body.mesh.dim > 1 or followed, "body", body, "must be two-dimensional")
     # its ends are one node; as two they would share their force at random
@@ -184,26 +193,27 @@ def require_pressed(body, followed=False):
     supports.require_held(body)
 
 
-def condensed(body, clamped=False, followed=False):
-    """The Condensed of a body, made once; if `clamped`, psi is fixed on the contact."""
-    made_of = clamped_on_contact(body) if clamped else body
-    return made_of.once(("condensed", followed), lambda: Condensed(made_of, followed))
+def condensed(body: Body, clamped: bool = False, followed: bool = False) -> CondensedNodes:
+    """Returns the CondensedNodes of a body, made once; if `clamped`, psi is fixed on the contact."""
+    supported = clamped_on_contact(body) if clamped else body
+    return supported.once(("condensed", followed), lambda: CondensedNodes(supported, followed))
 
 
 def without_idle_rotation(body: Body, law: LawLike) -> Body:
-    """The body without psi, made once, where neither the law nor the solid couples it to u and nothing
-    prescribes it; else the body itself.
+    """Returns the body without psi, made once, where neither the law nor the solid couples it to u and
+    nothing prescribes it; else the body itself.
     """
     along = np.array([vertex.point[0] for vertex in body.mesh.vertices])
     prescribed = any(name.startswith("psi") for name in body.prescribed)
-    turned = prescribed or len(law.corners) > 1 or law.arms(*level_surface(along)).any()
-    if turned or not (body.rotates and body.solid.is_classical):
+    rotated = prescribed or len(law.corners) > 1 or law.arms(*level_surface(along)).any()
+    if rotated or not (body.rotates and body.solid.is_classical):
         return body
     return body.once("without rotation", lambda: body.on(body.mesh, order_psi=0))
 
 
-def clamped_on_contact(body):
-    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, made once."""
-    names = ("psi1", "psi2") if body.in_space else ("psi",)
-    more = {name: "|".join(filter(None, (body.fixed.get(name), body.contact))) for name in names}
-    return body.once("clamped", lambda: body.on(body.mesh, fixed={**body.fixed, **more}))
+def clamped_on_contact(body: Body) -> Body:
+    """Returns a body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, made once."""
+    fixed = dict(body.fixed)
+    for name in ("psi1", "psi2") if body.in_space else ("psi",):
+        fixed[name] = "|".join(filter(None, (body.fixed.get(name), body.contact)))
+    return body.once("clamped", lambda: body.on(body.mesh, fixed=fixed))

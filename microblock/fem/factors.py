@@ -5,10 +5,13 @@ than SciPy's SuperLU, and taken where cvxopt is installed.
 """
 
 from functools import cached_property, partial
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
+
+from ..model.types import Array, Integers
 
 try:
     from cvxopt import amd, cholmod, spmatrix
@@ -19,6 +22,24 @@ except ImportError:
 
 class Singular(ArithmeticError):
     """The matrix is not positive definite."""
+
+
+class Factors(Protocol):
+    """What factors of the part of a matrix that belongs to inner and contact unknowns offer.
+
+    Attributes
+    ----------
+    block : array (m, m), lower triangular, the Cholesky factor of the contact unknowns' Schur complement
+    least : float, the smallest square of a diagonal entry of L over that of the matrix
+    """
+
+    block: Array
+    least: float
+
+    def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None: ...
+
+    def solve(self, right: Array) -> Array:
+        """Returns the solution, array (unknowns,); 0 of unknowns that are none of the two."""
 
 
 class SuperLU:
@@ -32,11 +53,6 @@ class SuperLU:
     matrix : symmetric sparse matrix (unknowns, unknowns)
     inner, contact : arrays of int, their numbers
 
-    Attributes
-    ----------
-    block : array (m, m), lower triangular, the Cholesky factor of their Schur complement
-    least : float, the smallest square of a diagonal entry of L over that of the matrix
-
     Raises
     ------
     Singular
@@ -45,63 +61,67 @@ class SuperLU:
         If there is no room for the factors.
     """
 
-    def __init__(self, matrix, inner, contact):
+    def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None:
         # no pivoting: a stiffness is positive definite
         factorise = partial(splu, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         try:
             order = factorise(csc_matrix(matrix[inner][:, inner]), permc_spec="MMD_AT_PLUS_A").perm_c
             self._order = np.concatenate((inner[np.argsort(order)], contact))
-            own = csc_matrix(matrix[self._order][:, self._order])
-            self._factors = factorise(own, permc_spec="NATURAL")
+            ordered = csc_matrix(matrix[self._order][:, self._order])
+            self._factors = factorise(ordered, permc_spec="NATURAL")
         except RuntimeError as failure:
             raise Singular(str(failure)) from failure
         orders = np.array((self._factors.perm_r, self._factors.perm_c))
         if np.any(orders != np.arange(len(self._order))):
             raise Singular("the factorisation pivots")
-        self.least = float((self._factors.U.diagonal() / own.diagonal()).min())
+        self.least = float((self._factors.U.diagonal() / ordered.diagonal()).min())
         if not self.least > 0:
             raise Singular("the matrix is not positive definite")
         upper = self._factors.U[len(inner) :, len(inner) :].toarray()
         self.block = (upper / np.sqrt(np.diag(upper))[:, None]).T
 
-    def solve(self, right):
-        """The solution, array (unknowns,); 0 of unknowns that are none of the two."""
-        found = np.zeros_like(right)
-        found[self._order] = self._factors.solve(right[self._order])
-        return found
+    def solve(self, right: Array) -> Array:
+        """As of `Factors`."""
+        solution = np.zeros_like(right)
+        solution[self._order] = self._factors.solve(right[self._order])
+        return solution
 
 
 class Cholmod:
     """The same by CHOLMOD. cvxopt gives L away for the block: fields take factors made anew."""
 
-    def __init__(self, matrix, inner, contact):
-        self._free, count = np.concatenate((inner, contact)), len(inner)
+    def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None:
+        self._free = np.concatenate((inner, contact))
+        count = len(inner)
         lower = tril(matrix[self._free][:, self._free], format="csc").tocoo()  # sorted: cvxopt is faster then
         self._matrix = spmatrix(lower.data, lower.row, lower.col, lower.shape)
-        order = np.array(amd.order(self._matrix[:count, :count], "L")).ravel() if count else np.arange(0)
         last = np.arange(count, len(self._free))
-        self._order = np.concatenate((order, last))
+        self._order = last
+        if count:
+            order = np.array(amd.order(self._matrix[:count, :count], "L")).ravel()
+            self._order = np.concatenate((order, last))
         factors = self._factorised()
         diagonal = np.array(cholmod.diag(factors)).ravel()
         self.least = float((diagonal**2 / matrix.diagonal()[self._free[self._order]]).min())
         columns = cholmod.getfactor(factors)[:, dense(last)]
-        block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
-        self.block = block[last].toarray()
+        pointers, rows, values = (np.array(part).ravel() for part in columns.CCS)
+        self.block = csc_matrix((values, rows, pointers), columns.size)[last].toarray()
 
-    def solve(self, right):
-        """As of `SuperLU`."""
-        found, values = np.zeros_like(right), dense(right[self._free])
+    def solve(self, right: Array) -> Array:
+        """As of `Factors`."""
+        solution = np.zeros_like(right)
+        values = dense(right[self._free])
         cholmod.solve(self._factors, values)
-        found[self._free] = np.array(values).ravel()
-        return found
+        solution[self._free] = np.array(values).ravel()
+        return solution
 
     @cached_property
-    def _factors(self):
+    def _factors(self) -> Any:
         return self._factorised()
 
-    def _factorised(self):
-        """CHOLMOD's factors."""
-        before = dict(cholmod.options)
+    def _factorised(self) -> Any:
+        """Returns CHOLMOD's factors."""
+        options = dict(cholmod.options)
         cholmod.options.update(nmethods=1, supernodal=2, postorder=False)
         try:
             factors = cholmod.symbolic(self._matrix, p=dense(self._order), uplo="L")
@@ -110,8 +130,8 @@ class Cholmod:
             raise Singular("the matrix is not positive definite") from failure
         finally:
             cholmod.options.clear()
-            cholmod.options.update(before)
+            cholmod.options.update(options)
         return factors
 
 
-usual = Cholmod if cholmod else SuperLU
+usual: type[Factors] = Cholmod if cholmod else SuperLU

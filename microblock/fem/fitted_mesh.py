@@ -13,7 +13,7 @@ from ..model.missed_contact import overlaps
 from ..threads import with_outer_threads
 from . import off_node_violations
 from .body import Body
-from .condensation import Condensed, without_idle_rotation
+from .condensation import CondensedNodes, without_idle_rotation
 from .ground import FAR, WITHIN, GroundSolver
 from .mesh_solution import Estimate, MeshSolution, difference, unfolded
 from .meshes import GRADING, RATIO, SLIVER, Ground, falling_orders, fitted_triangles
@@ -108,7 +108,7 @@ class FittedMesh:
     ----------
     zones : those that a mesh can have
     tips : places towards which elements shrink, ascending
-    nodes : Condensed
+    nodes : CondensedNodes
     system : (flexibility, initial gaps, shares in the load) of the corners
     closed, pressures : arrays (corners, n)
     moved : {corner: intervals with free ends moved by 2 K0/K1}
@@ -136,7 +136,7 @@ class FittedMesh:
         self.ground, parts = solver.surface(self.zones)
         inner = [edge for edge in edges if edge > 0 or not solver.symmetric]
         self.tips = sorted({*solver.features(self.ground), *inner})
-        self.nodes = Condensed(solver.meshed(self.ground, self.tips, parts, levels, order, even))
+        self.nodes = CondensedNodes(solver.meshed(self.ground, self.tips, parts, levels, order, even))
         self.system = self.nodes.compliance.corner_system(solver.blocks, solver.obstacle)
         self.x, margin = self.nodes.points[:, 0], 2 * SLIVER * (edges[-1] - edges[0])  # one in the mesh
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
@@ -175,7 +175,7 @@ class FittedMesh:
         square = sum(each.worth**2 for each in self.violations)
         blocks, obstacle = self.solver.blocks, self.solver.obstacle
         if not getattr(obstacle, "formulas", False):
-            square += off_node_violations.missed(
+            square += off_node_violations.missed_heights(
                 self.nodes.along, self.closed, blocks, obstacle, self._sites
             ).sum()
         return Estimate(discretisation, self.step, truncation, math.sqrt(square) / self._size)
@@ -301,7 +301,7 @@ class FittedMesh:
     def violations(self):
         """[Violation] away from edges, without depth where tension has to open."""
         solver, sites = self.solver, [x[~self.beside_tips(x)] for x in self._sites]
-        pressed = off_node_violations.overlaps(self.nodes.along, self.part, self.closed, sites)
+        pressed = off_node_violations.overlaps_between_nodes(self.nodes.along, self.part, self.closed, sites)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * solver.solid.layer_length
         zones = unfolded(self.zones) if solver.symmetric else self.zones
         pulled = off_node_violations.pulled_at_valleys(

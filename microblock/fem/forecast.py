@@ -10,6 +10,7 @@ from ..errors import require
 from ..halfplane.forecast import likely_zones
 from ..model.intervals import zone_edges
 from ..model.solver import Solver
+from .body import Body
 from .condensation import condensed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
 
@@ -42,14 +43,24 @@ class OnGivenMesh(Solver):
 
     Attributes
     ----------
-    refines : bool, whether it makes finer ones to an rtol
-    no_rtol : str, why it does not
-    rate : str, of `cost.RATES`
+    no_rtol : str, why it makes no finer ones to an rtol
     """
 
-    verifies, refines, rate = True, False, "condensed"
+    body: Body
+    verifies = True
+    no_rtol: str
 
-    def set_up(self):
+    @property
+    def refines(self) -> bool:
+        """Whether it makes finer meshes to an rtol."""
+        return False
+
+    @property
+    def rate(self) -> str:
+        """Name of its rate in `cost.RATES`."""
+        return "condensed"
+
+    def set_up(self) -> None:
         super().set_up()
         self.body = without_idle_rotation(self.body, self.law)
 

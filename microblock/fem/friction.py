@@ -21,7 +21,8 @@ from ..model.refinement import levels
 from ..model.state import State
 from .body import Body
 from .condensation import condensed
-from .facets import FLAT, initial_gaps
+from .facet_rules import ROUNDED
+from .facets import gaps_at_nodes
 from .mesh_solution import MeshSolution
 
 
@@ -36,7 +37,7 @@ class FrictionFacets:
 
     Attributes
     ----------
-    nodes : Condensed
+    nodes : CondensedNodes
     onto : sparse array (corners n + n, unknowns), changes of gaps, and displacements along t = (n2, -n1)
     gaps : array (corners, n), inf where a corner cannot touch
     heights : array (n,), of the corners over the centres of their blocks
@@ -70,12 +71,12 @@ class FrictionFacets:
         rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(laws.tangents(normals), arms[0])]
         self.onto = sparse.vstack(rows, format="csr")
         self.heights = np.sum(arms[0] * normals, axis=1)
-        self.gaps = nearest_alone(initial_gaps(geometry, nodes), nodes.twins)
+        self.gaps = nearest_alone(gaps_at_nodes(geometry, nodes), nodes.twins)
 
     def contact(self, coupled=True):
         """The FrictionalContact; `coupled` if shear tractions act on the gaps."""
         m, normals, response = self.gaps.size, self.nodes.normals, self.nodes.response(self.onto)
-        level = np.abs(normals[:, 0]).max() <= FLAT
+        level = np.abs(normals[:, 0]).max() <= ROUNDED
         return FrictionalContact(
             response[:m, :m],
             response[m:, :m],

@@ -4,7 +4,7 @@ import ngsolve as ng
 import numpy as np
 
 from ..model.fields import halves
-from .facets import rule_at
+from .facet_rules import rule_at
 
 
 def below(fields, box, cut=4):

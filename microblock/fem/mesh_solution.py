@@ -12,8 +12,9 @@ from ..model.intervals import contact_zones, distance, distance_to_ends, joined
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts
 from . import mesh_fields, meshes, off_node_violations, supports
-from .body import Fields
-from .facets import ContactNodes, lobatto
+from .body_fields import BodyFields
+from .contact_nodes import ContactNodes
+from .facet_rules import lobatto
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -22,10 +23,10 @@ class OnMesh(OfNodes):
 
     Attributes
     ----------
-    found : Fields, or None where they follow from the forces
+    found : BodyFields, or None where they follow from the forces
     """
 
-    found: Fields | None = None
+    found: BodyFields | None = None
     block: ContactNodes | None = None
 
     @property
@@ -41,7 +42,7 @@ class OnMesh(OfNodes):
     def fields(self):
         """Fields, with values at points of the whole body."""
         found = self.found or self.nodes.fields(self.loads)
-        return Fields(found.body, found, found.forces, self.mirrored)
+        return BodyFields(found.body, found, found.forces, self.mirrored)
 
     def reaction_on(self, boundary):
         """Force and moment that the supports of the whole body exert on a boundary."""
@@ -197,7 +198,7 @@ class MeshSolution(OnMesh, NodalSolution):
         """The Problem with a picture where gaps are low, if some are, and with the slope discontinuities and
         ends that it shows; BadArgument for a height of which none can be made.
         """
-        problem, stretches = self.problem, off_node_violations.low(self)
+        problem, stretches = self.problem, off_node_violations.low_stretches(self)
         if not stretches:
             return problem
         half = max((right - left) / 2 for left, right in stretches)
@@ -275,7 +276,7 @@ class MeshSolution(OnMesh, NodalSolution):
     def _missed(self):
         """Sentences where nodes miss 3 % of the pressure."""
         try:
-            square = off_node_violations.of_body(self).sum()
+            square = off_node_violations.missed_by_nodes(self).sum()
         except BadArgument as failure:
             return [f"between the nodes the obstacle was not looked at: {failure}"]
         share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))

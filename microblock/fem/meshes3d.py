@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import require, require_choice, require_numbers, require_positive
 from ..model.types import Array
-from .body import FIELDS3D
+from .body_spaces import FIELDS3D
 from .meshes import named, stretched
 
 

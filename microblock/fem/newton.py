@@ -16,8 +16,9 @@ from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
 from . import supports
-from .body import Fields
-from .facets import FLAT, ContactFacets
+from .body_fields import BodyFields
+from .facet_rules import ROUNDED
+from .facets import ContactFacets
 from .mesh_solution import MeshSolution
 from .newton_systems import ConjugateGradients, Direct
 
@@ -30,7 +31,7 @@ class NodalState:
     ----------
     approach, load : float
         Of the obstacle (length), and resultant force (per thickness; per area for a 1D body).
-    fields : Fields
+    fields : BodyFields
     surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2)
     forces : array (corners, n)
         Forces (40) along -n.
@@ -44,7 +45,7 @@ class NodalState:
 
     approach: float
     load: float
-    fields: Fields
+    fields: BodyFields
     surface: np.ndarray
     forces: np.ndarray
     closed: np.ndarray
@@ -120,7 +121,7 @@ class MonolithicNewton:
         self._contact += ng.Variation(contact)
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self.space.ndof - 1] = self.control == "load"
-        if "u1" not in body.fixed and np.abs(facets.normals[:, 0]).max() <= FLAT:
+        if "u1" not in body.fixed and np.abs(facets.normals[:, 0]).max() <= ROUNDED:
             # nothing holds a translation along x1: one unknown does, and a residual says if it has to
             u1 = body.unknowns_of("u1")
             self.free[int(np.flatnonzero(np.array(self.free)[u1])[0])] = False
@@ -245,7 +246,7 @@ class MonolithicNewton:
         return NodalState(
             approach=self._first + float(values[-1]),
             load=self._load.Get() if self.control == "load" else float(self._up @ forces.sum(axis=0)),
-            fields=Fields(self.body, kept.components, exerted[:count].copy()),
+            fields=BodyFields(self.body, kept.components, exerted[:count].copy()),
             surface=(facets.onto @ values[:count]).reshape(-1, len(facets.points)),
             forces=forces,
             closed=closed,

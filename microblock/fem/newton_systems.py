@@ -8,7 +8,7 @@ from ngsolve.krylovspace import CGSolver
 
 from .. import cost
 from ..errors import NotConverged
-from .condensation import LINKED, of_factors
+from .condensation import LINKED, factor_bytes
 
 
 class Direct:
@@ -67,7 +67,7 @@ class ConjugateGradients:
         rows, linked = body.unknowns, LINKED * body.order
         count = len(body.names)
         self._touching = [i for i, name in enumerate(body.names) if name in ("u3", "psi1", "psi2")] + [count]
-        needed = 3 * cost.ENTRY * rows * linked + count * of_factors(rows / count, linked / count)
+        needed = 3 * cost.ENTRY * rows * linked + count * factor_bytes(rows / count, linked / count)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.space, self.stiffness, self._factors = space, body.bulk(space).mat, {}
         self._factorise(self.stiffness, space.FreeDofs(), range(count))

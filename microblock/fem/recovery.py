@@ -22,9 +22,9 @@ from ..model.intervals import contains
 from ..model.progress import counted, kept
 from ..model.types import Flags
 from . import contact_term
-from .facets import outward
+from .facet_rules import outward
 from .meshes import elements_at
-from .off_node_violations import of_body
+from .off_node_violations import missed_by_nodes
 
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
@@ -104,7 +104,7 @@ def _surface(state, averaged):
     np.add.at(found[0], above[facets], squares)
     if len(state.forces) == 2:  # of M/ell
         np.add.at(found[1], above[facets], squares / 4)
-    np.add.at(found, (slice(None), above), of_body(state))
+    np.add.at(found, (slice(None), above), missed_by_nodes(state))
     return found[np.argmax(found.sum(axis=1))] / max(weights @ own[0] ** 2, 1e-300)  # nothing may touch yet
 
 

@@ -9,7 +9,7 @@ from ..errors import require
 from ..model.law import Unilateral
 from ..model.quadrature import gauss_rule
 from .condensation import condensed, without_idle_rotation
-from .facets import rule_at
+from .facet_rules import rule_at
 
 
 class CounterBody:
@@ -21,7 +21,7 @@ class CounterBody:
     Parameters
     ----------
     obstacle : Deformable of a Body
-    body : Condensed, the first body
+    body : CondensedNodes, the first body
     shifts : how far right of each corner its contact point lies (lengths)
 
     Raises

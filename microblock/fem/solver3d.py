@@ -1,6 +1,7 @@
 """Contact of a body in space with a rigid obstacle by projected gradients."""
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -10,12 +11,13 @@ from ..errors import NOT_YET, require
 from ..model.corner_geometry import CornerGeometry
 from ..model.obstacles import heights
 from ..model.solver import SOLVED
-from ..model.state import in_space
-from ..model.types import Array
+from ..model.state import State, in_space
+from ..model.types import Array, Flags
 from . import factors
 from .condensation import Flexibility3D
-from .facets import initial_gaps
+from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
+from .mesh_solution import OnMesh
 from .state3d import SurfaceNodes
 
 ROWS = 1024  # of heights of the obstacle that are looked at for what lies between nodes
@@ -25,28 +27,29 @@ TILE = 8  # of rows and columns, of which the lowest height counts
 class Solver3D(OnGivenMesh):
     """States of a body in space on its condensed contact nodes."""
 
-    most_corners, in_space = None, "nodes"
+    most_corners = None
+    in_space = "nodes"
     no_rtol = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
 
     @property
-    def rate(self):
+    def rate(self) -> str:
         return "condensed in space" + " by SuperLU" * (factors.usual is factors.SuperLU)
 
     @cached_property
-    def initial_gaps(self):
+    def initial_gaps(self) -> Array:
         """Array (corners, n); inf where a corner cannot touch."""
-        return initial_gaps(self.geometry(self.nodes.points), self.nodes)
+        return gaps_at_nodes(self.geometry(self.nodes.points), self.nodes)
 
     @cached_property
-    def low_places(self):
+    def low_places(self) -> Array:
         """x1, x2 and height of the lowest of TILE * TILE places of the obstacle, array (3, k). Half of ROWS
         are evenly spaced over the contact boundary, the others as dense as its nodes.
         """
-        even, dense = np.add.outer((0.5, 1.5), np.arange(0, ROWS, 2)) / ROWS
+        even = np.arange(0.5, ROWS, 2) / ROWS
         axes = []
         for x in self.nodes.points.T[:2]:
-            rows = *np.quantile((x.min(), x.max()), even), *np.quantile(np.unique(x), dense)
-            axes.append(np.sort(rows))
+            rows = (np.quantile((x.min(), x.max()), even), np.quantile(np.unique(x), even + 1 / ROWS))
+            axes.append(np.sort(np.concatenate(rows)))
         places = np.array(np.meshgrid(*axes, indexing="ij"))
         values = np.array((*places, heights(self.obstacle, *places)))
         tiles = values.reshape(3, ROWS // TILE, TILE, ROWS // TILE, TILE).swapaxes(2, 3)
@@ -54,54 +57,62 @@ class Solver3D(OnGivenMesh):
         lowest = np.argmin(tiles[2], axis=1)
         return tiles[:, np.arange(len(lowest)), lowest]
 
-    def solve(self, load, approach, rtol, initial=None):
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> OnMesh:
         self.require_given_mesh(rtol)
-        H, residual = Flexibility3D(self.geometry(self.nodes.points).directions, self.nodes), 1e-9
-        found = projected_gradients.solve_matrix_free(
+        H = Flexibility3D(self.geometry(self.nodes.points).directions, self.nodes)
+        residual = 1e-9
+        contact = projected_gradients.solve_matrix_free(
             H, self.initial_gaps, load=load, approach=approach, rtol=residual
         )
-        require(found.load > 0, "approach", approach, NOT_YET)
-        surface = H.surface(found.forces)
-        closed = found.gaps <= 2 * max(found.kkt, residual) * np.abs(surface[0]).max()
+        require(contact.load > 0, "approach", approach, NOT_YET)
+        surface = H.surface(contact.forces)
+        closed = contact.gaps <= 2 * max(contact.kkt, residual) * np.abs(surface[0]).max()
         return self.solution(
-            found.load, found.approach, found.forces, closed, surface, found.kkt, found.iterations
+            contact.load, contact.approach, contact.forces, closed, surface, contact.kkt, contact.iterations
         )
 
-    def solution(self, load, approach, forces, closed, surface, residual, iterations, **how):
-        """The SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at the
-        nodes, (3, n); BadArgument where the obstacle lies in held nodes.
+    def solution(
+        self,
+        load: float,
+        approach: float,
+        forces: Array,
+        closed: Flags,
+        surface: Array,
+        residual: float,
+        iterations: int,
+        **fields: Any,
+    ) -> SurfaceNodes:
+        """Returns the SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at
+        the nodes, (3, n); raises BadArgument where the obstacle lies in held nodes.
         """
-        forces, (u, phi1, phi2) = least_norm_where_closed(forces, closed), surface
-        psi, touching = np.array((phi2, -phi1)) * 2 / self.solid.ell, closed_corners(forces, closed)
-        found = SurfaceNodes(
+        forces = least_norm_where_closed(forces, closed)
+        u, phi1, phi2 = surface
+        solution = SurfaceNodes(
             self,
             load,
             approach,
             forces,
             u,
-            psi,
+            np.array((phi2, -phi1)) * 2 / self.solid.ell,
             residual,
             iterations,
             self.nodes.body.unknowns,
-            closed=touching,
-            **how,
+            closed=closed_corners(forces, closed),
+            **fields,
         )
         held = ~self.nodes.free["u3"]
-        inside = found.inside(self.nodes.points[held], np.vstack((found.displacement, found.psi))[:, held])
+        inside = solution.inside(self.nodes.points[held], u[held], solution.psi[:, held])
         words = f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}"
-        require(inside <= SOLVED * np.abs(found.displacement).max(), "obstacle", self.obstacle, words)
-        return found
+        require(inside <= SOLVED * np.abs(u).max(), "obstacle", self.obstacle, words)
+        return solution
 
-    def state(self, solution):
-        points, nodes = solution.nodes.points, solution.nodes
+    def state(self, solution: Any) -> State:
+        nodes = solution.nodes
+        x1, x2, _ = nodes.points.T
         return in_space(
-            solution,
-            points,
-            nodes.weights,
-            x1=points[:, 0],
-            x2=points[:, 1],
-            triangles=nodes.triangles,
-            opposite=None,
+            solution, nodes.points, nodes.weights, x1=x1, x2=x2, triangles=nodes.triangles, opposite=None
         )
 
     def geometry(self, points: Array) -> CornerGeometry:

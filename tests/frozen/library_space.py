@@ -17,7 +17,7 @@ from microblock.fem import meshes, meshes3d
 from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
 from microblock.fem.condensation import condensed
-from microblock.fem.facets import ContactNodes
+from microblock.fem.contact_nodes import ContactNodes
 from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import kernels, second_half_space, symbol
 from microblock.model.corner_geometry import Blocks

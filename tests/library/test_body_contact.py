@@ -19,7 +19,7 @@ from microblock.contact_solvers.compliance import Compliance
 from microblock.contact_solvers.nodal import zones_of
 from microblock.fem import meshes, meshes3d, recovery
 from microblock.fem.body import Loads
-from microblock.fem.condensation import Condensed
+from microblock.fem.condensation import CondensedNodes
 from microblock.fem.meshes import Ground
 from microblock.model.law import level_surface
 from tests.states import apart
@@ -490,7 +490,7 @@ def test_what_was_asked_before_changes_nothing(name):
 
 def test_copies_of_a_body_that_shear_follows_know_shear():
     """To rounding; the tangential compliance of a copy was off by 96 %."""
-    nodes = Condensed(mb.Body(flat(), SOLID, 2, fixed="bottom", contact="top"), followed=True)
+    nodes = CondensedNodes(mb.Body(flat(), SOLID, 2, fixed="bottom", contact="top"), followed=True)
     expected = nodes.response(nodes.traces["u1"])
     for copied in COPIED.values():
         again = copied(nodes)

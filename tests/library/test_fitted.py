@@ -11,7 +11,7 @@ import microblock as mb
 from cases.benchmarks.verification import lines
 from microblock import Cylinder, Microblock, Microclamped, NotConverged, Unilateral, Wedge
 from microblock.fem import meshes
-from microblock.fem.condensation import Condensed
+from microblock.fem.condensation import CondensedNodes
 from microblock.fem.fitted import FittedSolver
 from tests.states import apart
 
@@ -130,14 +130,14 @@ def test_a_block_without_a_size_is_cut_off_where_rtol_allows_it():
 
 def test_three_meshes_are_held_at_a_time(monkeypatch):
     """The next one, that of the level before, and that of the best state, which an interruption hands out."""
-    alive, counts, init = weakref.WeakSet(), [], Condensed.__init__
+    alive, counts, init = weakref.WeakSet(), [], CondensedNodes.__init__
 
     def counted(nodes, body):
         alive.add(nodes)
         counts.append(len(alive))
         init(nodes, body)
 
-    monkeypatch.setattr(Condensed, "__init__", counted)
+    monkeypatch.setattr(CondensedNodes, "__init__", counted)
     gc.disable()  # which would collect cycles some time
     try:
         on_block(WIDE, Cylinder(10.0), CLAMPED).solve(load=1.0, rtol=1e-5)

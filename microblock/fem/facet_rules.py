@@ -1,0 +1,91 @@
+"""Quadrature rules of facets whose points are the contact nodes, and shape functions at them."""
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import ngsolve as ng
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import roots_jacobi
+
+from ..model.types import Array
+
+ROUNDED = (
+    1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
+)
+TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
+
+
+@lru_cache
+def lobatto(order: int) -> tuple[Array, Array]:
+    """Returns the Gauss-Lobatto rule on [0, 1]: points and weights, arrays (order + 1,)."""
+    inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
+    points = np.concatenate(([-1.0], inner, [1.0]))
+    legendre: Array = np.polynomial.legendre.Legendre.basis(order)(points)
+    return (points + 1) / 2, 1 / (order * (order + 1) * legendre**2)
+
+
+@lru_cache
+def nodal_rule(kind: Any, order: int) -> Any:
+    """Returns NGSolve's rule whose points are the nodes of a facet."""
+    points, weights = lobatto(order)
+    if kind == ng.ET.POINT:
+        return rule_at([(0.0,)], [1.0])
+    if kind == ng.ET.TRIG:
+        return rule_at(TRIANGLE, [1 / 6] * 3)
+    if kind == ng.ET.SEGM:
+        return rule_at(points[:, None], weights)
+    return rule_at([(s, t) for s in points for t in points], np.outer(weights, weights).ravel())
+
+
+def rule_at(places: Sequence[Any] | Array, weights: ArrayLike = 0.0) -> Any:
+    """Returns NGSolve's rule of reference coordinates, (points, coordinates), and weights, (points,)."""
+    coordinates = [tuple(map(float, place)) for place in places]
+    return ng.IntegrationRule(coordinates, np.broadcast_to(weights, len(places)).astype(float).tolist())
+
+
+def shapes(element: Any, rule: Any) -> Array:
+    """Returns the functions of an element at the points of a rule: array (points, functions)."""
+    values: Array = np.array([element.CalcShape(*point.point[:2]) for point in rule])
+    return np.where(np.abs(values) > ROUNDED, values, 0.0)
+
+
+def nodal_shapes(kind: Any, order: int, rule: Any) -> Array:
+    """Returns the nodal polynomials of a facet at the points of a rule: array (points, nodes)."""
+    element = ng.fem.H1FE(kind, order)
+    at_nodes = shapes(element, nodal_rule(kind, order))
+    return np.asarray(np.linalg.solve(at_nodes.T, shapes(element, rule).T).T, float)
+
+
+def at_rules(mesh: Any, facets: Iterable[Any], rules: Sequence[Any]) -> tuple[Array, Array, Array]:
+    """Returns places, (points, dim), weights, (points,), and outward normals, (points, dim), at the points of
+    a rule on each of some facets.
+    """
+    dim = mesh.dim
+    mapped = [mesh.GetTrafo(facet)(rule) for facet, rule in zip(facets, rules)]
+    # numpy promotes the fields of each part
+    points = np.frombuffer(b"".join(mapped), mapped[0].dtype)
+    places = np.asarray(_place(dim)(points)).reshape(-1, dim)
+    normals = np.asarray(outward(mesh)(points)).reshape(-1, dim)
+    slopes = np.asarray(ng.specialcf.JacobianMatrix(dim, dim - 1)(points))
+    slopes = slopes.reshape(len(places), -1)[:, : dim * (dim - 1)].reshape(len(places), dim, dim - 1)
+    sizes = np.sqrt(np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes))  # 1 for points
+    weights = np.array([point.weight for rule in rules for point in rule])
+    return places, weights * sizes, normals
+
+
+def outward(mesh: Any) -> Any:
+    """Returns the outward normal of a boundary: NGSolve's may point inwards in the plane."""
+    normal = ng.specialcf.normal(mesh.dim)
+    if mesh.dim == 1:
+        return normal
+    middles = ng.GridFunction(ng.L2(mesh, order=0, dim=mesh.dim))
+    middles.Set(_place(mesh.dim))
+    from_middle = _place(mesh.dim) - ng.BoundaryFromVolumeCF(middles)
+    return ng.IfPos(ng.InnerProduct(normal, from_middle), 1, -1) * normal
+
+
+def _place(dim: int) -> Any:
+    """Returns the place as an expression."""
+    return ng.CF((ng.x, ng.y, ng.z)[:dim])
