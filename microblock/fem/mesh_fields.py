@@ -4,15 +4,22 @@ import ngsolve as ng
 import numpy as np
 
 from ..model.fields import halves
+from ..model.types import Array, Integers, Interval
+from .body_fields import BodyFields
 from .facet_rules import rule_at
 
 
-def below(fields, box, cut=4):
-    """x1, x2, triangles, psi, stress in elements within the box, sides cut in `cut`; in mirrored ones psi and
-    shear stresses have the other sign.
+def below(
+    fields: BodyFields, box: tuple[Interval, float], cut: int = 4
+) -> tuple[Array, Array, Integers, Array, Array]:
+    """Returns x1 and x2, (n,), triangles, (m, 3), psi, (n,), and stress, (2, 2, n), in elements within the
+    box, ((left, right), depth), sides cut in `cut`; in mirrored ones psi and shear stresses have the other
+    sign.
     """
-    mesh, ((left, right), depth) = fields.body.mesh, box
-    s, t = np.meshgrid(*2 * [np.linspace(0, 1, cut + 1)])
+    mesh = fields.body.mesh
+    (left, right), depth = box
+    ticks = np.linspace(0, 1, cut + 1)
+    s, t = np.meshgrid(ticks, ticks)
     squares = {ng.ET.QUAD: (s, t), ng.ET.TRIG: (s, t * (1 - s))}  # one side of which is a vertex
     rules = {kind: rule_at(np.reshape(places, (2, -1)).T) for kind, places in squares.items()}
     values = ng.CF((ng.x, ng.y, fields.psi, fields.stress))(mesh.MapToAllElements(rules, ng.VOL)).T

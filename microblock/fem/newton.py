@@ -7,13 +7,16 @@ better than the gaps do.
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import Any
 
 import ngsolve as ng
 import numpy as np
 
 from ..errors import NotConverged, require, require_choice, require_finite, require_kind, require_positive
+from ..model.material import Cosserat
 from ..model.progress import counted
 from ..model.solver import SOLVED
+from ..model.types import Array, Flags
 from ..threads import bounded
 from . import supports
 from .body_fields import BodyFields
@@ -46,17 +49,17 @@ class NodalState:
     approach: float
     load: float
     fields: BodyFields
-    surface: np.ndarray
-    forces: np.ndarray
-    closed: np.ndarray
+    surface: Array
+    forces: Array
+    closed: Flags
     iterations: int
     unknowns: int
     residual: float
     open: float
-    variation: ng.BaseVector
+    variation: Any
 
     @property
-    def kkt(self):
+    def kkt(self) -> float:
         """Largest relative residual."""
         return max(self.residual, self.open)
 
@@ -85,11 +88,21 @@ class MonolithicNewton:
     (0.01, True)
     """
 
-    def __init__(self, facets, *, method="al", rho=None, control="approach"):
+    def __init__(
+        self,
+        facets: ContactFacets,
+        *,
+        method: str = "al",
+        rho: float | None = None,
+        control: str = "approach",
+    ) -> None:
         require_choice(("al", "penalty"), method=method)
         require_choice(("approach", "load"), control=control)
         require_kind(ContactFacets, "ContactFacets", facets=facets)
-        self.facets, self.body, self.method, self.control = facets, facets.body, method, control
+        self.facets = facets
+        self.body = facets.body
+        self.method = method
+        self.control = control
         self._up = facets.normals[:, -1]
         # the unknown approach counts from first touch: a distance before it would take digits from small
         # displacements
@@ -98,43 +111,53 @@ class MonolithicNewton:
         self.rho = default_rho(facets, method) if rho is None else rho
         require_positive(rho=self.rho)
         self._build()
+        self._free_unknowns()
 
-    def _build(self):
-        """The functional: elastic energy (8) and contact term (37), or that of (31)."""
-        body, facets = self.body, self.facets
+    def _build(self) -> None:
+        """Builds the functional: elastic energy (8) and contact term (37), or that of (31)."""
+        body = self.body
+        facets = self.facets
         self._given = [ng.GridFunction(facets.multipliers) for _ in facets.g0]
-        others = [facets.multipliers] * len(facets.g0) if self.method == "al" and not body.in_space else []
-        approaches = ng.NumberSpace(body.mesh, definedon=facets.region)
-        space = ng.ProductSpace(*body.spaces, *others, approaches)
+        spaces = [*body.spaces]
+        if self.method == "al" and not body.in_space:
+            spaces += [facets.multipliers] * len(facets.g0)
+        space = ng.ProductSpace(*spaces, ng.NumberSpace(body.mesh, definedon=facets.region))
         if body.in_space:
             self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:
             self._systems = Direct(body, space)
-        self.space, self._load, fields = self._systems.space, ng.Parameter(0.0), len(body.names)
+        self.space = self._systems.space
+        self._load = ng.Parameter(0.0)
         *unknown, approach = self.space.TrialFunction()
+        fields = unknown[: len(body.names)]
+        multipliers = unknown[len(body.names) :]
         # over rho: NGSolve takes mixed derivatives from sums of second ones, in which 1 is lost beside rho
-        self._unit = self.rho if unknown[fields:] else 1.0
-        multipliers = [self._unit * part for part in unknown[fields:] or self._given]
-        contact = facets.contact(self._g0, unknown[:fields], multipliers, approach, self.rho)
+        self._unit = self.rho if multipliers else 1.0
+        stresses = [self._unit * multiplier for multiplier in multipliers or self._given]
+        contact = facets.contact(self._g0, fields, stresses, approach, self.rho)
         contact -= facets.integral(self._load / facets.weights.sum() * approach)  # 0 at an approach
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
+
+    def _free_unknowns(self) -> None:
+        """Chooses the unknowns of a system, those on which forces act, and the lengths of moments."""
+        body = self.body
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self.space.ndof - 1] = self.control == "load"
-        if "u1" not in body.fixed and np.abs(facets.normals[:, 0]).max() <= ROUNDED:
+        if "u1" not in body.fixed and np.abs(self.facets.normals[:, 0]).max() <= ROUNDED:
             # nothing holds a translation along x1: one unknown does, and a residual says if it has to
             u1 = body.unknowns_of("u1")
             self.free[int(np.flatnonzero(np.array(self.free)[u1])[0])] = False
-        self._balanced = np.array(self.free)  # unknowns on which forces act
+        self._balanced: Flags = np.array(self.free)
         self._balanced[body.space.ndof : -1] = False
-        self._arms = np.ones(self.space.ndof)  # of moments, which count as forces
+        self._arms = np.ones(self.space.ndof)  # moments over them count as forces
         for name in body.names:
             if name.startswith("psi"):
                 self._arms[body.unknowns_of(name)] = body.solid.ell
 
     @bounded
-    def solve(self, level, start=None):
-        """The contact state at this approach or load.
+    def solve(self, level: float, start: NodalState | MeshSolution | None = None) -> NodalState:
+        """Returns the contact state at this approach or load.
 
         Parameters
         ----------
@@ -154,112 +177,137 @@ class MonolithicNewton:
             require_kind((NodalState, MeshSolution), "a NodalState", start=start)
         pressed = self.control == "approach" or level > 0
         require(pressed, "load", level, "must be positive: contact cannot pull")
-        unknowns, visits, solved = self._first_guess(level, start), Counter(), None
-        best, before, stopped = None, np.inf, "the residual stalls"
+        unknowns = self._first_guess(level, start)
+        state = self._state(unknowns, 0)
+        best = state
+        visits: Counter[bytes] = Counter()
+        factorised = None  # active set of the last matrix
+        residual = np.inf
+        reason = "the residual stalls"
         for iteration in range(61):
             counted()
-            now = self._look(unknowns, iteration)
-            best = now if best is None or now.kkt < best.kkt else best
-            active = now.closed.tobytes()
-            stalls = active == solved and not now.residual < before / 2
-            if now.kkt <= self._systems.rtol or stalls:
+            if iteration:
+                state = self._state(unknowns, iteration)
+                best = min(best, state, key=lambda known: known.kkt)
+            stalls = state.closed.tobytes() == factorised and not state.residual < residual / 2
+            if state.kkt <= self._systems.rtol or stalls:
                 break
-            if now.residual <= min(now.open, 1e-3):  # equilibrium is the better one
-                for given, forces in zip(self._given, now.forces):
+            if state.residual <= min(state.open, 1e-3):  # equilibrium is the better one
+                for given, forces in zip(self._given, state.forces):
                     given.vec.data = self.facets.field(-forces / self.facets.weights).vec
                 visits.clear()
-                now = self._look(unknowns, iteration)
-                active = now.closed.tobytes()
-            if active != solved:
+                state = self._state(unknowns, iteration)
+            active = state.closed.tobytes()
+            if active != factorised:
                 visits[active] += 1
                 if visits[active] > 3:  # rounding excuses some where a corner is just about to close
-                    stopped = "the active set cycles"
+                    reason = "the active set cycles"
                     break
-                solved = active
+                factorised = active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free)
-            before = now.residual
-            unknowns.vec.data -= self._systems.solve(now.variation)
+            residual = state.residual
+            unknowns.vec.data -= self._systems.solve(state.variation)
         if not best.kkt <= SOLVED:
             raise NotConverged(
                 f"Newton stopped at {self.control} {level:g} after {best.iterations} iterations, relative "
-                f"residual {best.kkt:.1e}, as {stopped}: take {self._systems.advice}",
+                f"residual {best.kkt:.1e}, as {reason}: take {self._systems.advice}",
                 iterations=best.iterations,
             )
         return best
 
-    def _first_guess(self, level, start):
+    def _first_guess(self, level: float, start: NodalState | MeshSolution | None) -> Any:
+        """Returns unknowns with the prescribed values, those of a start, and the approach of first touch."""
         unknowns = ng.GridFunction(self.space)
         supports.prescribe(self.body, unknowns.components)
-        values, approach = unknowns.vec.FV().NumPy(), -np.inf
+        values = unknowns.vec.FV().NumPy()
+        approach = -np.inf
         stresses = np.zeros(self._g0.shape)
         if start is not None:  # supports keep the values of this body
-            free, stresses = self._balanced[: self.body.space.ndof], -start.forces / self.facets.weights
+            free = self._balanced[: self.body.space.ndof]
             values[: len(free)][free] = start.fields.values[free]
             approach = start.approach - self._first
+            stresses = -start.forces / self.facets.weights
         if self.method == "al":
-            for part, own in zip(self._multipliers(unknowns), stresses):
-                part[:] = self.facets.field(own / self._unit).vec.FV().NumPy()
-        given = self.control == "approach"
-        self._load.Set(0.0 if given else level)
-        values[-1] = level - self._first if given else max(approach, self._touching(unknowns))
+            for multiplier, stress in zip(self._multipliers(unknowns), stresses):
+                multiplier[:] = self.facets.field(stress / self._unit).vec.FV().NumPy()
+        if self.control == "approach":
+            self._load.Set(0.0)
+            values[-1] = level - self._first
+        else:
+            self._load.Set(level)
+            values[-1] = max(approach, self._touching(unknowns))
         return unknowns
 
-    def _multipliers(self, vectors):
-        """Coefficients of the corners' multipliers, over `_unit`, arrays."""
-        parts = vectors.components[len(self.body.names) : -1] or self._given
-        return [part.vec.FV().NumPy() for part in parts]
+    def _multipliers(self, vectors: Any) -> list[Array]:
+        """Returns coefficients of the corners' multipliers, over `_unit`, arrays (unknowns,)."""
+        multipliers = vectors.components[len(self.body.names) : -1] or self._given
+        return [multiplier.vec.FV().NumPy() for multiplier in multipliers]
 
-    def _touching(self, unknowns):
-        """The approach at which the nearest corner closes."""
+    def _touching(self, unknowns: Any) -> float:
+        """Returns the approach at which the nearest corner closes."""
         stresses, moved = self._corners(unknowns)
-        ahead = (stresses / self.rho + self._g0 - moved) / self._up
-        ahead = ahead[np.isfinite(ahead)]
-        return ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
+        distances = (stresses / self.rho + self._g0 - moved) / self._up
+        distances = distances[np.isfinite(distances)]
+        return distances.min() + 1e-9 * max(np.ptp(distances), self.body.solid.ell)
 
-    def _corners(self, unknowns):
-        """Multipliers and displacements along the normal, arrays (corners, n)."""
-        stresses = [self._unit * self.facets.multiplier(part) for part in self._multipliers(unknowns)]
+    def _corners(self, unknowns: Any) -> tuple[Array, Array]:
+        """Returns multipliers and displacements along the normal, arrays (corners, n)."""
+        multipliers = self._multipliers(unknowns)
+        stresses = [self._unit * self.facets.multiplier(multiplier) for multiplier in multipliers]
         fields = unknowns.vec.FV().NumPy()[: self.body.space.ndof]
         return np.array(stresses), self.facets.displacements(fields)
 
-    def _look(self, unknowns, iterations):
-        """The NodalState of these unknowns."""
-        facets, count, kept = self.facets, self.body.space.ndof, ng.GridFunction(self.space)
-        kept.vec.data = unknowns.vec
-        values, (own, moved) = kept.vec.FV().NumPy(), self._corners(kept)
+    def _first_variation(self, unknowns: Any) -> tuple[Any, float]:
+        """Returns the first variation, a vector, and its part on free unknowns over inner forces."""
+        internal = (self._systems.stiffness * unknowns.vec).Evaluate()
+        variation = ng.GridFunction(self.space).vec
+        self._contact.Apply(unknowns.vec, variation)
+        variation.data += internal
+        unbalanced = np.linalg.norm((variation.FV().NumPy() / self._arms)[self._balanced])
+        acting = np.linalg.norm((internal.FV().NumPy() / self._arms)[: self.body.space.ndof])
+        return variation, _ratio(unbalanced, max(acting, unbalanced))
+
+    def _state(self, unknowns: Any, iterations: int) -> NodalState:
+        """Returns the NodalState of these unknowns."""
+        facets = self.facets
+        count = self.body.space.ndof
+        copy = ng.GridFunction(self.space)
+        copy.vec.data = unknowns.vec
+        values = copy.vec.FV().NumPy()
+        multipliers, moved = self._corners(copy)
         gaps = self._g0 - moved - values[-1] * self._up  # (22)
-        wanted = own + self.rho * gaps
-        closed = wanted <= 0  # (40)
-        stresses = np.where(closed, wanted, 0.0)
-        internal, vector = (self._systems.stiffness * kept.vec).Evaluate(), ng.GridFunction(self.space)
-        self._contact.Apply(kept.vec, vector.vec)
-        vector.vec.data += internal
-        exerted, internal = (part.FV().NumPy() for part in (vector.vec, internal))
-        unbalanced = np.linalg.norm((exerted / self._arms)[self._balanced])
-        acting = np.linalg.norm((internal / self._arms)[:count])
-        balance, left = _ratio(unbalanced, max(acting, unbalanced)), 0.0
+        stresses = multipliers + self.rho * gaps
+        closed = stresses <= 0  # (40)
+        stresses = np.where(closed, stresses, 0.0)
+        forces = -stresses * facets.weights
+        variation, unbalanced = self._first_variation(copy)
+        violation = 0.0
         if self.method == "al":
-            length = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
-            left = max(_ratio(gaps[closed], length), _ratio(own[~closed], np.abs(stresses).max()))
-        in_space, forces = self.body.in_space, -stresses * facets.weights
+            largest = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
+            pulling = _ratio(multipliers[~closed], np.abs(stresses).max())
+            violation = max(_ratio(gaps[closed], largest), pulling)
+        load = self._load.Get()
+        if self.control == "approach":
+            load = float(self._up @ forces.sum(axis=0))
+        in_space = self.body.in_space
         return NodalState(
             approach=self._first + float(values[-1]),
-            load=self._load.Get() if self.control == "load" else float(self._up @ forces.sum(axis=0)),
-            fields=BodyFields(self.body, kept.components, exerted[:count].copy()),
+            load=load,
+            fields=BodyFields(self.body, copy.components, variation.FV().NumPy()[:count].copy()),
             surface=(facets.onto @ values[:count]).reshape(-1, len(facets.points)),
             forces=forces,
             closed=closed,
             iterations=iterations,
             unknowns=sum(self.free),
-            residual=balance if in_space else max(balance, left),
-            open=left if in_space else 0.0,
-            variation=vector.vec,
+            residual=unbalanced if in_space else max(unbalanced, violation),
+            open=violation if in_space else 0.0,
+            variation=variation,
         )
 
 
-def default_rho(facets, method):
-    """The `usual_rho` of the body's height, in space of 1/8 or 10 times the length of a facet."""
+def default_rho(facets: ContactFacets, method: str) -> float:
+    """Returns the `usual_rho` of the body's height, in space of 1/8 or 10 times the length of a facet."""
     body = facets.body
     if body.in_space:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
@@ -267,11 +315,11 @@ def default_rho(facets, method):
     return usual_rho(body.solid, method, np.ptp([vertex.point[-1] for vertex in body.mesh.vertices]))
 
 
-def usual_rho(solid, method, length):
-    """lambda + 2 mu over a length; for the penalty 10^4 times."""
+def usual_rho(solid: Cosserat, method: str, length: float) -> float:
+    """Returns lambda + 2 mu over a length; for the penalty 10^4 times (stress per length)."""
     return (1 if method == "al" else 1e4) * (solid.lam + 2 * solid.mu) / length
 
 
-def _ratio(values, scale):
-    """Largest |value|/scale; 0 for none or zeros, inf without a scale."""
+def _ratio(values: Any, scale: float) -> float:
+    """Returns the largest |value|/scale; 0 for none or zeros, inf without a scale."""
     return float(np.abs(values).max(initial=0.0)) / (float(scale) or np.finfo(float).tiny)

@@ -1,15 +1,19 @@
 """Contact of a body on a mesh by the monolithic Newton method."""
 
+from collections.abc import Callable
 from functools import cache, cached_property
+from typing import Any
 
 from ..errors import require
+from ..model.history import History
 from ..model.solver import Solver
+from ..model.types import Array
 from .condensation import clamped_on_contact, require_pressed
 from .facets import ContactFacets
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
-from .mesh_solution import MeshSolution
-from .newton import MonolithicNewton
+from .mesh_solution import MeshSolution, OnMesh
+from .newton import MonolithicNewton, NodalState
 from .solver3d import Solver3D
 from .supports import pressed
 
@@ -20,26 +24,33 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
     no_rtol = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
     rate = "newton"
 
-    def set_up(self):
+    def set_up(self) -> None:
         super().set_up()
-        check = require_pressed if self.body.in_space else pressed
-        check(self.body)
+        if self.body.in_space:
+            require_pressed(self.body)
+        else:
+            pressed(self.body)
 
     @cached_property
-    def nodes(self):
+    def nodes(self) -> ContactFacets:
         """The contact nodes, with psi = 0 where the law prescribes it."""
         body = clamped_on_contact(self.body) if self.law.clamps_rotation else self.body
         return ContactFacets(body, self.law, self.obstacle)
 
-    def solve(self, load, approach, rtol, initial=None):
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> OnMesh:
+        """Returns the solution at a load or an approach, from a solution on the same body on."""
         self.require_given_mesh(rtol)
-        known = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
-        known = known and len(initial.forces) == len(self.law.corners)
-        newton = self.newton("load" if approach is None else "approach")
-        return self.of(newton.solve(load if approach is None else approach, initial if known else None))
+        alike = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
+        if not alike or len(initial.forces) != len(self.law.corners):
+            initial = None
+        if approach is None:
+            return self.of(self.newton("load").solve(load, initial))
+        return self.of(self.newton("approach").solve(approach, initial))
 
-    def of(self, state):
-        """The MeshSolution of a NodalState."""
+    def of(self, state: NodalState) -> OnMesh:
+        """Returns the MeshSolution of a NodalState."""
         raised, psi = state.surface
         return MeshSolution(
             self,
@@ -56,16 +67,19 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
             closed=state.closed,
         )
 
-    def history(self, pairs, coupled, rtol):
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         kind = self.options.kind
         require(kind == "al", "kind", kind, 'does not follow friction: Newton("al") does')
         return super().history(pairs, coupled, rtol)
 
     @cached_property
-    def newton(self):
+    def newton(self) -> Callable[[str], MonolithicNewton]:
         """The MonolithicNewton of a control, made once."""
-        nodes, kind, rho = self.nodes, self.options.kind, self.options.rho
-        return cache(lambda control: MonolithicNewton(nodes, method=kind, rho=rho, control=control))
+        nodes = self.nodes
+        options = self.options
+        return cache(
+            lambda control: MonolithicNewton(nodes, method=options.kind, rho=options.rho, control=control)
+        )
 
 
 class NewtonSolver3D(NewtonSolver, Solver3D):
@@ -75,7 +89,7 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     rate = "newton in space"
     handicap = 1.0  # its states are those of Condensed()
 
-    def of(self, state):
+    def of(self, state: NodalState) -> OnMesh:
         return self.solution(
             state.load,
             state.approach,

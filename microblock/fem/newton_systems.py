@@ -1,13 +1,16 @@
 """Linear systems of Newton's method."""
 
+from collections.abc import Iterable
 from functools import reduce
 from operator import add
+from typing import Any
 
 import ngsolve as ng
 from ngsolve.krylovspace import CGSolver
 
 from .. import cost
 from ..errors import NotConverged
+from .body import Body
 from .condensation import LINKED, factor_bytes
 
 
@@ -27,14 +30,18 @@ class Direct:
     advice : str
     """
 
-    rtol, advice = 1e-11, "another rho, or less stretched elements; is the body supported?"
-    _inverse = None
+    rtol = 1e-11
+    advice = "another rho, or less stretched elements; is the body supported?"
+    _inverse: Any = None
 
-    def __init__(self, body, space):
-        self.space, self.stiffness = space, body.bulk(space).mat
+    def __init__(self, body: Body, space: Any) -> None:
+        self.space = space
+        self.stiffness = body.bulk(space).mat
 
-    def add(self, tangent, free):
-        """Take stiffness + `tangent`, with the same places at each call, on the free unknowns, a BitArray."""
+    def add(self, tangent: Any, free: Any) -> None:
+        """Takes stiffness + `tangent`, with the same places at each call, on the free unknowns, a
+        BitArray.
+        """
         system = (self.stiffness + tangent).CreateSparseMatrix()
         cost.require_room(
             cost.of_factors(system.height, system.nze),
@@ -43,7 +50,8 @@ class Direct:
         )
         try:
             if self._inverse is None:
-                self._matrix, self._inverse = system, system.Inverse(free, "umfpack")
+                self._matrix = system
+                self._inverse = system.Inverse(free, "umfpack")
             else:
                 self._matrix.AsVector().data = system.AsVector()
                 self._inverse.Update()  # in the order that was found first
@@ -53,38 +61,45 @@ class Direct:
                 f"no factorisation: {failure}; is the body supported, and is something in contact?"
             ) from failure
 
-    def solve(self, residual):
-        """The solution, a vector."""
+    def solve(self, residual: Any) -> Any:
+        """Returns the solution, a vector."""
         return (self._inverse * residual).Evaluate()
 
 
 class ConjugateGradients:
     """The same of positive definite systems in space, preconditioned by Cholesky factors of each field."""
 
-    rtol, advice = 1e-9, "another rho, or Condensed()"
+    rtol = 1e-9
+    advice = "another rho, or Condensed()"
 
-    def __init__(self, body, space):
-        rows, linked = body.unknowns, LINKED * body.order
+    def __init__(self, body: Body, space: Any) -> None:
+        rows = body.unknowns
+        linked = LINKED * body.order
         count = len(body.names)
-        self._touching = [i for i, name in enumerate(body.names) if name in ("u3", "psi1", "psi2")] + [count]
+        touching = [number for number, name in enumerate(body.names) if name in ("u3", "psi1", "psi2")]
+        self._touching = [*touching, count]  # with the approach
         needed = 3 * cost.ENTRY * rows * linked + count * factor_bytes(rows / count, linked / count)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
-        self.space, self.stiffness, self._factors = space, body.bulk(space).mat, {}
+        self.space = space
+        self.stiffness = body.bulk(space).mat
+        self._factors: dict[int, Any] = {}
         self._factorise(self.stiffness, space.FreeDofs(), range(count))
 
-    def _factorise(self, matrix, free, fields):
-        """Take Cholesky factors of the blocks of fields, by their numbers."""
+    def _factorise(self, matrix: Any, free: Any, fields: Iterable[int]) -> None:
+        """Takes Cholesky factors of the blocks of fields, by their numbers."""
         for number in fields:
-            own, chosen = self.space.Range(number), ng.BitArray(free)
-            chosen[: own.start] = False
-            chosen[own.stop :] = False
-            self._factors[number] = matrix.Inverse(chosen, "sparsecholesky")
+            unknowns = self.space.Range(number)
+            block = ng.BitArray(free)
+            block[: unknowns.start] = False
+            block[unknowns.stop :] = False
+            self._factors[number] = matrix.Inverse(block, "sparsecholesky")
 
-    def add(self, tangent, free):
+    def add(self, tangent: Any, free: Any) -> None:
+        """As of `Direct`."""
         self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
-        self._factorise(self._matrix, free, self._touching)  # with the approach
+        self._factorise(self._matrix, free, self._touching)
 
-    def solve(self, residual):
-        """The solution but for a ten-thousandth of the residual, a vector."""
+    def solve(self, residual: Any) -> Any:
+        """Returns the solution but for a ten-thousandth of the residual, a vector."""
         blocks = reduce(add, self._factors.values())
         return (CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
