@@ -122,6 +122,7 @@ class MonolithicNewton:
         if self.method == "al" and not body.in_space:
             spaces += [facets.multipliers] * len(facets.g0)
         space = ng.ProductSpace(*spaces, ng.NumberSpace(body.mesh, definedon=facets.region))
+        self._systems: Direct | ConjugateGradients
         if body.in_space:
             self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
         else:
@@ -320,6 +321,6 @@ def usual_rho(solid: Cosserat, method: str, length: float) -> float:
     return (1 if method == "al" else 1e4) * (solid.lam + 2 * solid.mu) / length
 
 
-def _ratio(values: Any, scale: float) -> float:
+def _ratio(values: Any, scale: Any) -> float:
     """Returns the largest |value|/scale; 0 for none or zeros, inf without a scale."""
     return float(np.abs(values).max(initial=0.0)) / (float(scale) or np.finfo(float).tiny)

@@ -45,9 +45,9 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
         alike = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         if not alike or len(initial.forces) != len(self.law.corners):
             initial = None
-        if approach is None:
-            return self.of(self.newton("load").solve(load, initial))
-        return self.of(self.newton("approach").solve(approach, initial))
+        control = "load" if approach is None else "approach"
+        level: Any = load if approach is None else approach
+        return self.of(self.newton(control).solve(level, initial))
 
     def of(self, state: NodalState) -> OnMesh:
         """Returns the MeshSolution of a NodalState."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import ngsolve as ng
 import numpy as np
@@ -37,7 +38,8 @@ class CounterBody:
         self.obstacle = obstacle
         self.body = body
         self.shifts = shifts
-        self.nodes = condensed(without_idle_rotation(obstacle.body, Unilateral()))
+        second: Any = obstacle.body
+        self.nodes = condensed(without_idle_rotation(second, Unilateral()))
         words = (
             "its body must be above its contact boundary, which is straight and level: heights are those of "
             "the shape"

@@ -14,8 +14,8 @@ import microblock as mb
 from microblock.contact_solvers.corner_forces import least_norm_where_closed
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.fem import meshes, meshes3d
-from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
+from microblock.fem.body_spaces import FIELDS3D as FIELDS
 from microblock.fem.condensation import condensed
 from microblock.fem.contact_nodes import ContactNodes
 from microblock.halfplane.kernels import at_rest, normal_symbol

@@ -33,8 +33,8 @@ from microblock import (
     cost,
 )
 from microblock.fem import contact_term, factors, meshes, meshes3d
-from microblock.fem.body import FIELDS3D as FIELDS
 from microblock.fem.body import Loads
+from microblock.fem.body_spaces import FIELDS3D as FIELDS
 from tests import closed_forms
 
 SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
