@@ -137,7 +137,7 @@ NAMES = {
     "Loads": body.Loads,
     "Loads3D": body.Loads,  # and bodies, in space
     "Body3D": mb.Body,
-    "Condensation": condensation.Condensed,
+    "Condensation": condensation.CondensedNodes,
     "ContactFacets": facets.ContactFacets,
     "MonolithicNewton": newton.MonolithicNewton,
     "nan": math.nan,
