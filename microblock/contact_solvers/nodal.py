@@ -179,9 +179,11 @@ class NodalSolver(Solver):
     solution = NodalSolution
     verifies = True
     most_corners = None
-    # power of the nodes' distance with which loads converge at which edges of two corners cross; of most
-    # solids it is 0.5 to 0.8
-    crossing = 0.5
+
+    @property
+    def crossing(self) -> float:
+        """Power of the nodes' distance with which loads converge at which edges of two corners cross."""
+        return 0.5  # of most solids it is 0.5 to 0.8
 
     @cached_property
     def compliance(self):

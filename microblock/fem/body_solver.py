@@ -1,11 +1,14 @@
 """Contact of a body on a mesh, as it is or refined to an rtol."""
 
 from functools import cached_property
+from typing import Any, cast
 
+from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.nodal import NodalPath, NodalSolver
 from ..halfplane.kernels import coalescence_exponent
-from ..model.deformable import body_of
+from ..model.deformable import Deformable
 from ..model.progress import counting
+from ..model.types import Array
 from .body import Body
 from .condensation import require_pressed
 from .facets import require_upwards
@@ -23,51 +26,56 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     solution = MeshSolution
     counter_bodies = (Body,)
 
-    def set_up(self):
+    def set_up(self) -> None:
         super().set_up()
         require_pressed(self.body)
         self.counter  # which checks the second body
 
-    def solve(self, load, approach, rtol, initial=None):
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> MeshSolution:
         self.require_given_mesh(rtol)
         if rtol is not None:
             return refine_until(self, load, approach, rtol)
         return self.at(load, approach, initial)
 
     @cached_property
-    def counter(self):
+    def counter(self) -> CounterBody | None:
         """The CounterBody; None of a rigid obstacle."""
-        if body_of(self.obstacle) is None:
+        if not isinstance(self.obstacle, Deformable):
             return None
         return CounterBody(self.obstacle, self.nodes, self.blocks.shifts)
 
     @property
-    def refines(self):
+    def refines(self) -> bool:
         return self.counter is None
 
     @cached_property
-    def system(self):
+    def system(self) -> tuple[Array, Array, Array]:
         """(flexibility, initial gaps, shares in the load) of the law's corners on both bodies."""
         require_upwards(self.nodes)
         flexibility, gaps, share = super().system
-        more = 0.0 if self.counter is None else self.counter.flexibility(gaps)
-        return flexibility + more, gaps, share
+        if self.counter is not None:
+            flexibility = flexibility + self.counter.flexibility(gaps)
+        return flexibility, gaps, share
 
-    def path(self, last, rtol):
+    def path(self, last: float, rtol: float | None) -> NodalPath:
         self.require_given_mesh(rtol)
-        with counting("mesh"):  # its states are not what a path leaves
-            finest = self if rtol is None else refine_until(self, last, None, rtol).solver
-        return NodalPath(self.contact, last, rtol, followed=finest.contact)
+        followed = self.contact
+        if rtol is not None:
+            with counting("mesh"):  # its states are not what a path leaves
+                followed = refine_until(self, last, None, rtol).solver.contact
+        return NodalPath(self.contact, last, rtol, followed=followed)
 
     @property
-    def crossing(self):
+    def crossing(self) -> float:
         """That of the surface of the solid."""
         return 2 * coalescence_exponent(self.solid)
 
     @property
-    def compliance(self):
+    def compliance(self) -> Compliance:
         return self.nodes.compliance
 
-    def on(self, mesh):
-        """The solver of the same problem on another mesh."""
-        return self.contact.with_(body=self.body.on(mesh)).solver
+    def on(self, mesh: Any) -> "BodySolver":
+        """Returns the solver of the same problem on another mesh."""
+        return cast(BodySolver, self.contact.with_(body=self.body.on(mesh)).solver)

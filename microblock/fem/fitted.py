@@ -103,7 +103,7 @@ class FittedSolver(MeshFitter):
         """The solver with its obstacle's picture for a load."""
         obstacle = Within(self.obstacle, self.domain)
         problem = Problem(self.solid, self.law, obstacle, self.symmetric, blocks=self.blocks)
-        found = obstacle.forgotten(contact_candidates.find_candidates(problem, load))
+        found = obstacle.without_edges_of_body(contact_candidates.find_candidates(problem, load))
         if found.steps:
             raise NotConverged(
                 f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound"

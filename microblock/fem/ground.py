@@ -3,14 +3,18 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..errors import require, require_depth, require_finite
+from ..model.bodies import Block
+from ..model.contact_candidates import ContactCandidates
 from ..model.intervals import distance_to_root, runs
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
+from ..model.types import Array, Flags, Interval
 
 FAR = 1000.0  # size of an unbounded block over the reach of its contact boundary
 WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
@@ -20,59 +24,62 @@ WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
 class Within:
     """An obstacle as far as a bounded body goes, |x| < `far`."""
 
-    whole: object
+    obstacle: Any
     far: float
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return getattr(self.whole, name)
+        return getattr(self.obstacle, name)
 
-    def height(self, x):
-        return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
+    def height(self, x: Array) -> Array:
+        """Returns the height at x, array (n,); inf beyond the body."""
+        return np.where(np.abs(x) < self.far, heights(self.obstacle, np.asarray(x, float)), np.inf)
 
-    def forgotten(self, found):
-        """ContactCandidates without ends and steps of the body."""
+    def without_edges_of_body(self, candidates: ContactCandidates) -> ContactCandidates:
+        """Returns ContactCandidates without ends and steps of the body."""
 
-        def own(place):
+        def inside(place: float) -> bool:
             return abs(place) < self.far * (1 - 1e-6)
 
-        ends = tuple(end if own(end) else math.copysign(math.inf, end) for end in found.ends)
-        ends = () if all(map(math.isinf, ends)) else ends
-        steps, known = tuple(filter(own, found.steps)), found.detected and bool(ends or found.kinks)
-        return replace(found, ends=ends, steps=steps, detected=known)
+        ends = tuple(end if inside(end) else math.copysign(math.inf, end) for end in candidates.ends)
+        if all(map(math.isinf, ends)):
+            ends = ()
+        steps = tuple(filter(inside, candidates.steps))
+        detected = candidates.detected and bool(ends or candidates.kinks)
+        return replace(candidates, ends=ends, steps=steps, detected=detected)
 
-    def __repr__(self):
-        return repr(self.whole)
+    def __repr__(self) -> str:
+        return repr(self.obstacle)
 
 
 class GroundSolver(Solver):
     """What solvers of a Block have in common."""
 
+    body: Block
     verifies = True
-    candidates = None
+    candidates: ContactCandidates | None = None
 
-    def set_up(self):
-        if self.domain == math.inf:
+    def set_up(self) -> None:
+        self.has_level = self.domain < math.inf
+        if not self.has_level:
             self.require_lowest()
 
     @property
-    def domain(self):
+    def domain(self) -> float:
         """Half of the block's width, and its depth (length); inf for a half-plane."""
         return self.body.size
 
-    @property
-    def has_level(self):
-        return self.domain < math.inf
-
     @cached_property
-    def problem(self):
+    def problem(self) -> Problem:
         """The problem along x1, of a symmetric one of a half."""
-        parts = self.solid, self.law, self.obstacle, self.symmetric, self.candidates
+        parts = (self.solid, self.law, self.obstacle, self.symmetric, self.candidates)
         return Problem(*parts, blocks=self.blocks)
 
-    def first_load(self, approach):
-        """A load of about this approach; BadArgument unless it lies above first touch, on a bounded block."""
+    def first_load(self, approach: float) -> float:
+        """Returns a load of about this approach; raises BadArgument unless it lies above first touch, on a
+        bounded block.
+        """
         words = (
             "has no meaning on an unbounded block, whose approach is that of the place where it is cut off: "
             "give the load, or a size"
@@ -86,22 +93,26 @@ class GroundSolver(Solver):
         require_depth(approach, approach - lowest, self.domain)
         return float(self.solid.E_star * (approach - lowest) / 2)
 
-    def share(self, load):
-        """Load of the computed part."""
+    def share(self, load: float) -> float:
+        """Returns the load of the computed part."""
         return load / 2 if self.symmetric else load
 
-    def runs(self, x, closed, pressures):
-        """{corner: intervals} of closed nodes; at their ends p^2, continued linearly, vanishes."""
+    def runs(self, x: Array, closed: Flags, pressures: Array) -> dict[int, tuple[Interval, ...]]:
+        """Returns {corner: intervals} of closed nodes, at x, (n,), from arrays (corners, n); at their ends
+        p^2, continued linearly, vanishes.
+        """
         closed = closed.copy()
         if self.symmetric:  # there one multiplier stands for all corners
             closed[:, 0] = closed[:, 0].any() & closed[:, 1]
             pressures = np.where(x == 0, pressures.mean(axis=0), pressures)
         zones = {}
-        for corner, (own, p) in enumerate(zip(closed, pressures)):
-            zones[corner] = tuple((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs(own))
+        for corner, (flags, p) in enumerate(zip(closed, pressures)):
+            ends = ((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs(flags))
+            zones[corner] = tuple(ends)
         return zones
 
-    def _end(self, x, p, i, j, side):
+    def _end(self, x: Array, p: Array, i: int, j: int, side: int) -> float:
+        """Returns where the zone of the closed nodes from i to j ends beside i."""
         fixed = [end for end in self.ends() if math.isclose(end, x[i])]
         if fixed or (self.symmetric and x[i] == 0):
             return float(x[i])
@@ -111,6 +122,6 @@ class GroundSolver(Solver):
         past = distance_to_root(abs(x[i] - x[i - side]), p[i], p[i - side])
         return float(x[i] + side * min(outside, past))
 
-    def ends(self):
-        """Contact points at which a corner meets an end of the obstacle."""
+    def ends(self) -> list[float]:
+        """Returns contact points at which a corner meets an end of the obstacle."""
         return [end for corner in range(len(self.law.corners)) for end in self.problem.ends_of(corner)]
