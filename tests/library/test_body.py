@@ -623,7 +623,7 @@ def answers():
 def test_without_cvxopt_states_fields_and_refusals_are_the_same():
     """To rounding of factors whose condition is 1e6 or so; in space the residual of the conditions, 1e-7."""
     code = (
-        "import sys, json; sys.modules['cvxopt'] = None\n"
+        "import sys, json; sys.modules['cvxopt'] = None; sys.path.insert(0, 'tests')\n"
         "from tests.library.test_body import answers; print(json.dumps(answers()))"
     )
     root = Path(__file__).parents[2]
