@@ -143,9 +143,9 @@ def test_rounding_next_to_coalescence_is_not_surveyed(monkeypatch):
 
 def test_overlaps_are_larger_than_rounding():
     """Each overlap apart from all edges becomes a zone, whatever it is worth."""
-    pictured = problem(1.0, mb.Microblock()).solver._pictured_problem(2.25)
+    here = problem(1.0, mb.Microblock()).solver._candidate_problem(2.25)
     state = edges.newton_zone_edges(
-        pictured, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4
+        here, 2.2566365267, {0: ((-2.9032115456774185e-12, 1.4354504688854304),)}, 10, 1e-4
     )
     depths = np.array([violation.depth for violation in survey_module.contact_violations(state)])
     assert np.all((depths > 1e-14) | (depths == 0))
