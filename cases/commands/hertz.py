@@ -202,9 +202,9 @@ def _uniform(options, h, order):
 
 def _distance(coarse, fine):
     """The largest relative distance of states on two meshes."""
-    from microblock.fem.mesh_solution import difference  # here: panels do without ngsolve
+    from microblock.fem.mesh_solution import change_between_meshes  # here: panels do without ngsolve
 
-    return max(difference(one.solution, other.solution) for one, other in zip(coarse, fine))
+    return max(change_between_meshes(one.solution, other.solution) for one, other in zip(coarse, fine))
 
 
 def observe(options, state, estimate):

@@ -15,7 +15,7 @@ from . import off_node_violations
 from .body import Body
 from .condensation import CondensedNodes, without_idle_rotation
 from .ground import FAR, WITHIN, GroundSolver
-from .mesh_solution import Estimate, MeshSolution, difference, unfolded
+from .mesh_solution import MeshErrorParts, MeshSolution, change_between_meshes, unfolded
 from .meshes import GRADING, RATIO, SLIVER, Ground, falling_orders, fitted_triangles
 
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
@@ -115,7 +115,7 @@ class FittedMesh:
     step : float, what that changes of the pressure in L2, relative
     near : length, below which an edge is put to an end of the obstacle
     part : MeshSolution of the computed part
-    estimate : Estimate
+    estimate : MeshErrorParts
 
     Raises
     ------
@@ -171,14 +171,14 @@ class FittedMesh:
         bounded = self.solver.domain < math.inf
         # 0.7 to 1.9 of that were seen, most for the unilateral law and nu = 0.45
         truncation = 0.0 if bounded else 2 * (max(map(abs, self.tips)) / self.ground.far) ** 2
-        discretisation = None if self.coarse is None else difference(self.coarse, self.part)
+        discretisation = None if self.coarse is None else change_between_meshes(self.coarse, self.part)
         square = sum(each.worth**2 for each in self.violations)
         blocks, obstacle = self.solver.blocks, self.solver.obstacle
         if not getattr(obstacle, "formulas", False):
             square += off_node_violations.missed_heights(
                 self.nodes.along, self.closed, blocks, obstacle, self._sites
             ).sum()
-        return Estimate(discretisation, self.step, truncation, math.sqrt(square) / self._size)
+        return MeshErrorParts(discretisation, self.step, truncation, math.sqrt(square) / self._size)
 
     @property
     def _size(self):

@@ -62,7 +62,7 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
             state.kkt,
             state.iterations,
             state.unknowns,
-            found=state.fields,
+            computed=state.fields,
             gaps=self.nodes.g0,
             closed=state.closed,
         )
@@ -98,5 +98,5 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
             state.surface,
             state.kkt,
             state.iterations,
-            found=state.fields,
+            computed=state.fields,
         )
