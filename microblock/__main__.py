@@ -46,17 +46,17 @@ def solve(
     unit: str | None = None,
     skip: int | None = None,
     window: tuple[float, float] | None = None,
-    loads=(1.0,),
-    E=100.0,
-    nu=0.3,
-    beta=1.0,
-    ell=0.1,
-    psi0_deg=0.0,
+    loads: tuple[float, ...] = (1.0,),
+    E: float = 100.0,
+    nu: float = 0.3,
+    beta: float = 1.0,
+    ell: float = 0.1,
+    psi0_deg: float = 0.0,
     contact: Literal["microblock", "unilateral", "microclamped"] = "microblock",
     rtol: float | None = None,
-    path=False,
-):
-    """States of an obstacle on a half-plane at each load, in the order given.
+    path: bool = False,
+) -> dict[str, Any]:
+    """Returns the states of an obstacle on a half-plane at each load, in the order given.
 
     Parameters
     ----------
@@ -86,36 +86,42 @@ def solve(
         require(value is None or samples is not None, option, value, "belongs to --samples FILE")
     words = "belongs to --contact microblock"
     require(not psi0_deg or contact == "microblock", "psi0_deg", psi0_deg, words)
-    given: Any = samples if height is None else height
-    name = "samples" if height is None else "height"
-    profile = None if samples is None else read_profile(samples, name, columns, unit, skip or 0)
-    obstacle = obstacle_of(profile, given, name, noise) if profile else function_of_x(given, name)
-    method = Cells(window=window) if window else None
-    rtol = rtol if rtol is not None else 1e-2 if window else 1e-3
-    law = {"unilateral": Unilateral(), "microclamped": Microclamped()}.get(
-        contact, Microblock(radians(psi0_deg))
-    )
+    profile = None
+    if height is not None:
+        obstacle: Any = function_of_x(height, "height")
+    else:
+        profile = read_profile(samples, "samples", columns, unit, skip or 0)
+        obstacle = obstacle_of(profile, samples, "samples", noise)
+    if rtol is None:
+        rtol = 1e-2 if window else 1e-3
+    laws = {"unilateral": Unilateral(), "microclamped": Microclamped()}
+    law = laws.get(contact, Microblock(radians(psi0_deg)))
+    result: dict[str, Any] = {"parameters": {"rtol": rtol}}
+    if profile:
+        result["parameters"]["understood"] = profile.understood
     try:
-        problem = Contact(HalfPlane(Cosserat(E, nu, ell, beta=beta)), obstacle, law, method)
-        states = problem.states(loads, rtol=rtol)
-        events = problem.path(load=max(loads), rtol=rtol).to_dict()["events"] if path else None
+        body = HalfPlane(Cosserat(E, nu, ell, beta=beta))
+        problem = Contact(body, obstacle, law, Cells(window=window) if window else None)
+        result["states"] = problem.states(loads, rtol=rtol)
+        if path:
+            result["events"] = problem.path(load=max(loads), rtol=rtol).to_dict()["events"]
     except BadArgument as failure:
         if failure.name != "obstacle":
             raise
         # the advice of an obstacle that is too wide for panels
         words = failure.allowed.replace("Cells(nodes=..., window=...) take", "--window L R takes")
-        raise BadArgument(name, given, words) from failure
-    parameters = {"rtol": rtol, **({"understood": profile.understood} if profile else {})}
-    return {"states": states, "parameters": parameters, **({"events": events} if path else {})}
+        name = "samples" if height is None else "height"
+        raise BadArgument(name, samples if height is None else height, words) from failure
+    return result
 
 
-def figure(result):
-    """Pressure, micromoment and zones of each state."""
+def figure(result: dict[str, Any]) -> dict[str, Any]:
+    """Returns pressure, micromoment and zones of each state."""
     return {f"contact_{state.load}": state.plot() for state in result["states"]}
 
 
-def table(result):
-    """What is printed: material and law as taken, and a row a state."""
+def table(result: dict[str, Any]) -> dict[str, Any]:
+    """Returns what is printed: material and law as taken, and a row a state."""
     rows = [
         {
             "load": state.load,
@@ -126,7 +132,8 @@ def table(result):
         }
         for state in result["states"]
     ]
-    first, parameters = result["states"][0], result["parameters"]
+    first = result["states"][0]
+    parameters = result["parameters"]
     taken = {"solid": repr(first.solid), "law": repr(first.law), "rtol": parameters["rtol"]}
     if "understood" in parameters:
         taken["samples"] = [f"{words};" for words in parameters["understood"]]
@@ -134,9 +141,10 @@ def table(result):
 
 
 @quiet
-def main(words=None):
-    """The command `microblock contact ...`; returns the exit status."""
-    words = sys.argv[1:] if words is None else words
+def main(words: list[str] | None = None) -> int:
+    """Runs the command `microblock contact ...`; returns the exit status."""
+    if words is None:
+        words = sys.argv[1:]
     if words[:1] == ["contact"]:
         return run("microblock contact", sys.modules[__name__], words[1:])
     if words[:1] == ["--version"]:

@@ -17,10 +17,12 @@ import time
 import traceback
 import types
 import typing
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import wraps
 from pathlib import Path
+from typing import Any, NoReturn
 
 from .data.records import number, versions, write_text
 from .errors import (
@@ -35,12 +37,14 @@ from .errors import (
 )
 from .model.results import plain_data
 
+Main = Callable[[list[str] | None], int]
 
-def quiet(main):
+
+def quiet(main: Main) -> Callable[..., int]:
     """Returns a main that ends with the status of shells, and no words, where nobody reads its output on."""
 
     @wraps(main)
-    def ended(words=None):
+    def ended(words: list[str] | None = None) -> int:
         try:
             try:
                 return main(words)
@@ -56,18 +60,18 @@ def quiet(main):
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line, and exit status 2."""
 
-    def error(self, message):
+    def error(self, message: str) -> NoReturn:
         if message.endswith("expected one argument"):
             message += "; a value that begins with - is written --NAME=VALUE"
         self.exit(2, f"{self.prog}: {message}\n")
 
 
-def did_you_mean(word, known):
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
     """Returns a question after an unknown word, or nothing."""
-    return "".join(f": did you mean {near}?" for near in get_close_matches(word, list(known), n=1))
+    return "".join(f": did you mean {near}?" for near in get_close_matches(word, list(choices), n=1))
 
 
-def flag(name):
+def flag(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
@@ -78,13 +82,13 @@ class Option:
     """
 
     name: str
-    default: object
+    default: Any
     text: str
     kind: type
-    many: int | str | None
-    choices: tuple[str, ...]
+    many: int | str | None = None
+    choices: tuple[str, ...] = ()
 
-    def value(self, text):
+    def value(self, text: Any) -> Any:
         """Returns the value of a text or a list of texts; raises BadArgument if it is none."""
         if isinstance(text, list):
             return tuple(map(self.value, text))
@@ -99,38 +103,49 @@ class Option:
         return self.kind(value)
 
 
-def options(function):
+def options(function: Callable[..., Any]) -> dict[str, Option]:
     """Returns {name: option} of a function, by the types of its parameters or of their default values."""
-    hints, known = typing.get_type_hints(function), {}
+    hints = typing.get_type_hints(function)
     lines = re.findall(r"^\s*(\w+(?:, \w+)*) : (.+(?:\n {2,}\S.*)*)$", inspect.getdoc(function) or "", re.M)
     texts = {name: " ".join(text.split()) for names, text in lines for name in names.split(", ")}
-    for name, parameter in inspect.signature(function).parameters.items():
-        hint, default = hints.get(name, type(parameter.default)), parameter.default
-        if types.NoneType in typing.get_args(hint):
-            hint, _ = typing.get_args(hint)
-        kinds, family = typing.get_args(hint), typing.get_origin(hint) or hint
-        many = None if family is not tuple else "+" if not kinds or ... in kinds else len(kinds)
-        choices = kinds if family is typing.Literal else ()
-        kind = str if choices else family if not many else kinds[0] if kinds else type(default[0])
-        known[name] = Option(name, default, texts.get(name, ""), kind, many, choices)
-    known.pop("out", None)
-    return known
+    return {
+        name: _option(parameter, hints.get(name, type(parameter.default)), texts.get(name, ""))
+        for name, parameter in inspect.signature(function).parameters.items()
+        if name != "out"
+    }
 
 
-def parser(program, module, known):
-    """Returns the parser of a command, which leaves values as texts."""
-    head, _, rest = inspect.getdoc(module).partition("\n")
+def _option(parameter: inspect.Parameter, hint: Any, text: str) -> Option:
+    """Returns the option of a parameter with a type, which is optional or not, and words on it."""
+    name = parameter.name
+    default = parameter.default
+    if types.NoneType in typing.get_args(hint):
+        hint, _ = typing.get_args(hint)
+    kinds = typing.get_args(hint)
+    family = typing.get_origin(hint) or hint
+    if family is typing.Literal:
+        return Option(name, default, text, str, choices=kinds)
+    if family is not tuple:
+        return Option(name, default, text, family)
+    many = "+" if not kinds or ... in kinds else len(kinds)
+    return Option(name, default, text, kinds[0] if kinds else type(default[0]), many)
+
+
+def parser(program: str, module: Any, offered: Iterable[Option]) -> OneLineParser:
+    """Returns the parser of a command with options, which leaves values as texts."""
+    head, _, body = (inspect.getdoc(module) or "").partition("\n")
     command = OneLineParser(
         prog=program,
         description=_plain(head),
-        epilog=_plain(rest.lstrip("=\n")),
+        epilog=_plain(body.lstrip("=\n")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         argument_default=argparse.SUPPRESS,
         allow_abbrev=False,
     )
-    for option in known:
-        text, short = option.text, option.name.rpartition("_")[2].upper()
-        form = {"nargs": option.many, "metavar": "|".join(option.choices) or short}
+    for option in offered:
+        text = option.text
+        short = option.name.rpartition("_")[2].upper()
+        form: dict[str, Any] = {"nargs": option.many, "metavar": "|".join(option.choices) or short}
         if option.kind is bool:
             form = {"action": "store_true"}
         elif option.default not in (None, ()):
@@ -143,27 +158,29 @@ def parser(program, module, known):
     return command
 
 
-def _plain(text):
-    """A text without marks of RST."""
+def _plain(text: str) -> str:
+    """Returns a text without marks of RST."""
     return re.sub(r"(:\w+:)?`+([^`]+)`+", r"\2", text)
 
 
-def run(program, module, words, setup=0.0):
+def run(program: str, module: Any, words: list[str] | None, setup: float = 0.0) -> int:
     """Runs a command of a module, called `program`; returns the exit status. `setup` are the seconds of its
     import.
     """
-    known = options(module.solve)
-    top = parser(program, module, known.values())
-    given, unknown = top.parse_known_args(words)
+    offered = options(module.solve)
+    top = parser(program, module, offered.values())
+    namespace, unknown = top.parse_known_args(words)
     if unknown:
-        flags = [*map(flag, known), "--json", "--out", "--help"]
+        flags = [*map(flag, offered), "--json", "--out", "--help"]
         top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(unknown[0], flags)}")
-    texts = vars(given)
-    place, out = texts.pop("json"), texts.pop("out")
+    texts = vars(namespace)
+    place = texts.pop("json")
+    out = texts.pop("out")
+    message: object
     try:
         arguments = {
             name: option.value(texts[name]) if name in texts else option.default
-            for name, option in known.items()
+            for name, option in offered.items()
         }
         if place not in (None, "-"):
             require_place(place, "json")
@@ -171,38 +188,49 @@ def run(program, module, words, setup=0.0):
         _answer(program, module, arguments, place, folder, setup)
         return 0
     except BadArgument as failure:
-        status, message = 2, _complaint(failure, known, [*texts])
+        status = 2
+        message = _complaint(failure, [*offered], [*texts])
     except MicroblockError as failure:
-        status, message = 1, failure
+        status = 1
+        message = failure
     except BrokenPipeError:
         raise
     except KeyboardInterrupt as stop:  # with the status that shells give
-        status, message = 130, str(stop) or "interrupted"
+        status = 130
+        message = str(stop) or "interrupted"
     except Exception as failure:  # of a script with its options, of NGSolve, of the machine
-        at = traceback.extract_tb(failure.__traceback__)[-1]
-        where = f"{Path(at.filename).name}, line {at.lineno}"
-        status, message = 1, f"stopped by {type(failure).__name__} in {where}: {failure}"
+        frame = traceback.extract_tb(failure.__traceback__)[-1]
+        where = f"{Path(frame.filename).name}, line {frame.lineno}"
+        status = 1
+        message = f"stopped by {type(failure).__name__} in {where}: {failure}"
     print(f"{program}: {' '.join(str(message).split())}", file=sys.stderr)
     return status
 
 
-def _answer(program, module, arguments, place, folder, setup):
+def _answer(
+    program: str, module: Any, arguments: dict[str, Any], place: str | None, folder: Path | None, setup: float
+) -> None:
     """Solves, prints and writes."""
-    more = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
+    if "out" in inspect.signature(module.solve).parameters:
+        arguments = {**arguments, "out": folder}
     start = time.perf_counter()
-    result = module.solve(**arguments, **more)
+    result = module.solve(**arguments)
     seconds = {"setup": setup, "solve": time.perf_counter() - start}
-    found = plain_data(module.to_dict(result) if hasattr(module, "to_dict") else result)
-    found = found if isinstance(found, dict) else {"states": found}
-    resolved = plain_data(arguments) | found.pop("parameters", {})
-    entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | found
-    text, warnings = json.dumps(entries, indent=1, allow_nan=False), []
+    arguments.pop("out", None)
+    data = plain_data(module.to_dict(result) if hasattr(module, "to_dict") else result)
+    if not isinstance(data, dict):
+        data = {"states": data}
+    resolved = plain_data(arguments) | data.pop("parameters", {})
+    entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | data
+    text = json.dumps(entries, indent=1, allow_nan=False)
+    warnings: list[str] = []
     # lists of that name, wherever they stand
-    json.loads(text, object_hook=lambda part: warnings.extend(part.get("warnings") or ()))
+    json.loads(text, object_hook=lambda entry: warnings.extend(entry.get("warnings") or ()))
     if place != "-":
-        print("\n".join(summary(module.table(result) if hasattr(module, "table") else found)))
-    drawn = folder and hasattr(module, "figure")
-    files = _draw(module, result, folder, program.split()[-1]) if drawn else []
+        print("\n".join(summary(module.table(result) if hasattr(module, "table") else data)))
+    files: list[Any] = []
+    if folder and hasattr(module, "figure"):
+        files = _draw(module, result, folder, program.split()[-1])
     for sentence in dict.fromkeys(warnings):
         print(f"warning: {sentence}", file=sys.stderr)
     if place == "-":  # after the figures: where they fail, nothing stands on standard output
@@ -215,9 +243,9 @@ def _answer(program, module, arguments, place, folder, setup):
         print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
 
 
-def summary(entries, within=""):
+def summary(entries: dict[str, Any], within: str = "") -> list[str]:
     """Returns lines with the numbers and words of a result, and tables."""
-    lines = []
+    lines: list[str] = []
     for name, value in entries.items():
         if isinstance(value, dict):
             lines += summary(value, f"{within}{name}.")
@@ -232,17 +260,19 @@ def summary(entries, within=""):
     return lines
 
 
-def _shown(value):
-    """A number, a word, or a list of few of them; nothing of what is longer."""
+def _shown(value: Any) -> str:
+    """Returns a number, a word, or a list of few of them; nothing of what is longer."""
     if isinstance(value, list):
-        parts = [_shown(part) for part in value[:8]]
-        return (" ".join(parts) or "-") if all(parts) and len(parts) < 8 else ""
+        entries = [_shown(entry) for entry in value[:8]]
+        return (" ".join(entries) or "-") if all(entries) and len(entries) < 8 else ""
     if isinstance(value, dict):
         return ""
-    return f"{value:.7g}" if isinstance(value, float) else "-" if value is None else shortened(str(value))
+    if value is None:
+        return "-"
+    return f"{value:.7g}" if isinstance(value, float) else shortened(str(value))
 
 
-def _draw(module, result, folder, name):
+def _draw(module: Any, result: Any, folder: Path, name: str) -> list[Path]:
     """Draws the figures of a result; returns the files."""
     from matplotlib import pyplot  # where something is drawn: other commands do without it
 
@@ -259,10 +289,12 @@ def _draw(module, result, folder, name):
     return files
 
 
-def _complaint(failure, known, given):
-    """The sentence of a BadArgument, after the option that it is about."""
+def _complaint(failure: BadArgument, offered: list[str], asked: list[str]) -> object:
+    """Returns the sentence of a BadArgument, after the option that it is about, of those that a command
+    offers and those that were asked for.
+    """
     names = failure.name, f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
-    near = [name for name in names if name in (*known, "json", "out")]
-    if failure.name not in near and len(given) == 1:  # of one alone: the defaults are right
-        near = given
+    near = [name for name in names if name in (*offered, "json", "out")]
+    if failure.name not in near and len(asked) == 1:  # of one alone: the defaults are right
+        near = asked
     return f"{flag(near[0])}: {failure}" if near else failure

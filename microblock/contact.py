@@ -90,7 +90,8 @@ class Contact:
         in_space = over_surface(self.body)
         obstacles.check(self.obstacle, in_space)
         laws.check(self.law, in_space)
-        solid, law = self.body.solid, self.law
+        solid = self.body.solid
+        law = self.law
         classical = len(law.corners) == 1 and not law.clamps_rotation
         words = "must be Unilateral() on a solid without blocks, Elastic"
         require(classical or not isinstance(solid, Elastic), "law", law, words)
@@ -100,8 +101,8 @@ class Contact:
         require(not turns, "beta", solid.beta, words)
         allowed = " or ".join(f"{method.__name__}()" for method in self.body.methods)
         words = f"must be {allowed} on a {type(self.body).__name__}"
-        known = self.method is None or isinstance(self.method, tuple(self.body.methods))
-        require(known, "method", self.method, words)
+        solves = self.method is None or isinstance(self.method, tuple(self.body.methods))
+        require(solves, "method", self.method, words)
         if not in_space and solid.has_length:  # else once the load gives one
             require_even(law, self.obstacle, solid.ell)
             require_jumps(self.obstacle, solid.ell)
@@ -187,8 +188,8 @@ class Contact:
         return several or (Candidate(self.solver),)
 
     def _solver_of(self, options: MethodLike) -> Solver:
-        known = getattr(self.body, "solvers", {})
-        solver: Any = known.get(type(options), getattr(options, "solver", None))
+        solvers = getattr(self.body, "solvers", {})
+        solver: Any = solvers.get(type(options), getattr(options, "solver", None))
         require(solver, "method", options, "has no attribute `solver`, a Solver class or its path")
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
@@ -258,13 +259,14 @@ class Contact:
         goal = problem._goal(rtol)
 
         def answer(candidate: Candidate) -> State:
-            solver, cost = candidate.solver, candidate.cost
+            solver = candidate.solver
 
             def given(solution: Any) -> State:
                 return solver.state(solution).noting("interrupted: rtol was not reached")
 
             with counting(f"solve by {type(solver.options).__name__}()", progress, given=given):
-                counted(0, **({"expected": f"{cost.seconds:.2g} s"} if cost else {}))
+                if candidate.cost:
+                    counted(0, expected=f"{candidate.cost.seconds:.2g} s")
                 state = solver.state(solver.solve(load, approach, goal, start))
             if approach is not None:
                 depth = np.abs(state.displacement).max() if state.load > 0 else 0.0
@@ -297,7 +299,8 @@ class Contact:
         >>> [state.load for state in problem.states([0.5, 1.0])]
         [0.5, 1.0]
         """
-        loads, states = require_values(loads=loads), list[Any]([None])
+        loads = require_values(loads=loads)
+        states: list[Any] = [None]
         with counting("states", progress, total=len(loads), given=lambda states: states[1:]):
             kept(states)
             for load in loads:
@@ -312,7 +315,8 @@ class Contact:
         friction = getattr(self.law, "friction", 0.0)
         words = "makes states depend on what came before: follow the loads by history([(P, Q), ...])"
         require(not friction, "friction", friction, words)
-        load, approach = plain(load), plain(approach)
+        load = plain(load)
+        approach = plain(approach)
         require((load is None) != (approach is None), "load", load, "give either load or approach")
         if load is not None:
             require_positive(load=load)
@@ -321,7 +325,9 @@ class Contact:
         rtol = require_tolerance(rtol)
         if initial is not None:
             require_kind(State, "a State", initial=initial)
-            kind = None if initial.flat else "nodes" if initial.squares is None else "cells"
+            kind = None
+            if not initial.flat:
+                kind = "nodes" if initial.squares is None else "cells"
             words = "must be a State of the same kind of body"
             require(kind == self.solver.in_space, "initial", initial, words)
         return load, approach, rtol
@@ -459,8 +465,8 @@ class Contact:
                 words = f"is that of the {type(self.body).__name__}, which has no of(solid): give a body"
                 require(hasattr(self.body, "of"), "solid", solid, words)
                 body = cast(Any, self.body).of(solid)
-        parts: dict[str, Any] = {"body": body, "obstacle": obstacle, "law": law, "method": method}
-        return replace(self, **{name: part for name, part in parts.items() if part is not None})
+        replaced: dict[str, Any] = {"body": body, "obstacle": obstacle, "law": law, "method": method}
+        return replace(self, **{name: part for name, part in replaced.items() if part is not None})
 
     def __repr__(self) -> str:
         return line("Contact problem", f"{shown(self.obstacle)} on {shown(self.body)}, {shown(self.law)}")

@@ -63,65 +63,69 @@ RATES = {
 }
 
 
-def of(method, unknowns, times=1.0):
-    """The Cost of a method with so many unknowns, which are solved for so many times as often as usual."""
+def predict(method: str, unknowns: float, times: float = 1.0) -> Cost:
+    """Returns the Cost of a method, of RATES, with so many unknowns, which are solved for so many times as
+    often as usual.
+    """
     rate = RATES[method]
-    seconds, memory = times * rate.each * unknowns**rate.power, rate.memory * unknowns**rate.spread
-    return Cost(float(rate.fixed + seconds), float(memory), float(unknowns))
+    seconds = rate.fixed + times * rate.each * unknowns**rate.power
+    memory = rate.memory * unknowns**rate.spread
+    return Cost(float(seconds), float(memory), float(unknowns))
 
 
-def available():
-    """Bytes of memory that this process can have."""
+def available() -> float:
+    """Returns how many bytes of memory this process can have."""
     try:
         lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text().splitlines())
-        return 1024 * int(lines["MemAvailable"].split()[0])
+        return 1024.0 * int(lines["MemAvailable"].split()[0])
     except (OSError, KeyError, ValueError):
         return 8e9  # of a system that does not tell
 
 
-def of_factors(rows, entries):
-    """Bytes to factorise the matrix of a plane body with so many rows and entries.
+def factor_bytes(rows: float, entries: float) -> float:
+    """Returns bytes to factorise the matrix of a plane body with so many rows and entries.
 
     Factors have 0.31 to 0.46 of the entries times log2 of the rows; three of them are held at a time.
     """
     return 3 * ENTRY * 0.45 * entries * math.log2(max(rows, 2))
 
 
-def of_nodes(count):
-    """Bytes for dense matrices of so many contact nodes: 25 numbers a pair."""
-    return 200 * count * count  # inf where it overflows
+def dense_bytes(nodes: float) -> float:
+    """Returns bytes of the dense matrices of so many contact nodes: 25 numbers a pair; inf beyond floats."""
+    return 200.0 * nodes * nodes
 
 
-def too_much(needed):
-    """What is wrong with so many bytes, in words, or nothing."""
+def too_much(needed: float) -> str:
+    """Returns what is wrong with so many bytes, in words, or nothing."""
     if needed <= max(available() / 20, LITTLE):
         return ""
     if needed <= MOST_MEMORY:
         gc.collect()  # problems and their solvers know one another, and stay until they are looked for
-    there = available()
-    if needed <= 0.8 * there:
+    free = available()
+    if needed <= 0.8 * free:
         return ""
-    return f"would take {needed / 1e9:.2g} GB of memory, and {there / 1e9:.2g} GB are available"
+    return f"would take {needed / 1e9:.2g} GB of memory, and {free / 1e9:.2g} GB are available"
 
 
-def require_room(needed, what, advice):
-    """Raises NotConverged unless so many bytes are there."""
+def require_room(needed: float, what: str, advice: str) -> None:
+    """Raises NotConverged unless so many bytes are available."""
     words = too_much(needed)
     if words:
         raise NotConverged(f"{what} {words}: {advice}")
 
 
-def of_history(forces, pairs):
-    """Seconds of a history of so many forces and pairs of loads, at most; a quarter was seen."""
+def history_seconds(forces: float, pairs: float) -> float:
+    """Returns seconds of a history of so many forces and pairs of loads, at most; a quarter was seen."""
     return 2e-10 * pairs * forces**3
 
 
-def require_history(cells, forces, pairs):
-    """Raises NotConverged where a history on so many cells would take more memory than there is, or half an
-    hour. A pair of forces takes 54 bytes.
+def require_history(cells: int, forces: int, pairs: int) -> None:
+    """Raises NotConverged where a history on so many cells would take more memory than is available, or half
+    an hour. A pair of forces takes 54 bytes.
     """
-    what, advice = f"a history on {cells} cells", "take fewer pairs, smaller loads, or fewer features"
+    what = f"a history on {cells} cells"
+    advice = "take fewer pairs, smaller loads, or fewer features"
     require_room(64 * forces**2, what, advice)
-    seconds = of_history(forces, pairs)
+    seconds = history_seconds(forces, pairs)
     if seconds > 1800:
         raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")

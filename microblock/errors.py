@@ -17,7 +17,8 @@ LONGEST = 80  # characters of a value in a message
 NOT_YET = "must be larger: the obstacle touches no node or cell of the body yet"  # of an approach
 BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period= a surface that repeats"
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
-SMALLEST, LARGEST = 1e-50, 1e50
+SMALLEST = 1e-50
+LARGEST = 1e50
 SIZES = (
     f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute value: double precision does not carry "
     "products of others; take other units"
@@ -60,7 +61,9 @@ class BadArgument(MicroblockError, ValueError):
 
     def __init__(self, name: str, value: object, allowed: str) -> None:
         super().__init__(f"{name} = {shown(value)}: {allowed}")
-        self.name, self.value, self.allowed = name, value, allowed
+        self.name = name
+        self.value = value
+        self.allowed = allowed
 
 
 class Inadmissible(BadArgument):
@@ -103,7 +106,9 @@ class NotConverged(MicroblockError, RuntimeError):
         rtol_reached: float | None = None,
     ) -> None:
         super().__init__(message)
-        self.reached, self.iterations, self.rtol_reached = reached, iterations, rtol_reached
+        self.reached = reached
+        self.iterations = iterations
+        self.rtol_reached = rtol_reached
 
 
 class Interrupted(KeyboardInterrupt):
@@ -184,32 +189,43 @@ def out_of_reach(
     met, unless that is not known yet (`met_again`), and what `besides` names. The rtol is larger than `best`
     by a `margin` where a method goes another way for another rtol.
     """
-    figure, reached = at_least(best), approach if load is None else load
-    where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
+    message = f"rtol = {rtol:g} was not reached"
+    if load is not None:
+        message += f" at load {load:g}"
+    elif approach is not None:
+        message += f" at approach {approach:g}"
+    message += why
+    if np.isfinite(best):
+        message += f", the smallest error estimate was {at_least(best)}"
     met = float(at_least(margin * best))
-    asked = [f"ask for rtol={met:.1e}"] * (rtol < met < 1 and met_again)
-    advice = " or ".join(asked + [besides] * bool(besides))
+    is_met = rtol < met < 1
+    advice = [f"ask for rtol={met:.1e}"] if is_met and met_again else []
+    if besides:
+        advice.append(besides)
+    if advice:
+        message += "; " + " or ".join(advice)
     return NotConverged(
-        f"rtol = {rtol:g} was not reached{where}{why}"
-        + f", the smallest error estimate was {figure}" * bool(np.isfinite(best))
-        + f"; {advice}" * bool(advice),
-        reached=reached,
-        rtol_reached=met if rtol < met < 1 else None,
+        message,
+        reached=approach if load is None else load,
+        rtol_reached=met if is_met else None,
         iterations=iterations,
     )
 
 
 def shown(value: Any) -> str:
     """Returns a value on one short line, of a sequence its first entries."""
+    if isinstance(value, type):
+        return f"class {value.__name__}"
     if callable(value) and hasattr(value, "__name__"):
-        return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
+        return f"function {value.__name__}"
     sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
     if sequence and len(value) > 6:
-        return f"{len(value)} entries ({', '.join(shown(one) for one in value[:3])}, ...)"
+        return f"{len(value)} entries ({', '.join(shown(entry) for entry in value[:3])}, ...)"
     return shortened(repr(plain(value)))
 
 
 def shortened(words: str) -> str:
+    """Returns words on one line of at most LONGEST characters."""
     line = " ".join(words.split())
     return line if len(line) <= LONGEST else line[: LONGEST - 4] + " ..."
 
@@ -237,11 +253,12 @@ class Checked:
     """
 
     def __post_init__(self) -> None:
-        for one in fields(cast(Any, self)):
-            value, check = plain(getattr(self, one.name)), one.metadata.get("check")
-            if check and (value is not None or one.default is not None):
-                value = check(**{one.name: value}) or value
-            object.__setattr__(self, one.name, value)
+        for field in fields(cast(Any, self)):
+            value = plain(getattr(self, field.name))
+            check = field.metadata.get("check")
+            if check and (value is not None or field.default is not None):
+                value = check(**{field.name: value}) or value
+            object.__setattr__(self, field.name, value)
 
 
 def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
@@ -303,12 +320,13 @@ def require_place(
     itself, with one of the endings, or none.
     """
     require(_names(path) and not Path(path).is_dir(), name, path, "must name a file")
-    where, known, text = Path(path), sorted(endings or ()), str(path)
-    words = f"must lie in a folder that can be written to, and {where.parent} is none"
-    require(where.parent.is_dir() and os.access(where.parent, os.W_OK), name, text, words)
-    ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
-    words = f"must end in .{', .'.join(known)} or in none of its own"
-    require(not known or ending in known or not ending.isalpha(), name, text, words)
+    folder = Path(path).parent
+    words = f"must lie in a folder that can be written to, and {folder} is none"
+    require(folder.is_dir() and os.access(folder, os.W_OK), name, str(path), words)
+    ending = Path(path).suffix[1:].lower()  # what follows a point may as well be a number's digits
+    allowed = sorted(endings or ())
+    words = f"must end in .{', .'.join(allowed)} or in none of its own"
+    require(not allowed or ending in allowed or not ending.isalpha(), name, str(path), words)
 
 
 def made_folder(path: str | os.PathLike[str], name: str) -> Path:
@@ -335,17 +353,17 @@ def replacing(path: str | os.PathLike[str], name: str = "path") -> Iterator[Path
     """Context that gives a path beside the file, which takes its place at the end; of a device or pipe its
     own. Raises BadArgument as `writing`.
     """
-    whole = Path(path)
+    file = Path(path)
     with writing(path, name):
-        if whole.exists() and not whole.is_file():  # a device or pipe
-            yield whole
+        if file.exists() and not file.is_file():  # a device or pipe
+            yield file
             return
-        part = whole.with_name(f".{whole.name}.{os.getpid()}.npz")  # an ending that numpy leaves as it is
+        beside = file.with_name(f".{file.name}.{os.getpid()}.npz")  # an ending that numpy leaves as it is
         try:
-            yield part
-            part.replace(whole)
+            yield beside
+            beside.replace(file)
         finally:
-            part.unlink(missing_ok=True)
+            beside.unlink(missing_ok=True)
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:

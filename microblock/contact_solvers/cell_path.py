@@ -12,6 +12,7 @@ import numpy as np
 
 from ..model.events import Event, SeenTwice, following
 from ..model.progress import counted
+from ..model.refinement import FEWEST, GeometricSeries
 from .cell_solver import EQUAL, spots
 from .fft_compliance import Grid
 
@@ -19,7 +20,6 @@ STEP = 1.5  # from load to load of the scan
 BRACKET = 2e-4  # of a load, between which an event lies
 PASSINGS = [{("merged", "contact"), ("born", "full")}, {("split", "contact"), ("vanished", "full")}]
 UNDOES = {"born": "vanished", "vanished": "born", "merged": "split", "split": "merged"}
-FEW = 8  # cells of a contact along an axis, below which zones are not followed
 
 
 class CellPath(SeenTwice):
@@ -51,7 +51,7 @@ class CellPath(SeenTwice):
         return [_Followed(solver, window, count).down_from(self.last) for count in (fine // 2, fine)]
 
     def judged(self, coarse, fine):
-        missing = abs(fine.load - coarse.load) / (2**0.5 - 1)
+        missing = GeometricSeries(2**0.5).error([abs(fine.load - coarse.load)])
         return replace(fine, load_error=fine.load_error + coarse.load_error + missing)
 
 
@@ -66,7 +66,7 @@ class _Followed:
         """(first load, events up to the last)."""
         found, high, wide = [], last, np.inf
         self.at(last)
-        while high > EQUAL * last and wide > FEW:
+        while high > EQUAL * last and wide > FEWEST:
             low = high / STEP
             counted(load=low)
             found += self.between(low, high)
@@ -79,7 +79,7 @@ class _Followed:
         """Events with one load where edges of the two corners pass each other: contacts merge with a cell
         between them, and full contact begins with another.
         """
-        found, near = list(events), FEW * self.grid.width
+        found, near = list(events), FEWEST * self.grid.width
         for (i, one), (j, other) in combinations(enumerate(events), 2):
             both = {(one.kind, one.zone), (other.kind, other.zone)}
             if both in PASSINGS and abs(one.x - other.x) <= near and other.load < STEP * one.load:
@@ -92,7 +92,7 @@ class _Followed:
         """Events without those that undo each other: edges move by whole cells, and where zones just touch,
         or just part, spots of a few cells come and go.
         """
-        chains, near = [], FEW * self.grid.width
+        chains, near = [], FEWEST * self.grid.width
         for event in events:
             for chain in chains:
                 kind, zone, load, x = chain[-1].kind, chain[-1].zone, chain[-1].load, chain[-1].x

@@ -11,8 +11,7 @@ from ..errors import BadArgument, NotConverged, out_of_reach, require
 from ..model.deformable import shape_of
 from ..model.intervals import distance
 from ..model.periodic import Repeated, agree_at_ends
-from ..model.progress import kept
-from ..model.refinement import best_or_raise, is_last, levels
+from ..model.refinement import RefinementLevel, levels, refine
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
@@ -147,11 +146,24 @@ class CellSolver(Solver):
         return None if self.options.nodes else super().goal(rtol)
 
     def within(self, window, load, approach, goal, missed, initial=None):
-        """The solution in a window on the first grid with an estimate below the goal, or the best one for a
-        goal that is `Usual`, and places that a wider window must hold. `missed` returns such places of a
-        solution, array (k, dimensions), notes, and whether something between cells would touch.
+        """Returns the solution in a window on the first grid with an estimate below the goal, or the best one
+        for a goal that is `Usual`. `missed` returns notes of a solution, and whether something between cells
+        would touch; it raises an error of its own for a window that must be wider.
         """
-        nodes, least, reached = self.options.nodes, np.inf, None
+
+        def refusal(best, last, failure):
+            words = " x ".join([str(best.result.grid.count)] * self.dimensions)
+            why = "; ".join((f" on {words} cells", *best.result.notes))
+            margin = last.margin
+            return failure or out_of_reach(
+                goal, best.error, why, self.besides, load=load, approach=approach, margin=margin
+            )
+
+        return refine(self._grids(window, load, approach, goal, missed, initial), goal, refusal).result
+
+    def _grids(self, window, load, approach, goal, missed, initial):
+        """Yields the RefinementLevels of `within`."""
+        nodes, least = self.options.nodes, np.inf
         finer = np.log2(self.most / self.coarsest / len(window.grids) ** 0.5)
         sizes = halvings(nodes, self.few) if nodes else [self.coarsest * 2**n for n in range(1 + int(finer))]
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
@@ -172,33 +184,27 @@ class CellSolver(Solver):
                     failure = objection
             raise failure
 
-        try:
-            for count, state, before, changes in levels(solved, sizes, self.change):
-                if changes:
-                    state = replace(state, error_estimate=self.estimate(changes, before, state))
-                if count < sizes[-1] and (nodes or len(changes) < 2):
-                    continue
-                outside, notes, unseen = missed(state)
-                state, seen = replace(state, notes=notes), np.inf if unseen else state.error_estimate
-                if nodes or seen <= goal or len(outside) or seen <= self.enough(goal, state):
-                    return state, outside
-                if seen <= least:
-                    least, reached = seen, replace(state, error_estimate=seen)
-                    kept(reached, error=seen)
-                cannot_reach = self.cannot_reach(changes, before, goal, sizes[-1] // count, least)
-                if is_last(
-                    goal, cannot_reach, cost.of(self.rate, 2**self.dimensions * state.unknowns).seconds
-                ):
-                    break
-        except NotConverged as failure:  # of a finer grid
-            return best_or_raise(goal, reached, failure), ()
-        words = " x ".join([str(reached.grid.count)] * self.dimensions)
-        why = "; ".join((f" on {words} cells", *reached.notes))
-        # what errors that fall a little slower than so far are on the finest grid; large ones have no rule
-        fall = np.clip(changes[-2] / changes[-1], 1, 2) if least < 0.1 else 1
-        margin = fall ** (0.75 * np.log2(count / sizes[-1]))
-        refusal = out_of_reach(goal, least, why, self.besides, load=load, approach=approach, margin=margin)
-        return best_or_raise(goal, reached, refusal), ()
+        for count, state, before, changes in levels(solved, sizes, self.change):
+            if changes:
+                state = replace(state, error_estimate=self.estimate(changes, before, state))
+            if count < sizes[-1] and (nodes or len(changes) < 2):
+                continue
+            notes, unseen = missed(state)
+            state = replace(state, notes=notes)
+            error = np.inf if unseen else state.error_estimate
+            if nodes or error <= goal or error <= self.enough(goal, state):
+                yield RefinementLevel(state, error, suffices=True)
+                return
+            least = min(least, error)
+            # what errors that fall a little slower than so far are on the last grid; large ones have no rule
+            fall = np.clip(changes[-2] / changes[-1], 1, 2) if least < 0.1 else 1
+            yield RefinementLevel(
+                replace(state, error_estimate=error),
+                error,
+                cost.predict(self.rate, 2**self.dimensions * state.unknowns).seconds,
+                self.cannot_reach(changes, before, goal, sizes[-1] // count, least),
+                margin=fall ** (0.75 * np.log2(count / sizes[-1])),
+            )
 
     def coarse_residual(self, count):
         """The residual of so many cells along an axis of a grid that is not the last, or of a window that is

@@ -9,6 +9,7 @@ import numpy as np
 from ..model.events import Event
 from ..model.history import SLIDING
 from ..model.intervals import runs
+from ..model.refinement import FEWEST_GRADED
 from ..model.types import Array, Flags
 from .event_driven import Change
 
@@ -83,7 +84,9 @@ class _ShearZones:
             return True
         first, last = stretch
         width = np.ptp(self.edges[first : last + 1])
-        return bool(last - first > 4 and width >= 0.05 * np.ptp(self.edges[self.stick | self.slip]))
+        return bool(
+            last - first > FEWEST_GRADED and width >= 0.05 * np.ptp(self.edges[self.stick | self.slip])
+        )
 
 
 def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[Event]:

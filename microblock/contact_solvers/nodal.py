@@ -13,6 +13,7 @@ from ..model.events import Event, LoadPath, following
 from ..model.intervals import borders, contact_zones, interrupted, runs, zone_changes
 from ..model.problem import Problem
 from ..model.progress import counted, kept
+from ..model.refinement import FEWEST
 from ..model.solver import Solver
 from ..model.state import Solution
 from . import active_set
@@ -313,7 +314,7 @@ class NodalPath(LoadPath):
         blurred = [
             event.load + event.load_error for event in self.events if event.load_error > 0.1 * event.load
         ]
-        few = self._followed[3] >= 0.25  # 8 nodes, of which a state warns as well
+        few = self._followed[3] >= 2 / FEWEST  # of the half-width; a state warns as well
         last = max(blurred + [self.last] * few, default=0.0)
         words = (
             f"up to load {min(last, self.last):.2g} the contact has few nodes: events there may be missing; "

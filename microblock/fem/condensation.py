@@ -98,13 +98,13 @@ class CondensedNodes(ContactNodes):
         if self.dim == 3:
             needed = factor_bytes(rows, LINKED * body.order) + 8 * 3 * (3 * count) ** 2
             if factors.usual is factors.SuperLU:
-                needed = max(needed, cost.of("condensed in space by SuperLU", self.unknowns).memory)
+                needed = max(needed, cost.predict("condensed in space by SuperLU", self.unknowns).memory)
             return needed
         # of an element; of each all unknowns there are linked
         sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
         orders = body.order if body.element_orders is None else body.element_orders
         entries = mesh.ne * np.mean((len(body.spaces) * sides * orders) ** 2)
-        return cost.of_factors(rows, entries) + cost.of_nodes(count)
+        return cost.factor_bytes(rows, entries) + cost.dense_bytes(count)
 
     def response(self, rows: Any) -> Array:
         """Returns displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""

@@ -14,6 +14,7 @@ The first zones are those of a half-plane.
 
 import math
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,8 +29,8 @@ from ..model.intervals import common, zone_edges
 from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights, jumps_of
 from ..model.problem import Problem
-from ..model.progress import counted, kept
-from ..model.refinement import Usual, best_or_raise, is_last
+from ..model.progress import counted
+from ..model.refinement import RefinementLevel, refine
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .forecast import fitted_cost
@@ -43,6 +44,13 @@ LEVELS = ((4, 3), (5, 4), *((order, (order + 1) // 2) for order in range(7, 14, 
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
+
+
+@dataclass(frozen=True)
+class MeshLevel(RefinementLevel[MeshSolution]):
+    """A level with its FittedMesh, on which other loads are solved."""
+
+    mesh: FittedMesh | None = None
 
 
 class FittedSolver(MeshFitter):
@@ -69,16 +77,18 @@ class FittedSolver(MeshFitter):
             load = self.first_load(approach)
         for number in range(60):
             solver = self._pictured(load)
-            mesh, iterations = solver._fitted(load, wanted, initial)
-            part = mesh.part if given else mesh.solved(approach=approach)
-            carried = load if given else part.load / self.share(1.0)
-            state = solver._state(mesh, part, carried, iterations)
+            level = solver._fitted(load, wanted, initial)
+            if given:
+                return level.result
+            part = level.mesh.solved(approach=approach)
+            carried = part.load / self.share(1.0)
+            state = solver._state(level.mesh, part, carried, level.result.iterations)
             # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
             # of a low order may go to and fro
             if abs(carried - load) <= wanted / 100 * load or (self.fixed and number == 8):
                 return state
             load, initial = carried, state
-        raise NotConverged(f"no load was found for the approach {approach:g}", reached=mesh.part.approach)
+        raise NotConverged(f"no load was found for the approach {approach:g}", reached=part.approach)
 
     def predicted(self, load, approach, rtol):
         load = self.first_load(approach) if load is None else load
@@ -111,9 +121,8 @@ class FittedSolver(MeshFitter):
         return FittedSolver(self.contact, self.options, found)
 
     def _fitted(self, load, rtol, near):
-        """(FittedMesh that holds, number of meshes that were tried), from the zones of a neighbour on, for an
-        rtol that is `Usual` the best one; NotConverged with `rtol_reached`, the smallest estimate, if one is
-        known.
+        """Returns the MeshLevel whose zones hold, from the zones of a neighbour on, for an rtol that is
+        `Usual` the best one; raises NotConverged with `rtol_reached`, the smallest estimate, if one is known.
         """
         alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
         if alike and not self.fixed:  # whose state is the same from wherever
@@ -166,43 +175,47 @@ class FittedSolver(MeshFitter):
         return levels[min(first, len(levels) - 2) :]
 
     def _refined(self, load, rtol, zones, even, aim):
-        """As `_fitted`, from trial zones: levels from those of an rtol `aim` on, until the estimate holds."""
-        coarse, best, best_mesh, passes, cause = None, math.inf, None, 0, None
+        """Returns as `_fitted`, from trial zones: the levels from those of an rtol `aim` on."""
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
         self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
+
+        def refusal(best, last, failure):
+            why = f" ({failure})" if failure else ""
+            besides = "" if failure else "fix the discretisation, Fitted(order=...)"
+            passes = last.result.iterations
+            return out_of_reach(rtol, best.error, why, besides, passes, load=load, margin=1.4)
+
+        return refine(self._mesh_levels(load, rtol, zones, even, aim), rtol, refusal)
+
+    def _mesh_levels(self, load, rtol, zones, even, aim):
+        """Yields the MeshLevels with an error estimate, or that of the order that is given."""
+        coarse, passes, estimated = None, 0, False
         for level in self.levels(aim, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
-            except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
-                if best < math.inf:
-                    cause = failure
-                    break
+            except NotConverged:  # this level's mesh, and not the estimate of the one before
                 # no level is smaller, or memory is short
-                if aim >= 0.01 or self.fixed or self.candidates.simple:
+                if estimated or aim >= 0.01 or self.fixed or self.candidates.simple:
                     raise
                 # the last two levels are those of all smaller ones
-                return self._refined(load, rtol, zones, even, max(10 * aim, 1e-5))
+                yield from self._mesh_levels(load, rtol, zones, even, max(10 * aim, 1e-5))
+                return
             passes += count
             if mesh is None:
                 if self._leaves(zones):
                     break
                 continue
-            if coarse is not None and mesh.estimate.total <= best:
-                best = mesh.estimate.total
-                best_mesh = mesh if isinstance(rtol, Usual) else None  # which takes memory
-                kept(self._state(mesh, mesh.part, load, passes), error=float(best))
-            if best <= rtol or self.fixed:
-                return mesh, passes
-            unknowns, coarse, mesh = mesh.part.unknowns, mesh.part, None  # which holds the level before
-            if best < math.inf and is_last(rtol, False, cost.of("fitted", 2 * unknowns).seconds):
-                break
-        if best == math.inf or (self._leaves(zones) and not cause):
+            error = math.inf if coarse is None else mesh.estimate.total
+            if self.fixed or error <= rtol or (error < math.inf and not self._leaves(zones)):
+                estimated = True
+                state = self._state(mesh, mesh.part, load, passes)
+                mesh.coarse = None  # whose factors take memory
+                seconds = cost.predict("fitted", 2 * mesh.part.unknowns).seconds
+                yield MeshLevel(state, error, seconds, suffices=self.fixed, mesh=mesh)
+            coarse, mesh = mesh.part, None
+        if not estimated or self._leaves(zones):
             raise self.unsettled(load, zones, passes)
-        why, besides = (f" ({cause})", "") if cause else ("", "fix the discretisation, Fitted(order=...)")
-        refusal = out_of_reach(rtol, best, why, besides, passes, load=load, margin=1.4)
-        refusal.__cause__ = cause
-        return best_or_raise(rtol, best_mesh, refusal), passes
 
     def _leaves(self, zones):
         """Whether zones reach beyond the part of the surface on which they are looked for."""

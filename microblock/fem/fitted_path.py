@@ -6,6 +6,7 @@ from functools import cached_property
 from ..contact_solvers.nodal import NodalPath
 from ..halfplane.kernels import coalescence_exponent
 from ..model.events import SeenTwice, following
+from ..model.refinement import GeometricSeries
 
 
 class FittedPath(SeenTwice):
@@ -16,8 +17,8 @@ class FittedPath(SeenTwice):
     """
 
     def judged(self, coarse, fine):
-        slowest = 2 ** (2 * coalescence_exponent(self.problem.solid)) - 1
-        missing = (fine.load - coarse.load) / slowest
+        series = GeometricSeries(2 ** (2 * coalescence_exponent(self.problem.solid)))
+        missing = series.error([fine.load - coarse.load])
         load = fine.load + missing * (self.problem.solver.symmetric and fine.x == 0 < fine.load)
         return replace(fine, load=load, load_error=abs(missing))
 

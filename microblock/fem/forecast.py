@@ -1,6 +1,7 @@
 """What finite elements are expected to take."""
 
 import math
+from typing import Any
 
 import ngsolve as ng
 import numpy as np
@@ -15,27 +16,33 @@ from .condensation import condensed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
 
 
-def fitted_cost(solver, load, rtol):
-    """The Cost of a FittedSolver with a picture to rtol; BadArgument for zones beyond the body.
+def fitted_cost(solver: Any, load: float, rtol: float) -> cost.Cost:
+    """Returns the Cost of a FittedSolver with candidates to rtol; raises BadArgument for zones beyond the
+    body.
 
     netgen makes some 5 triangles for an element at the surface, and 18, on a half 9, for each e-fold of
     lengths: to the far field, and down to the distance of two tips; each level has 2.7 quadrilaterals at a
     tip. A triangle of order p has p^2/2 unknowns of a field, a quadrilateral p^2; orders that fall have half.
     """
     zones = solver.inside(load, likely_zones(solver.problem, solver.candidates))
-    ground, parts = solver.surface(zones)
+    ground, stretches = solver.surface(zones)
+    corners = len(solver.law.corners)
     # one of two corners is open beside an edge, the width of a layer
-    edges = np.add(zone_edges(zones), LAYERS * solver.solid.layer_length * (len(solver.law.corners) > 1))
+    edges = np.add(zone_edges(zones), LAYERS * solver.solid.layer_length * (corners > 1))
     tips = np.unique([*solver.features(ground), *(np.abs(edges) if ground.half else edges)])
     levels = solver.levels(rtol, solver.options.even)
-    order, depth = next((own for own in levels[1:] if solver.left(own[1]) <= rtol), levels[-1])
-    gaps = np.minimum(np.diff(tips) / parts[0][2], 1)
+    order, depth = next((level for level in levels[1:] if solver.left(level[1]) <= rtol), levels[-1])
+    gaps = np.minimum(np.diff(tips) / stretches[0][2], 1)
     folds = math.log(ground.far / ground.reach[1]) / (1 + ground.half) - np.log(gaps).sum()
-    graded = (18 * folds + 5.4 * depth * len(tips)) * (1 if solver.options.even else 0.5)
-    along = along_surface((), parts, 0)
-    found, nodes = cost.of("fitted", 1.5 * order**2 * (5 * along + graded)), order * along
-    dense = 3e-10 * (len(solver.law.corners) * nodes) ** 3  # seconds, the same on two cylinders and a punch
-    return found._replace(seconds=found.seconds + dense, memory=max(found.memory, cost.of_nodes(nodes)))
+    graded = 18 * folds + 5.4 * depth * len(tips)
+    if not solver.options.even:
+        graded /= 2
+    along = along_surface((), stretches, 0)
+    nodes = order * along
+    forecast = cost.predict("fitted", 1.5 * order**2 * (5 * along + graded))
+    dense = 3e-10 * (corners * nodes) ** 3  # seconds, the same on two cylinders and a punch
+    memory = max(forecast.memory, cost.dense_bytes(nodes))
+    return forecast._replace(seconds=forecast.seconds + dense, memory=memory)
 
 
 class OnGivenMesh(Solver):
@@ -65,19 +72,20 @@ class OnGivenMesh(Solver):
         self.body = without_idle_rotation(self.body, self.law)
 
     @property
-    def nodes(self):
+    def nodes(self) -> Any:
         """The condensed body; a law that prescribes psi constrains it."""
         return condensed(self.body, self.law.clamps_rotation)
 
-    def require_given_mesh(self, rtol):
-        """BadArgument for an rtol that no mesh is refined to."""
+    def require_given_mesh(self, rtol: float | None) -> None:
+        """Raises BadArgument for an rtol that no mesh is refined to."""
         require(rtol is None or self.refines, "rtol", rtol, self.no_rtol)
 
-    def predicted(self, load, approach, rtol):
+    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         self.require_given_mesh(rtol)
-        body, order = self.body, self.body.order
+        body = self.body
+        order = body.order
         if rtol is None:
-            return cost.of(self.rate, body.unknowns)
+            return cost.predict(self.rate, body.unknowns)
         # elements at slope discontinuities are cut again and again, and those at ends of each corner more
         kinks, ends = (len(getattr(self.obstacle, name, ())) for name in ("kinks", "ends"))
         sharp = kinks + 3 * len(self.law.corners) * ends
@@ -85,4 +93,4 @@ class OnGivenMesh(Solver):
         if self.law.clamps_rotation:  # which leaves a layer below all of the surface
             surface = body.boundary(body.contact)
             needed += 80 * ng.Integrate(1, body.mesh, definedon=surface) / self.solid.layer_length
-        return cost.of("refined", needed)
+        return cost.predict("refined", needed)

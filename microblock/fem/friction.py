@@ -17,7 +17,7 @@ from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
 from ..model.intervals import borders
 from ..model.progress import kept
-from ..model.refinement import levels
+from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
 from ..model.state import State
 from .body import Body
 from .condensation import condensed
@@ -170,22 +170,26 @@ def history_to(rtol, solvers, pairs, coupled):
     order from 1/2 to 1 (Richardson), and are at least half of the change before the last.
     """
 
+    series = GeometricSeries(2.0, 2**0.5, 2.0, luck=2.0)
+
     def changes(coarser, finer):
         both = zip(finer.states, coarser.states)
         found = [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in both]
         return np.array(found)
 
-    best = np.inf
-    for _, finer, _, known in levels(lambda own, _: own.history(pairs, coupled, None), solvers, changes):
-        kept(finer)
-        if len(known) > 1:
-            before, last = known[-2:]
-            order = np.clip(np.log2(before.max() / last.max()), 0.5, 1)
-            errors = np.maximum(last, before / 2) / (2**order - 1)
-            best = min(best, max(errors))
-            if best <= rtol:
-                states = [
-                    State(one.solution, error_estimate=float(e)) for one, e in zip(finer.states, errors)
-                ]
-                return History(finer.problem, states, finer.events)
-    raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")
+    def refined():
+        for _, finer, _, all_changes in levels(
+            lambda own, _: own.history(pairs, coupled, None), solvers, changes
+        ):
+            if len(all_changes) < 2:
+                kept(finer)
+                continue
+            ratio = series.ratio([change.max() for change in all_changes[-2:]])
+            errors = series.error(all_changes[-2:], ratio)
+            states = [State(one.solution, error_estimate=float(e)) for one, e in zip(finer.states, errors)]
+            yield RefinementLevel(History(finer.problem, states, finer.events), float(max(errors)))
+
+    def refusal(best, last, failure):
+        return failure or out_of_reach(rtol, best.error, besides="take shorter squares, Uniform(h=...)")
+
+    return refine(refined(), rtol, refusal).result

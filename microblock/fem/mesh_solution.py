@@ -13,6 +13,7 @@ from ..model import contact_candidates
 from ..model.intervals import contact_zones, distance, distance_to_ends, joined
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
+from ..model.refinement import FEWEST
 from ..model.state import ErrorParts
 from ..model.types import Array, CornerZones, Flags, Integers, Interval, Zones
 from . import mesh_fields, meshes, off_node_violations, supports
@@ -269,7 +270,7 @@ class MeshSolution(OnMesh, NodalSolution):
         zones = self.zones_by_name["contact"]
         counts = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(counts, default=0)
-        if few > 8:  # half a spacing is less than 1/16 of the zone then
+        if few > FEWEST:
             return []
         where = "in contact" if len(counts) < 2 else "in a zone of the contact"
         advice = "take smaller elements"

@@ -17,9 +17,10 @@ import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 
-from ..errors import MicroblockError, out_of_reach
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.intervals import contains
-from ..model.progress import counted, kept
+from ..model.progress import counted
+from ..model.refinement import RefinementLevel, refine
 from ..model.types import Flags
 from . import contact_term
 from .facet_rules import outward
@@ -147,46 +148,54 @@ def refine_until(solver, load, approach, rtol):
         Beyond MOST unknowns or PASSES passes, beyond SOON if MOST would miss rtol, or if PASSES would;
         `rtol_reached` is 1.4 times the smallest estimate, or what a few more unknowns leave.
     """
-    best, found, besides, failed, passed = math.inf, None, "raise the order of the body", None, []
-    mesh = solver.body.mesh
+
+    passed = []
+
+    def refusal(best, last, failure):
+        besides = (
+            f"take another mesh: on the next one, {failure}" if failure else "raise the order of the body"
+        )
+        besides = "".join(last.result.beyond()) or besides
+        margin = last.margin
+        passes = len(passed)
+        return out_of_reach(
+            rtol, best.error, "", besides, passes, load=load, approach=approach, margin=margin
+        )
+
+    return refine(_meshes(solver, load, approach, rtol, passed), rtol, refusal).result
+
+
+def _meshes(solver, load, approach, rtol, passed):
+    """Yields the RefinementLevels of meshes that are cut more and more, and adds their (unknowns, parts of
+    the estimate) to `passed`.
+    """
+    found, mesh = None, solver.body.mesh
     for passes in range(1, PASSES + 1):
         try:
             solver = solver.on(mesh) if passes > 1 else solver
             found = solver.at(load, approach, found)
             parts = estimate(found)
-        except MicroblockError as failure:
-            if best == math.inf:
+        except BadArgument as failure:
+            if found is None:
                 raise
-            besides, failed = f"take another mesh: on the next one, {failure}", failure
-            break
+            raise NotConverged(str(failure)) from failure
         counted(error=parts.total, unknowns=found.unknowns)
-        if parts.total <= best:
-            best = parts.total
-            kept(replace(found, error_estimate=best))
-        if parts.total <= rtol:
-            return replace(found, error_estimate=parts.total)
         passed.append((found.unknowns, parts.parts))
         far = found.unknowns > SOON and _hopeless(rtol, passed) and _hopeless(rtol, passed[-2:])
         stuck = parts.of_surface[too_small(mesh)].sum() > rtol**2
-        if found.unknowns > MOST or far or stuck or _stalled(rtol, [own.max() for _, own in passed]):
-            break
+        stalled = _stalled(rtol, [own.max() for _, own in passed])
+        yield RefinementLevel(
+            replace(found, error_estimate=parts.total),
+            parts.total,
+            cannot_reach=found.unknowns > MOST or far or stuck or stalled,
+            # a few more unknowns halve what is left, but at sharp places of the obstacle
+            margin=0.7 if far and not len(_named(found)) else 1.4,
+        )
         triangles = of_triangles(mesh) if passes == 1 else None
         # a tenth at a time: for much less all elements are cut alike, and not the worst ones first
         mesh = triangles or _finer(found, parts, max(rtol, parts.total / 10) / 2)
         if mesh.ne == found.nodes.body.mesh.ne:  # all that should be cut is too small
             break
-    besides = "".join(found.beyond()) or besides
-    raise out_of_reach(
-        rtol,
-        best,
-        "",
-        besides,
-        passes,
-        load=load,
-        approach=approach,
-        # a few more unknowns halve what is left, but at sharp places of the obstacle
-        margin=0.7 if far and not len(_named(found)) else 1.4,
-    ) from failed
 
 
 def _hopeless(rtol, passed):

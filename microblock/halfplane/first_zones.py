@@ -10,6 +10,7 @@ from ..errors import NotConverged
 from ..model.intervals import distance_to_root, runs
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
+from ..model.scales import classical_rise
 from ..model.types import Array, CornerZones, Flags, Integers, Interval
 from .kernels import cell_rule, on_the_line
 from .panels import Panel, short_enough
@@ -71,7 +72,7 @@ def _pressed(problem: Problem, load: float, cells: Array, start: Flags | None) -
     widths = cells[:, 1] - cells[:, 0]
     gaps = problem.initial_gap(np.repeat(np.arange(count), len(x)), np.tile(x, count))
     if start is None:  # where a classical contact would be, over a parabola
-        start = gaps <= gaps.min() + 2 * load / (np.pi * problem.E_star)
+        start = gaps <= gaps.min() + classical_rise(load, problem.E_star)
     solution = active_set.solve(_flexibility(problem, x, widths), gaps, load=load, start=start.ravel())
     return solution.forces.reshape(count, -1) / widths, solution.closed.reshape(count, -1)
 

@@ -10,65 +10,81 @@ from dataclasses import replace
 import numpy as np
 
 from .. import cost
-from ..model.contact_candidates import low
+from ..model.contact_candidates import ContactCandidates, low
 from ..model.intervals import runs
 from ..model.obstacles import jumps_of
+from ..model.problem import Problem
+from ..model.scales import classical_rise
+from ..model.types import Array, CornerZones
 from .panels import make_panels, orders
 
 
-def likely_zones(problem, candidates):
-    """{corner: intervals} where a classical contact would reach under a picture."""
-    sites, last = candidates.sites, len(candidates.sites) - 1
-    touching = [(max(i - 1, 0), min(j + 1, last)) for i, j in runs(low(candidates, sites))]
+def likely_zones(problem: Problem, candidates: ContactCandidates) -> CornerZones:
+    """Returns {corner: intervals} where a classical contact would reach under the candidates."""
+    sites = candidates.sites
+    last = len(sites) - 1
+    touching = [(sites[max(i - 1, 0)], sites[min(j + 1, last)]) for i, j in runs(low(candidates, sites))]
     return problem.computed(
         {
-            corner: tuple((float(sites[i] + shift), float(sites[j] + shift)) for i, j in touching)
+            corner: tuple((float(left + shift), float(right + shift)) for left, right in touching)
             for corner, shift in enumerate(problem.shifts)
         }
     )
 
 
-def panels_cost(problem, load, rtol, order=None):
-    """The Cost of panels for a Problem with a picture, to rtol or of an order."""
-    # the picture may be that of four times the load
-    candidates = replace(problem.candidates, rise=2 * load / (np.pi * problem.E_star))
-    order = order or orders(candidates.simple, rtol)[-1]
+def panels_cost(problem: Problem, load: float, rtol: float | None, order: int | None = None) -> cost.Cost:
+    """Returns the Cost of panels for a Problem with candidates, to rtol or of an order."""
+    # the candidates may be those of four times the load
+    candidates = replace(problem.candidates, rise=classical_rise(load, problem.E_star))
+    order = order or orders(candidates.simple, rtol or 0.0)[-1]
     count = len(make_panels(problem, likely_zones(problem, candidates), order).e)
     # zones are searched for again and again where peaks part them
     peaks = np.count_nonzero(low(candidates, candidates.kinks) & (np.array(candidates.jumps) > 0))
-    return cost.of("panels", order * count, 1 + peaks)
+    return cost.predict("panels", order * count, 1 + int(peaks))
 
 
-def bends(candidates):
-    """Norm of the curvature where it is convex and would touch, over that of a classical contact of 1/2."""
+def bends(candidates: ContactCandidates) -> float:
+    """Returns the norm of the curvature where it is convex and would touch, over that of a classical contact
+    of 1/2.
+    """
     x, index = np.unique(candidates.sites, return_index=True)
-    slopes, middles = np.diff(candidates.heights[index]) / np.diff(x), (x[1:] + x[:-1]) / 2
-    curvature, lengths = np.diff(slopes) / np.diff(middles), np.diff(middles)
+    slopes = np.diff(candidates.heights[index]) / np.diff(x)
+    middles = (x[1:] + x[:-1]) / 2
+    lengths = np.diff(middles)
+    curvature = np.diff(slopes) / lengths
     kinks = np.sort((-np.inf, *candidates.kinks, *candidates.steps, np.inf))
     after = np.searchsorted(kinks, x[1:-1])
-    away = np.minimum(x[1:-1] - kinks[after - 1], kinks[after] - x[1:-1])
-    bent = (curvature > 0) & low(candidates, x[1:-1]) & (away > 1e-3 * candidates.half_width)
+    distance = np.minimum(x[1:-1] - kinks[after - 1], kinks[after] - x[1:-1])
+    bent = (curvature > 0) & low(candidates, x[1:-1]) & (distance > 1e-3 * candidates.half_width)
     square = candidates.half_width**3 / candidates.rise**2 * (lengths[bent] @ curvature[bent] ** 2)
     return float(np.sqrt(square)) / 2
 
 
-def cells_cost(candidates, rtol, fewest, most, times):
-    """The Cost of equal cells under a picture, between `fewest` and `most`, solved for so many times."""
-    edges = *candidates.ends, *candidates.steps
-    valleys, ends = (np.count_nonzero(low(candidates, x)) for x in (candidates.minima, edges))
+def cells_cost(
+    candidates: ContactCandidates, rtol: float, fewest: float, most: float, times: float
+) -> cost.Cost:
+    """Returns the Cost of equal cells under candidates, between `fewest` and `most`, solved for so many
+    times.
+    """
+    valleys = np.count_nonzero(low(candidates, candidates.minima))
+    ends = np.count_nonzero(low(candidates, (*candidates.ends, *candidates.steps)))
     peaks, jumps = np.reshape([pair for pair in jumps_of(candidates) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(candidates, peaks)] * candidates.half_width / candidates.rise
-    width = (candidates.stretches[-1][1] - candidates.stretches[0][0]) / candidates.half_width
-    smooth = max(2 * valleys, bends(candidates), 2)
+    left = candidates.stretches[0][0]
+    right = candidates.stretches[-1][1]
+    width = (right - left) / candidates.half_width
+    smooth = max(2.0 * int(valleys), bends(candidates), 2.0)
     needed = smooth / rtol + 8 * ends / rtol**2
     # cells know the logarithms under named peaks
     needed += np.sum(slopes**2) / 2 / rtol**2 if candidates.detected else 2 * np.sum(slopes) / rtol
     count = 2.0 ** np.ceil(np.log2(width * needed))
-    return cost.of("cells", max(fewest, min(count, most)), times)._replace(misses=bool(count > most))
+    return cost.predict("cells", max(fewest, min(count, most)), times)._replace(misses=bool(count > most))
 
 
-def period_cost(gaps, corners, rtol, fewest):
-    """The Cost of equal cells on a period, from gaps over the rise of a classical contact, array (n,)."""
+def period_cost(gaps: Array, corners: int, rtol: float, fewest: float) -> cost.Cost:
+    """Returns the Cost of equal cells on a period, from gaps over the rise of a classical contact, array
+    (n,).
+    """
     touching = gaps <= gaps.min() + 1
-    width = max(np.count_nonzero(touching), 1) / len(gaps) / max(len(runs(touching)), 1)
-    return cost.of("cells", corners * max(fewest, 2.0 ** np.ceil(np.log2(corners / width / rtol))))
+    width = max(int(np.count_nonzero(touching)), 1) / len(gaps) / max(len(runs(touching)), 1)
+    return cost.predict("cells", corners * max(fewest, 2.0 ** np.ceil(np.log2(corners / width / rtol))))

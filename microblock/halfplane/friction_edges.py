@@ -7,6 +7,7 @@ import numpy as np
 
 from ..model.history import with_stick
 from ..model.intervals import contact_zones, runs
+from ..model.refinement import FEWEST_GRADED
 from ..model.types import Array, Flags, Zones
 
 Run = tuple[int, int]  # first and last cell of several in a row
@@ -163,4 +164,4 @@ def _is_zone(run: Run, bound: Array, shear: Array) -> bool:
     sides = np.pad(shear, 1)
     # the cells of levels that do not sum up to the shear force are 1e-3 off
     at_limit = sides[first] * sides[last + 2] < 0 or reserve.max() < 1e-2 * limit.max()
-    return last - first > 4 or not at_limit
+    return last - first > FEWEST_GRADED or not at_limit

@@ -19,18 +19,15 @@ from ..model.missed_contact import apart, overlaps
 from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule
-from ..model.refinement import best_or_raise, is_last, levels
+from ..model.refinement import FEWEST_GRADED, GeometricSeries, RefinementLevel, levels, refine
 from ..model.state import ErrorParts, State
 from .friction_cells import Feature, cells, first_features, named_places
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_second_body
 
-# of the errors of two levels: 2 to 6 as seen where it is measured, and a small change may be luck
-RATIOS, UNKNOWN = (1.4, 2.5), 2.0
 # of the estimates: the fourth level divides them by SLOW or more (by 2.3 to 70 in 15 histories; the next ones
 # may gain nothing), and so many that are left by QUICK or less: by 3.5, 13 and 420 at most as seen
 SLOW, QUICK = 2.0, (np.inf, 5.0, 25.0, 1000.0)
-SPOT = 4  # cells of a contact, with fewer of which levels may agree and be wrong together
 
 
 class ContactLeavesCells(NotConverged):
@@ -148,8 +145,8 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def spots(self):
-        """Contacts of fewer than SPOT cells: (first, last) of their cells."""
-        return [(i, j) for i, j in runs(self.closed.any(axis=0)) if j - i < SPOT - 1]
+        """Contacts of fewer than FEWEST_GRADED cells: (first, last) of their cells."""
+        return [(i, j) for i, j in runs(self.closed.any(axis=0)) if j - i < FEWEST_GRADED - 1]
 
     @property
     def lost_in_spots(self):
@@ -191,6 +188,14 @@ class Level:
 
 
 @dataclass(frozen=True)
+class HistoryLevel(RefinementLevel[History]):
+    """A refinement level with its cells, and the number of levels that are `left`."""
+
+    cells: Level | None = None
+    left: int = 0
+
+
+@dataclass(frozen=True)
 class FrictionSolver:
     """Histories of one Contact through pairs of loads, array (n, 2); `solver` is that without history. Cells
     lie where the contact under so many `times` the largest load may be.
@@ -219,28 +224,34 @@ class FrictionSolver:
             return replace(self, times=4 * self.times).history(rtol)
 
     def _history(self, rtol):
-        rtol = self.solver.history_goal(rtol)
-        numbers, best, reached = range(6), np.inf, None
-        try:
-            for number, finer, coarser, changes in levels(self.level, numbers, _change):
+        goal = self.solver.history_goal(rtol)
+
+        def refusal(best, last, failure):
+            if last.cannot_reach:
+                return self._refused(goal, best.error, last.cells, last.left)
+            return out_of_reach(goal, best.error, f" ({failure})" if failure else "")
+
+        return refine(self._levels(goal), goal, refusal).result
+
+    def _levels(self, rtol):
+        """Yields the HistoryLevels with an error estimate."""
+        numbers, least = range(6), np.inf
+        for number, finer, coarser, changes in levels(self.level, numbers, _change):
+            errors = _estimates(changes, finer)
+            least = min(least, max(errors))
+            if max(errors) == np.inf:
                 kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
-                errors = _estimates(changes, finer)
-                if max(errors) < best:
-                    best, reached = max(errors), self._estimated(finer, coarser, errors)
-                if best <= rtol:
-                    return reached
-                left = numbers[-1] - number
+                continue
+            left = numbers[-1] - number
+            yield HistoryLevel(
+                self._estimated(finer, coarser, errors),
+                max(errors),
+                cost.history_seconds(2 * finer.solutions[0].unknowns, len(self.pairs)),
                 # large errors have no rule
-                cannot_reach = len(changes) > 1 and 0.1 > best > rtol * QUICK[left]
-                seconds = cost.of_history(2 * finer.solutions[0].unknowns, len(self.pairs))
-                if reached is not None and is_last(rtol, cannot_reach, seconds):
-                    failure = self._refused(rtol, best, finer, left)
-                    break
-            else:
-                failure = out_of_reach(rtol, best)
-        except NotConverged as objection:
-            failure = objection if reached is None else out_of_reach(rtol, best, f" ({objection})")
-        return best_or_raise(rtol, reached, failure)
+                cannot_reach=len(changes) > 1 and 0.1 > least > rtol * QUICK[left],
+                cells=finer,
+                left=left,
+            )
 
     def _estimated(self, finer, coarser, errors):
         """Returns the History of the finer of two Levels, with its errors."""
@@ -348,14 +359,14 @@ def _change(coarser, finer):
 
 
 def _estimates(changes, level):
-    """Errors of the solutions of a Level, list of float: the rest of a geometric series of changes, and what
-    jumps and contacts of few cells lose; inf where a contact is not seen.
+    """Errors of the solutions of a Level, list of float: that of the changes, and what jumps and contacts of
+    few cells lose; inf where a contact is not seen.
     """
     if not changes:
         return [np.inf]
-    ratios = np.clip(changes[-2] / changes[-1], *RATIOS) if len(changes) > 1 else UNKNOWN
     lost = [np.inf if one.hidden else one.lost_in_jumps + one.lost_in_spots for one in level.solutions]
-    return (changes[-1] / (ratios - 1) + lost).tolist()
+    series = GeometricSeries(2.0, 1.4, 2.5, luck=np.inf)  # ratios from 2 to 6 were seen
+    return (series.error(changes[-2:]) + lost).tolist()
 
 
 def _zone_errors(finer, coarser):

@@ -18,7 +18,8 @@ from ..model.law import require_pure_force
 from ..model.missed_contact import PLACES, apart, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.problem import Problem
-from ..model.refinement import Usual
+from ..model.refinement import GeometricSeries, Usual
+from ..model.scales import classical_rise
 from ..model.state import LineSolution
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
@@ -237,7 +238,7 @@ class LineSolver(CellSolver):
 
     def solve(self, load, approach, rtol, initial=None):
         window, goal = self.window_of(load), self.goal(rtol)
-        state = self.within(window, load, approach, goal, self.missed, initial)[0]
+        state = self.within(window, load, approach, goal, self.missed, initial)
         return state if self.options.nodes else with_sampling_note(self, state, goal)
 
     def window_of(self, load):
@@ -253,7 +254,7 @@ class LineSolver(CellSolver):
 
     def predicted(self, load, approach, rtol):
         if self.options.nodes is not None:
-            return cost.of("cells", len(self.offsets) * self.options.nodes)
+            return cost.predict("cells", len(self.offsets) * self.options.nodes)
         if self.period is not None:
             return self._periodic(load, approach, rtol)
         # that of panels, where they are the usual method, is made only once
@@ -264,7 +265,7 @@ class LineSolver(CellSolver):
         # every second sample is left out once
         expected = cells_cost(known, rtol, 4 * self._coarsest(known), most, 1 + sampled)
         if isinstance(rtol, Usual) and expected.unknowns > self.most:
-            return cost.of("cells", len(self.offsets) * self.most)._replace(misses=True)
+            return cost.predict("cells", len(self.offsets) * self.most)._replace(misses=True)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected
@@ -272,7 +273,7 @@ class LineSolver(CellSolver):
     def _periodic(self, load, approach, goal):
         grid = Grid(1024, self.period / 1024, (0.0,))
         gaps = self.gaps(*grid.places).min(axis=0)
-        rise = approach - gaps.min() if load is None else 2 * load / (np.pi * self.problem.E_star)
+        rise = approach - gaps.min() if load is None else classical_rise(load, self.problem.E_star)
         return period_cost(gaps / max(rise, SMALLEST), len(self.offsets), goal, self.coarsest)
 
     def candidates(self, load):
@@ -309,12 +310,8 @@ class LineSolver(CellSolver):
     def estimate(self, changes, before, state):
         """Error from the residual and the changes from grid to grid, a geometric series."""
         # next to ends and steps errors fall by the root of the cells
-        fastest = 1.4 if self.ends or self.steps else 1.75
-        own = changes[-4:]  # one change that is much less than the one before is luck
-        ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
-        ratio = float(np.clip(ratio, 1.4, fastest))
-        last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
-        return last / (ratio - 1) + 10 * state.residual + state.in_doubt / 2
+        series = GeometricSeries(1.4, 1.4, 1.4 if self.ends or self.steps else 1.75)
+        return float(series.error(changes[-4:])) + 10 * state.residual + state.in_doubt / 2
 
     def cannot_reach(self, changes, before, goal, finer, least):
         """Whether grids so many times finer miss the goal. A grid that meets an edge by luck is up to four
@@ -323,7 +320,7 @@ class LineSolver(CellSolver):
         return finer <= 8 and least > 4 * finer * goal
 
     def missed(self, state):
-        """No places, notes, and whether contact missed between cells is worth more than the estimate; raises
+        """Returns notes, and whether contact missed between cells is worth more than the estimate; raises
         NotConverged if the contact goes on beyond the window.
         """
         pressed, grid = state.pressures[:, [0, -1]] > 0, state.grid
@@ -334,13 +331,13 @@ class LineSolver(CellSolver):
         missed = self._between_cells(state) if state.total.any() else []  # an approach may press nothing
         worth = total_worth(missed)
         if worth <= (state.error_estimate or 0.0):
-            return (), state.notes, False
+            return state.notes, False
         deepest = max(missed, key=lambda overlap: overlap.worth)
         words = (
             f"between cells the obstacle reaches {deepest.depth:.2g} into the surface at x = "
             f"{deepest.place:.4g}: take more nodes"
         )
-        return (), (*state.notes, words), True
+        return (*state.notes, words), True
 
     def _between_cells(self, state):
         """[Violation] of corners that are open on cells and their neighbours."""

@@ -183,7 +183,7 @@ class PanelSolver(Solver):
     def _solved(
         self, load: float, rtol: float | None, order: int | None, near: PanelSolution | None
     ) -> PanelSolution:
-        return zone_search.solve(self._candidate_problem(load), load, rtol, order, near).changed(solver=self)
+        return zone_search.solve(self, self._candidate_problem(load), load, rtol, order, near)
 
     def _check_width(self, load: float) -> None:
         """Raises NotConverged for a contact of too many blocks."""

@@ -10,7 +10,7 @@ from ..model import contact_candidates
 from ..model.intervals import joined, without, zone_edges
 from ..model.missed_contact import total_worth
 from ..model.problem import half_line
-from ..model.refinement import Usual, best_or_raise, is_last
+from ..model.refinement import RefinementLevel, Usual, refine
 from .contact_violations import contact_violations
 from .edges import newton_zone_edges, tolerated
 from .first_zones import first_zones
@@ -20,9 +20,9 @@ from .panels import orders, unresolved
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
-def solve(problem, load, rtol, order=None, near=None):
-    """The PanelSolution of a Problem with a picture at a load (force per thickness), to rtol or of an order;
-    for an rtol that is `Usual` the best one.
+def solve(solver, problem, load, rtol, order=None, near=None):
+    """Returns the PanelSolution of a PanelSolver and its Problem with candidates at a load (force per
+    thickness), to rtol or of an order; for an rtol that is `Usual` the best one.
 
     Trial zones are taken until the conditions hold on those that they lead to.
 
@@ -33,8 +33,9 @@ def solve(problem, load, rtol, order=None, near=None):
     for zones in _trials(problem, load, near):
         try:
             if order is None:
-                return _climb(problem, load, zones, rtol)
-            return _verified(_amended(newton_zone_edges(problem, load, zones, order, 1e-9), 0.0))
+                return _refined(solver, problem, load, zones, rtol)
+            state = _verified(_amended(newton_zone_edges(problem, load, zones, order, 1e-9), 0.0))
+            return state.changed(solver=solver)
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
@@ -51,16 +52,27 @@ def _trials(problem, load, near):
     yield from map(problem.computed, first_zones(problem, load))
 
 
-def _climb(problem, load, zones, rtol):
-    coarse, best, least = None, None, np.inf
+def _refined(solver, problem, load, zones, rtol):
+    """Returns the PanelSolution to rtol from trial zones on."""
+
+    def refusal(best, last, failure):
+        besides = "fix the discretisation instead"
+        return failure or out_of_reach(rtol, best.error, load=load, besides=besides, met_again=False)
+
+    state = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal).result
+    if state.estimate.total >= 1:
+        raise NotConverged(f"errors are as large as the pressure at load {load:g}")
+    return state
+
+
+def _orders(solver, problem, load, zones, rtol):
+    """Yields RefinementLevels of ascending orders, from the second on."""
+    coarse = None
     for order in orders(problem.candidates.simple, 0.0):
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < unresolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(tolerated(order)))
-        try:
-            state = newton_zone_edges(problem, load, zones, order, tolerance)
-        except NotConverged as failure:
-            return best_or_raise(rtol, best, failure)
+        state = newton_zone_edges(problem, load, zones, order, tolerance)
         if coarse is None and not problem.candidates.simple:
             state = _verified(_amended(state, CONDITIONS_SHARE * rtol))
         if coarse is not None:
@@ -68,15 +80,11 @@ def _climb(problem, load, zones, rtol):
             if isinstance(rtol, Usual) or state.estimate.total <= rtol:
                 before, state = state, _amended(state, CONDITIONS_SHARE * rtol)
                 state = state if state.panels is before.panels else _beside(coarse, state)
-                if state.estimate.total <= rtol:
-                    return state
-            if state.estimate.total < least:
-                best, least = state, state.estimate.total
-            if is_last(rtol, False, cost.of("panels", 1.5 * state.unknowns).seconds):
-                break
-        coarse, zones = state, state.further
-    refusal = out_of_reach(rtol, least, load=load, besides="fix the discretisation instead", met_again=False)
-    return best_or_raise(rtol, best if least < 1 else None, refusal)
+            state = state.changed(solver=solver)
+            seconds = cost.predict("panels", 1.5 * state.unknowns).seconds
+            yield RefinementLevel(state, state.estimate.total, seconds)
+        coarse = state
+        zones = state.further
 
 
 def _verified(state):

@@ -22,6 +22,7 @@ from ..model.deformable import second_solid
 from ..model.intervals import distance_to_edges
 from ..model.material import joint_modulus
 from ..model.progress import counting
+from ..model.refinement import FEWEST, GeometricSeries
 from ..model.state import in_space
 from . import square_search
 from .candidate_squares import FINE, CandidateSquares
@@ -34,7 +35,15 @@ from .squares import Counters, Coupled
 from .symbol import symbol
 
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
-SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
+SPOT = FEWEST**2  # cells of a contact
+
+
+class ContactLeavesWindow(Exception):
+    """A wider window must hold more places, array (k, 2)."""
+
+    def __init__(self, places):
+        super().__init__()
+        self.places = places
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -90,6 +99,8 @@ class SurfaceSolver(CellSolver):
     in_space = "cells"
     dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
     followed = 128  # cells along an axis of a path
+    # errors of two grids are in part independent, as edges move by whole cells
+    series = GeometricSeries(1.4, 1.0, 1.9, luck=2.5, alike=0.5)
     besides, rate = "fix Cells(nodes=...)", "cells in space"
 
     def set_up(self):
@@ -128,10 +139,12 @@ class SurfaceSolver(CellSolver):
                 window = square_search.window(self, picture, load, approach, places)
                 picture.look_about(window)
             missed = partial(self.missed, picture)
-            state, outside = self.within(window, load, approach, goal, missed, initial)
-            if not len(outside):
-                return replace(state, seen_width=picture.seen)
-            places = np.vstack((places, outside))
+            try:
+                state = self.within(window, load, approach, goal, missed, initial)
+            except ContactLeavesWindow as leaves:
+                places = np.vstack((places, leaves.places))
+                continue
+            return replace(state, seen_width=picture.seen)
         raise NotConverged(square_search.NO_WINDOW)
 
     def predicted(self, load, approach, rtol):
@@ -143,11 +156,11 @@ class SurfaceSolver(CellSolver):
         squares, finer = (valleys, 1.0) if several else (1, max(ratio / 1.75, 1.0))
         goal = self.goal(rtol)
         if goal is None:
-            return cost.of(self.rate, len(self.offsets) * squares * nodes**2)
+            return cost.predict(self.rate, len(self.offsets) * squares * nodes**2)
         # an estimate has three grids
         count = max(2.0 ** np.ceil(np.log2(2.5 / goal * finer)), 4 * self.coarsest)
         needed = squares * count**2
-        found = cost.of(self.rate, len(self.offsets) * min(needed, most))
+        found = cost.predict(self.rate, len(self.offsets) * min(needed, most))
         return found._replace(misses=bool(needed > most))
 
     def window_of(self, load):
@@ -173,14 +186,14 @@ class SurfaceSolver(CellSolver):
         return in_space(solution, points.reshape(-1, 3), areas, **cells)
 
     def missed(self, picture, state):
-        """Returns places that a window must hold, what a fixed one leaves out, and whether a place between
-        cells would touch.
+        """Returns what a fixed window leaves out, and whether a place between cells would touch; raises
+        ContactLeavesWindow for a window that may be wider.
         """
         cut = any(square_search.reach_of(state, 1))
         outside, hidden = square_search.touching(state, picture)
         if self.options.window is None and (cut or len(outside)):
-            return np.vstack((*chain(*square_search.rectangles(state)), outside)), (), False
-        return np.empty((0, 2)), _warnings(cut, outside, hidden), len(hidden) > 0
+            raise ContactLeavesWindow(np.vstack((*chain(*square_search.rectangles(state)), outside)))
+        return _warnings(cut, outside, hidden), len(hidden) > 0
 
     def weights(self, grid):
         """Returns weights of squares in the norm: the square of `distance_to_edges`, since steps of cells
@@ -196,11 +209,15 @@ class SurfaceSolver(CellSolver):
         """Returns the error of a grid from successive changes, the load on spots, and the residual as short
         waves feel it.
         """
-        return _of_changes(changes) + _share_of_spots(before, SPOT) + state.residual * state.grid.count
+        return (
+            float(self.series.error(changes[-2:]))
+            + _share_of_spots(before, SPOT)
+            + state.residual * state.grid.count
+        )
 
     def cannot_reach(self, changes, before, goal, finer, least):
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
-        slow = finer <= 2 and _of_changes(changes) > goal * finer**2
+        slow = finer <= 2 and float(self.series.error(changes[-2:])) > goal * finer**2
         return slow or _share_of_spots(before, SPOT / 2 / finer**2) > goal
 
     def turned(self, own):
@@ -289,17 +306,6 @@ def _share_of_spots(state, least):
         labels = spots(forces > 0, state.is_whole)
         load += forces[(np.bincount(labels.ravel())[labels] < least) & (labels > 0)].sum()
     return float(load / state.load)
-
-
-def _of_changes(changes):
-    """Returns the error of the last grid from successive changes.
-
-    Alike errors that fall by a ratio r leave r - 1 times the finer one as change, independent ones of the
-    edge's steps sqrt(1 + r^2) times.
-    """
-    before, last = [1.4 * changes[-1], *changes][-2:]  # as errors fall as a rule
-    ratio = before / last if last > 0 else 1.4
-    return max(last, before / 2.5) / min(max(ratio - 0.5, 0.5), 1.4)
 
 
 def _warnings(cut, outside, hidden):

@@ -18,7 +18,7 @@ from ..errors import BOUNDED, require
 from .intervals import contains, runs
 from .obstacles import Obstacle, heights, jumps_of, named_places
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy, proxy
-from .scales import lowest_part
+from .scales import classical_rise, lowest_part
 from .types import Array, Flags, Function, Interval, ObstacleLike
 
 if TYPE_CHECKING:
@@ -81,8 +81,8 @@ class ContactCandidates:
 
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
-        away = np.abs(x - self.lowest) / self.half_width
-        return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * away))
+        distance = np.abs(x - self.lowest) / self.half_width
+        return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * distance))
 
 
 def find_candidates(problem: Problem, load: float) -> ContactCandidates:
@@ -104,8 +104,8 @@ def find_candidates(problem: Problem, load: float) -> ContactCandidates:
         if farthest >= (enough := 100 * half):
             break
         farthest = 2 * enough
-    away, bound = np.abs(x - lowest) / half, 2.0
-    low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
+    bound = 2.0
+    low = h < h.min() + bound * rise * (1 + np.log1p(2 * np.abs(x - lowest) / half))
     words = (
         f"must rise away from its lowest point: at x = {x[0] if low[0] else x[-1]:.2g} a half-plane under "
         f"the load {load:g} still reaches it, and so without bounds; a problem that repeats has a "
@@ -119,7 +119,9 @@ def find_candidates(problem: Problem, load: float) -> ContactCandidates:
 def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float) -> ContactCandidates:
     """Returns the ContactCandidates of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
-    obstacle, floor, ell = problem.obstacle, 1e-11 * rise, problem.solid.ell
+    floor = 1e-11 * rise
+    ell = problem.solid.ell
+    obstacle = problem.obstacle
     named = dict(jumps_of(obstacle))
     ends = tuple(getattr(obstacle, "ends", ()))
     if getattr(obstacle, "formulas", False):
@@ -127,13 +129,16 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     else:
         pieces = _profiles(partial(heights, obstacle), stretches, half, floor / half, obstacle, named, ends)
     edges, lengths, singular, jumps, sites, above = map(np.concatenate, zip(*pieces))
-    sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
+    finite = np.isfinite(above)
+    sites = sites[finite]
+    above = above[finite]
     gone = singular[np.isnan(jumps)].tolist()
-    known = ends or _ends(partial(heights, obstacle), gone)
+    edges_of_pieces = ends or _ends(partial(heights, obstacle), gone)
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
     kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
     kinks = dict(sorted(kinks.items()))
-    angle, psi0 = EMPTY_PROXY, getattr(problem.law, "psi0", None)
+    angle = EMPTY_PROXY
+    psi0 = getattr(problem.law, "psi0", None)
     if callable(psi0):
         around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
         (angle,) = _profiles(cast(Any, problem.law).angle, around, half, floor / ell, psi0, name="psi0")
@@ -150,9 +155,9 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
         lengths=lengths,
         kinks=tuple(kinks),
         jumps=tuple(kinks.values()),
-        ends=known,
-        steps=tuple(place for place in gone if place not in known),
-        detected=kinks != named or known != ends,
+        ends=edges_of_pieces,
+        steps=tuple(place for place in gone if place not in edges_of_pieces),
+        detected=kinks != named or edges_of_pieces != ends,
     )
 
 
@@ -180,7 +185,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), np.finfo(float).max).reshape(3, -1)
     rises = np.ptp(above, axis=0)
-    rise = 2 * load / (np.pi * problem.E_star)
+    rise = classical_rise(load, problem.E_star)
     enough = np.flatnonzero(rises >= rise)
     words = f"does not rise enough to carry the load {load:g} within {half[-1]:.1g}: {BOUNDED}"
     require(len(enough), "obstacle", problem.obstacle, words)
@@ -194,7 +199,7 @@ def _range_of_places(problem: Problem, load: float) -> tuple[float, float, tuple
     """
     nearest = 1e-3 * problem.ell
     farthest = 1e5 * problem.ell
-    ends = lowest_part(problem.obstacle, 2 * load / (np.pi * problem.E_star))
+    ends = lowest_part(problem.obstacle, classical_rise(load, problem.E_star))
     if ends is None:
         return nearest, farthest, (0.0,)
     half = (ends[1] - ends[0]) / 2
@@ -217,7 +222,8 @@ def _everywhere(
     h = heights(obstacle, x)
     lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
     lower = lower[np.argsort(h[lower])[:300]]
-    left, right = x[lower - 1], x[lower + 1]
+    left = x[lower - 1]
+    right = x[lower + 1]
     for _ in range(14):  # each 4 times nearer
         places = np.linspace(left, right, 9)
         values = heights(obstacle, places.ravel()).reshape(places.shape)
@@ -232,8 +238,9 @@ def _polynomial(obstacle: ObstacleLike, stretches: Sequence[Interval], named: Ar
     """Returns the Proxy of a height that is a polynomial between its named places."""
     inside = named[contains(stretches, named)]
     sites = np.unique(np.concatenate((*(np.linspace(*pair, 65) for pair in stretches), inside)))
-    edges, nothing = np.array((stretches[0][0], stretches[-1][1])), np.empty(0)
-    return Proxy(edges, np.full(2, np.inf), nothing, nothing, sites, heights(obstacle, sites))
+    edges = np.array((stretches[0][0], stretches[-1][1]))
+    empty = np.empty(0)
+    return Proxy(edges, np.full(2, np.inf), empty, empty, sites, heights(obstacle, sites))
 
 
 def _ends(height: Function, places: Sequence[float]) -> tuple[float, ...]:
@@ -274,6 +281,6 @@ def _profiles(
         distance = min(spacing, (right - left) / (40 * samples))
         edges = np.linspace(left, right, 2 + int((right - left) / (samples * distance)))
         edges = np.union1d(edges, [place for place in (*kinks, *ends) if left < place < right])
-        known = [place for place in kinks if left < place < right]
-        pieces.append(proxy(function, edges, floor, known, name, given))
+        named = [place for place in kinks if left < place < right]
+        pieces.append(proxy(function, edges, floor, named, name, given))
     return pieces

@@ -15,21 +15,23 @@ def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shea
     """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates, from arrays (n,):
     weights (lengths), dp, dM/ell, p and dq/f (stresses); 0 without p.
     """
-    size, changes = weights @ total**2, (pressure, moment, *shear)
-    return float(np.sqrt(max(weights @ change**2 for change in changes) / size)) if size else 0.0
+    size = weights @ total**2
+    if not size:
+        return 0.0
+    return float(np.sqrt(max(weights @ change**2 for change in (pressure, moment, *shear)) / size))
 
 
 def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
     """Returns the union of intervals [(left, right), ...], joined where they are apart by no more than
     `slack`.
     """
-    found: list[Interval] = []
+    union: list[Interval] = []
     for left, right in sorted(intervals):
-        if found and left <= found[-1][1] + slack:
-            found[-1] = (found[-1][0], max(found[-1][1], right))
+        if union and left <= union[-1][1] + slack:
+            union[-1] = (union[-1][0], max(union[-1][1], right))
         else:
-            found.append((left, right))
-    return found
+            union.append((left, right))
+    return union
 
 
 def without(intervals: Iterable[Interval], left: float, right: float) -> list[Interval]:
@@ -44,18 +46,20 @@ def contains(intervals: ArrayLike, x: Array) -> Flags:
 
 
 def common(first: Iterable[Interval], second: Sequence[Interval] | Array) -> list[Interval]:
+    """Returns the intersection of intervals [(left, right), ...], in order."""
     (a, b), (c, d) = (np.reshape(intervals, (-1, 2)).T for intervals in (list(first), second))
-    left, right = np.maximum.outer(a, c), np.minimum.outer(b, d)
+    left = np.maximum.outer(a, c)
+    right = np.minimum.outer(b, d)
     return sorted(zip(left[left < right].tolist(), right[left < right].tolist()))
 
 
 def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[Interval]:
     """Returns intervals as floats, those at both ends of a period as one that goes on beyond it."""
-    own = [(float(left), float(right)) for left, right in intervals]
-    if period is None or len(own) < 2 or own[-1][1] - own[0][0] < period * (1 - 1e-9):
-        return own
-    (_, right), *others, (left, _) = own
-    return [*others, (left, right + period)]
+    pairs = [(float(left), float(right)) for left, right in intervals]
+    if period is None or len(pairs) < 2 or pairs[-1][1] - pairs[0][0] < period * (1 - 1e-9):
+        return pairs
+    (_, right), *inner, (left, _) = pairs
+    return [*inner, (left, right + period)]
 
 
 def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
@@ -72,24 +76,25 @@ def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
     """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number; without
     corners "contact" alone is not empty.
     """
-    own = [over_the_end(zones[number], None) for number in range(len(corners))]
+    by_corner = [over_the_end(zones[number], None) for number in range(len(corners))]
     if len(corners) == 1:
-        return {"A": [], "B": [], "full": [], "contact": own[0]}
-    return {**dict(zip(corners, own)), "full": reduce(common, own), "contact": joined(chain(*own))}
+        return {"A": [], "B": [], "full": [], "contact": by_corner[0]}
+    named = dict(zip(corners, by_corner))
+    return {**named, "full": reduce(common, by_corner), "contact": joined(chain(*by_corner))}
 
 
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
     """Returns what happened to intervals between neighbouring states: [(kind, x), ...], as of `Event`."""
 
     def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
-        return [other for other in others if other[0] <= interval[1] and interval[0] <= other[1]]
+        return [(left, right) for left, right in others if left <= interval[1] and interval[0] <= right]
 
     changes = [("born", sum(new) / 2) for new in after if not touching(new, before)]
     changes += [("vanished", sum(old) / 2) for old in before if not touching(old, after)]
     for kind, many, few in (("merged", before, after), ("split", after, before)):
         for interval in few:
-            parts = touching(interval, many)
-            changes += [(kind, (left[1] + right[0]) / 2) for left, right in zip(parts, parts[1:])]
+            pieces = touching(interval, many)
+            changes += [(kind, (left[1] + right[0]) / 2) for left, right in zip(pieces, pieces[1:])]
     return changes
 
 
@@ -97,13 +102,13 @@ def least_beside(function: Function, x: Array, i: Any, tolerance: float) -> tupl
     """Returns the smallest value of a function beside sample i, and its place."""
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
 
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda place: function(np.array([place]))[0],
         bounds=(x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]),
         method="bounded",
         options={"xatol": tolerance},
     )
-    value, place = min((found.fun, found.x), (function(x[i : i + 1])[0], x[i]))
+    value, place = min((minimum.fun, minimum.x), (function(x[i : i + 1])[0], x[i]))
     return float(value), float(place)
 
 
@@ -112,9 +117,13 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     passed over; the place is None where others are equally low.
     """
     values = function(x)
-    x, values = x[np.isfinite(values)], values[np.isfinite(values)]
-    i, noise = int(np.argmin(values)), 500 * np.finfo(float).eps * np.abs(values).max()
-    left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+    finite = np.isfinite(values)
+    x = x[finite]
+    values = values[finite]
+    i = int(np.argmin(values))
+    noise = 500 * np.finfo(float).eps * np.abs(values).max()
+    left = x[max(i - 1, 0)]
+    right = x[min(i + 1, len(x) - 1)]
     low = x[values <= values[i] + noise]
     if len(low) > 2 or low[0] < left or low[-1] > right:
         return float(values[i]), None
@@ -129,8 +138,10 @@ def borders(x: Array, first: float | None = None, last: float | None = None) -> 
     """Returns the borders of nodes at x (ascending), half the way to their neighbours and, unless `first` and
     `last` are given, at the outermost nodes: array (n + 1,).
     """
-    ends = x[:1] if first is None else [first], x[-1:] if last is None else [last]
-    return np.concatenate((ends[0], (x[1:] + x[:-1]) / 2, ends[1]))
+    middles = (x[1:] + x[:-1]) / 2
+    left = x[:1] if first is None else [first]
+    right = x[-1:] if last is None else [last]
+    return np.concatenate((left, middles, right))
 
 
 def distance_to_root(step: float, pressure: float, inner: float) -> float:
@@ -152,9 +163,11 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
     obstacle, shifted by `shifts`, the distance over half of its width, else 1; without an end on one side as
     far as x goes.
     """
-    own = [end for end in ends if np.isfinite(end)]
-    width = np.ptp([*own, x.min(), x.max()] if len(own) < len(ends) else own) if own else 0.0
-    distances = (2 * np.abs(x - end - shift) / width for end in own for shift in shifts)
+    finite = [end for end in ends if np.isfinite(end)]
+    if not finite:
+        return np.ones_like(x)
+    width = np.ptp(finite if len(finite) == len(ends) else [*finite, x.min(), x.max()])
+    distances = (2 * np.abs(x - end - shift) / width for end in finite for shift in shifts)
     return np.min([np.ones_like(x), *distances], axis=0)
 
 
@@ -164,7 +177,8 @@ def distance_to_edges(faces: Flags) -> Array:
     """
     from scipy.ndimage import distance_transform_edt  # here: most states do without
 
-    distances, half_width = [np.ones(faces.shape[1:])], 1.0
+    distances = [np.ones(faces.shape[1:])]
+    half_width = 1.0
     for face in faces:
         if not face.all() and face.any():
             inside, outside = (distance_transform_edt(cells) for cells in (face, ~face))
@@ -173,19 +187,23 @@ def distance_to_edges(faces: Flags) -> Array:
     return np.minimum(np.min(distances[1:] or distances, axis=0) / half_width, 1.0)
 
 
-def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
+def moved_on(zones: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
     """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
     alike, or that is too far.
     """
-    alike = all(len(earlier.get(corner, ())) == len(zones) for corner, zones in own.items())
+    alike = all(len(earlier.get(corner, ())) == len(pairs) for corner, pairs in zones.items())
     if not alike or not abs(share) <= 2:
         return None
-    edges = {corner: np.reshape(zones, (-1, 2)) for corner, zones in own.items()}
-    moved = {i: now + share * (now - np.reshape(earlier[i], (-1, 2))) for i, now in edges.items()}
-    apart = all(np.all(np.diff(zones.ravel()) > 0) for zones in moved.values())
-    pairs = {i: tuple((left, right) for left, right in zones.tolist()) for i, zones in moved.items()}
-    return pairs if apart else None
+    moved: dict[int, tuple[Interval, ...]] = {}
+    for corner, pairs in zones.items():
+        edges = np.ravel(pairs)
+        edges = edges + share * (edges - np.ravel(earlier[corner]))
+        if not np.all(np.diff(edges) > 0):
+            return None
+        moved[corner] = tuple((left, right) for left, right in edges.reshape(-1, 2).tolist())
+    return moved
 
 
 def zone_edges(zones: Mapping[int, Iterable[Interval]]) -> list[float]:
+    """Returns the left and right ends of zones {corner: intervals}, ascending, each once."""
     return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})

@@ -5,7 +5,7 @@ Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside no
 narrower than the samples of the first intervals, and changes nothing at them, is not seen.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -65,12 +65,44 @@ def proxy(
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
-    first = [*known, *places_of_ends(function, x, np.isfinite(h))]
+    ends = [*known, *places_of_ends(function, x, np.isfinite(h))]
+    width = edges[-1] - edges[0]
+    edges, places = _bisected(function, edges, ends, x, h, floor, name, given)
+    singular: list[float] = []
+    for length, place in sorted(places):  # those that are known best come first
+        if all(abs(place - better) > max(LOST * width, 2 * length) for better in singular):
+            singular.append(float(place))
+    singular.sort()
+    samples = np.unique(_spread(edges[:-1], edges[1:]))
+    jumps = [_jump(function, place, singular, width) for place in singular]
+    lengths = np.diff(edges, append=np.inf)
+    near = np.abs((edges + lengths / 2)[:, None] - singular).min(axis=1, initial=np.inf)
+    lengths[near <= np.maximum(2.5 * lengths, LOST * width)] = np.inf
+    return Proxy(edges, lengths, np.array(singular), np.array(jumps), samples, _values(function, samples))
+
+
+def _bisected(
+    function: Function,
+    edges: Array,
+    ends: Sequence[float],
+    x: Array,
+    h: Array,
+    floor: float,
+    name: str,
+    given: object,
+) -> tuple[Array, list[tuple[float, float]]]:
+    """Returns (edges of intervals, halved until each is smooth or short; (length of the last interval, place)
+    of singular points). `ends` are places that are known to be singular, h values at samples x.
+    """
     # features that the first intervals show are wider: a shorter piece has a singular point
-    whole, narrow, budget = edges[-1] - edges[0], np.median(np.diff(edges)) / 64, 8000
-    cuts = np.unique((edges[0], *first, edges[-1]))
-    left, right, done = cuts[:-1], cuts[1:], [edges[-1:]]
-    places = [(0.0, place) for place in first]  # (length of the piece that has it, place)
+    narrow = np.median(np.diff(edges)) / 64
+    rounding = np.finfo(float).eps * (edges[-1] - edges[0])
+    budget = 8000
+    cuts = np.unique((edges[0], *ends, edges[-1]))
+    left = cuts[:-1]
+    right = cuts[1:]
+    done = [edges[-1:]]
+    places = [(0.0, place) for place in ends]
     while len(left):
         short = right - left < narrow
         rough = _rough(function, left, right, x, h, np.where(short, 0.0, floor)) > 1
@@ -82,25 +114,13 @@ def proxy(
             "Cells(nodes=..., window=...) take it as their centres see it"
         )
         require(budget >= 0 and np.count_nonzero(short) <= 200, name, given, words)
-        places += _pinned(function, left[short], right[short], np.finfo(float).eps * whole)
+        places += _pinned(function, left[short], right[short], rounding)
         done.append(left[~rough | short])
-        left, right = left[rough & ~short], right[rough & ~short]
-        middle = left + HALF * (right - left)
-        left, right = np.sort((*left, *middle)), np.sort((*middle, *right))
-    singular: list[float] = []
-    for length, place in sorted(places):  # those that are known best come first
-        if all(abs(place - other) > max(LOST * whole, 2 * length) for other in singular):
-            singular.append(float(place))
-    singular.sort()
-    edges = np.sort(np.concatenate(done))
-    samples = np.unique(_spread(edges[:-1], edges[1:]))
-    jumps = [
-        _jump(function, place, [other for other in singular if other != place], whole) for place in singular
-    ]
-    lengths = np.diff(edges, append=np.inf)
-    near = np.abs((edges + lengths / 2)[:, None] - singular).min(axis=1, initial=np.inf)
-    lengths[near <= np.maximum(2.5 * lengths, LOST * whole)] = np.inf
-    return Proxy(edges, lengths, np.array(singular), np.array(jumps), samples, _values(function, samples))
+        halved = rough & ~short
+        middle = left[halved] + HALF * (right[halved] - left[halved])
+        left = np.sort((*left[halved], *middle))
+        right = np.sort((*middle, *right[halved]))
+    return np.sort(np.concatenate(done)), places
 
 
 def _spread(left: Array, right: Array) -> Array:
@@ -112,15 +132,15 @@ def _values(function: Function, x: Array) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def places_of_ends(function: Function, x: Array, there: Flags) -> list[float]:
+def places_of_ends(function: Function, x: Array, finite: Flags) -> list[float]:
     """Returns the last places, to rounding, at which a function is finite beside samples x at which it is
-    not; `there` tells at which of them it is.
+    not; `finite` says at which of them it is, array (n,).
     """
-    i = np.flatnonzero(there[1:] != there[:-1])
-    inside, outside = np.where(there[i], (x[i], x[i + 1]), (x[i + 1], x[i]))
+    i = np.flatnonzero(finite[1:] != finite[:-1])
+    inside, outside = np.where(finite[i], (x[i], x[i + 1]), (x[i + 1], x[i]))
     while np.any((inside != (middle := (inside + outside) / 2)) & (middle != outside)):
-        known = np.isfinite(function(middle))
-        inside, outside = np.where(known, (middle, outside), (inside, middle))
+        is_inside = np.isfinite(function(middle))
+        inside, outside = np.where(is_inside, (middle, outside), (inside, middle))
     return inside.tolist()
 
 
@@ -131,12 +151,14 @@ def _rough(
     rounding and 1e-8 of the change allow.
     """
     values = _values(function, _spread(left, right).ravel()).reshape(-1, len(_places))
-    there = np.isfinite(values)
-    values[~there] = 0.0
+    finite = np.isfinite(values)
+    values[~finite] = 0.0
     series = values[:, :NODES] @ _coefficients.T
     error = np.abs(values[:, :NODES] @ _between.T - values[:, NODES:]).max(axis=1)
-    error[~there.all(axis=1)] = np.inf
-    change, length, eps = np.ptp(values, axis=1), right - left, np.finfo(float).eps
+    error[~finite.all(axis=1)] = np.inf
+    change = np.ptp(values, axis=1)
+    length = right - left
+    eps = np.finfo(float).eps
     place = np.maximum(np.abs(left), np.abs(right)) / length
     allowed = (1e-8 + 4 * eps * place) * change + 40 * eps * np.abs(values).max(axis=1) + floor * length
     piece = np.maximum(np.searchsorted(left, x, side="right") - 1, 0)
@@ -144,32 +166,33 @@ def _rough(
     piece = piece[inside]
     along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
     np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
-    error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
+    error[finite.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
     return error / np.maximum(allowed, 1e-300)
 
 
 def _pinned(function: Function, left: Array, right: Array, least: float) -> list[tuple[float, float]]:
     """Returns (length of the last piece, place) of singular points, by halving."""
-    nothing, settled = np.empty(0), np.zeros(len(left), bool)
+    empty = np.empty(0)
+    settled = np.zeros(len(left), bool)
     while True:
         middle = left + HALF * (right - left)
-        halves = np.concatenate((left, middle)), np.concatenate((middle, right))
-        lower, upper = _rough(function, *halves, nothing, nothing).reshape(2, -1)
+        starts = np.concatenate((left, middle))
+        stops = np.concatenate((middle, right))
+        lower, upper = _rough(function, starts, stops, empty, empty).reshape(2, -1)
         # where no half is rough the middle is singular, or rounding hides the rest
         settled |= (np.maximum(lower, upper) <= 1) | (right - left < least)
         if settled.all():
             return list(zip(right - left, middle))
-        left, right = (
-            np.where(~settled & (lower < upper), middle, left),
-            np.where(~settled & (lower >= upper), middle, right),
-        )
+        left = np.where(~settled & (lower < upper), middle, left)
+        right = np.where(~settled & (lower >= upper), middle, right)
 
 
-def _jump(function: Function, place: float, others: Iterable[float], whole: float) -> float:
-    """Returns the jump of the slope at a singular point, from differences beside it: 0 if it shrinks with
-    their step, nan if it grows.
+def _jump(function: Function, place: float, singular: Iterable[float], width: float) -> float:
+    """Returns the jump of the slope at one of the singular points, from differences beside it: 0 if it
+    shrinks with their step, nan if it grows.
     """
-    steps = np.array((1e-2, 1e-3, 1e-4)) * min([whole / 8, *(abs(other - place) / 4 for other in others)])
+    longest = min([width / 8, *(abs(point - place) / 4 for point in singular if point != place)])
+    steps = np.array((1e-2, 1e-3, 1e-4)) * longest
     values = _values(function, (place + np.outer((-2.0, -1.0, 1.0, 2.0), steps)).ravel())
     farther, far, near, nearer = values.reshape(4, -1)
     with np.errstate(invalid="ignore"):  # inf - inf
@@ -178,7 +201,8 @@ def _jump(function: Function, place: float, others: Iterable[float], whole: floa
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
         return np.nan
     # less what the curvature adds, which is as the step; powers of the distance leave jumps that differ
-    earlier, jump = between + (between - first) / 9, second + (second - between) / 9
+    earlier = between + (between - first) / 9
+    jump = second + (second - between) / 9
     shrinks = abs(second) <= 0.9 * abs(first) and abs(jump - earlier) > 0.05 * abs(jump)
     # where the curvature jumps the place is known to a share of the steps
     doubt = 1e-3 * abs(first) + 8 * np.finfo(float).eps * np.abs(values).max() / steps[-1]

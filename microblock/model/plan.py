@@ -39,12 +39,12 @@ class Candidate:
         return type(self.method).__name__.lower()
 
     def __repr__(self) -> str:
-        cost, words = self.cost, shortened(self.refusal) or "no prediction"
-        if cost is not None:
-            size, unit = (cost.memory / 1e6, "MB") if cost.memory < 9.95e8 else (cost.memory / 1e9, "GB")
-            words = f"{cost.seconds:8.2g} s{size:9.2g} {unit}{cost.unknowns:9.2g} unknowns"
-            words += ", above rtol" * cost.misses
-        return f"{self.name:9s} {words}"
+        cost = self.cost
+        if cost is None:
+            return f"{self.name:9s} {shortened(self.refusal) or 'no prediction'}"
+        memory = f"{cost.memory / 1e6:9.2g} MB" if cost.memory < 9.95e8 else f"{cost.memory / 1e9:9.2g} GB"
+        line = f"{self.name:9s} {cost.seconds:8.2g} s{memory}{cost.unknowns:9.2g} unknowns"
+        return line + ", above rtol" * cost.misses
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ class Plan:
             return "no method can answer"
         if len(self.candidates) == 1:
             return "the only method"
-        first, second = (each.cost for each in self.candidates[:2])
+        first, second = (candidate.cost for candidate in self.candidates[:2])
         if first is None or second is None or first.seconds > second.seconds:
             return "the usual method of the body"
         return "the least seconds"
 
     def __repr__(self) -> str:
-        first, *others = [*map(repr, self.candidates)] or [""]
-        return "\n".join((f"{first}  <- {self.reason}", *others, *map(repr, self.refused)))
+        first, *later = [*map(repr, self.candidates)] or [""]
+        return "\n".join((f"{first}  <- {self.reason}", *later, *map(repr, self.refused)))
 
 
 def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
@@ -85,7 +85,8 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
     the surface. What would take more than MOST_MEMORY is refused. What is expected to miss rtol comes
     PATIENCE later.
     """
-    able, refused = [], []
+    able: list[tuple[float | None, Candidate]] = []
+    refused: list[Candidate] = []
     if rtol is None:
         rtol = next((solver.goal(None) for solver in solvers if solver.usual_rtol), None)
     for number, solver in enumerate(solvers):
@@ -96,7 +97,10 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
         except MicroblockError as failure:
             refused.append(Candidate(solver, refusal=str(failure)))
             continue
-        weighted = cost and cost.seconds * (solver.handicap if number else 1) + PATIENCE * cost.misses
+        weighted = None
+        if cost:
+            handicap = solver.handicap if number else 1.0
+            weighted = cost.seconds * handicap + PATIENCE * cost.misses
         able.append((weighted, Candidate(solver, cost)))
     if all(weighted for weighted, _ in able):
         able.sort(key=lambda pair: pair[0] or 0.0)
@@ -117,25 +121,35 @@ def first_answer(
     answers: list[Any] = []
     for candidate in candidates:
         longest = SECONDS if answers else 10 * SECONDS
-        tried = bool(answers or failures)
-        if shortfall and tried and candidate.cost and candidate.cost.seconds > longest:
+        is_first = not answers and not failures
+        if shortfall and not is_first and candidate.cost and candidate.cost.seconds > longest:
             continue
         try:
             result = answer(candidate)
         except NotConverged as failure:
             failures[candidate.name] = failure
             continue
-        before = "; ".join(f"{other} ({why})" for other, why in failures.items())
-        result = result.noting(f"{candidate.name} instead of {before}") if before else result
+        if failures:
+            failed = "; ".join(f"{name} ({failure})" for name, failure in failures.items())
+            result = result.noting(f"{candidate.name} instead of {failed}")
         if not shortfall or not shortfall(result):
             return result
         answers.append(result)
     if answers and shortfall:
         best = min(answers, key=lambda result: result.error_estimate)
         return best.noting(shortfall(best))
-    first, *others = failures.values()
-    if not others:
-        raise first
-    words = str(first) + "".join(f"; {name}: {why}" for name, why in [*failures.items()][1:])
-    met = min((why.rtol_reached for why in failures.values() if why.rtol_reached is not None), default=None)
-    raise NotConverged(words, reached=first.reached, iterations=first.iterations, rtol_reached=met) from first
+    raise _together(failures)
+
+
+def _together(failures: dict[str, NotConverged]) -> NotConverged:
+    """Returns the NotConverged of failures {method: failure}, with the smallest rtol that is met."""
+    (_, first), *later = failures.items()
+    if not later:
+        return first
+    words = str(first) + "".join(f"; {name}: {failure}" for name, failure in later)
+    figures = [failure.rtol_reached for failure in failures.values() if failure.rtol_reached is not None]
+    together = NotConverged(
+        words, reached=first.reached, iterations=first.iterations, rtol_reached=min(figures, default=None)
+    )
+    together.__cause__ = first
+    return together

@@ -1,14 +1,26 @@
-"""Levels of refinement, and where they end."""
+"""Refinement: its one loop, the error that remains on the last level, and what has too few cells.
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any, TypeVar
+`refine` keeps the best result and decides where the loop ends; `GeometricSeries` is the rule for the error;
+a contact of fewer cells than FEWEST says nothing of its own.
+"""
 
-from ..errors import NotConverged
-from .progress import counted
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeAlias, TypeVar
+
+import numpy as np
+
+from ..errors import NotConverged, out_of_reach
+from .progress import counted, kept
 
 SECONDS = 3.0  # of one core, that a further level may be expected to take if no rtol was asked for
+# cells or nodes across a contact or a zone, with fewer of which two levels may agree and be wrong together:
+# half a spacing is 1/16 of it then. Of cells that shrink towards edges so many do as well
+FEWEST = 8
+FEWEST_GRADED = 4
 
-Level = TypeVar("Level")
+Size = TypeVar("Size")
 Result = TypeVar("Result")
 
 
@@ -18,36 +30,139 @@ class Usual(float):
     """
 
 
-def is_last(rtol: float, cannot_reach: bool, seconds: float) -> bool:
-    """Returns whether no further level is tried: as none would reach an rtol that was asked for, or, where
-    none was asked for, as the next one is expected to take so many seconds.
+@dataclass(frozen=True)
+class RefinementLevel(Generic[Result]):
+    """A result on one level of refinement, and what it tells of finer ones.
+
+    Attributes
+    ----------
+    result : object
+    error : float
+        Its error estimate.
+    seconds : float
+        Of one core, that the next level is expected to take.
+    cannot_reach : bool
+        Whether all finer levels are expected to miss an rtol that was asked for.
+    suffices : bool
+        Whether it is the answer even with an error above rtol.
+    margin : float
+        Over the smallest error, of an rtol that is advised where this level is the last.
     """
-    return seconds > SECONDS if isinstance(rtol, Usual) else cannot_reach
+
+    result: Result
+    error: float
+    seconds: float = 0.0
+    cannot_reach: bool = False
+    suffices: bool = False
+    margin: float = 1.0
 
 
-def best_or_raise(rtol: float, best: Result | None, failure: NotConverged) -> Result:
-    """Returns the best result that missed an rtol; raises the failure if the rtol was asked for, or if there
-    is no result.
+Refusal: TypeAlias = Callable[
+    [RefinementLevel[Result], RefinementLevel[Result], NotConverged | None], NotConverged
+]
+
+
+def refine(
+    levels: Iterable[RefinementLevel[Result]], rtol: float, refusal: Refusal[Result]
+) -> RefinementLevel[Result]:
+    """Returns the first level, coarse to fine, whose error is at most rtol.
+
+    1. The level with the smallest error so far is the best, which an interruption returns.
+    2. A level with an error of at most rtol, or that suffices, is the answer.
+    3. No finer level is solved where none would reach an rtol that was asked for; or, where none was asked
+       for (`Usual`), where the next one is expected to take more than SECONDS.
+    4. If a finer level fails, or none is left, the best is the answer to a `Usual` rtol; for another
+       `refusal(best, last, failure)` is raised, of the best level, the last one that was solved, and the
+       failure of the next one or None. Without any level the failure itself is raised.
     """
-    if best is None or not isinstance(rtol, Usual):
-        raise failure
-    return best
+    best: RefinementLevel[Result] | None = None
+    failure: NotConverged | None = None
+    try:
+        for level in levels:
+            if best is None or level.error <= best.error:
+                best = level
+                kept(best.result, error=best.error)
+            if level.suffices or level.error <= rtol:
+                return level
+            if level.seconds > SECONDS if isinstance(rtol, Usual) else level.cannot_reach:
+                break
+    except NotConverged as objection:
+        if best is None:
+            raise
+        failure = objection
+    if best is None:
+        raise out_of_reach(rtol, math.inf)
+    if isinstance(rtol, Usual):
+        return best
+    raise refusal(best, level, failure) from failure
 
 
 def levels(
-    solve: Callable[[Level, Result | None], Result],
-    sizes: Iterable[Level],
+    solve: Callable[[Size, Result | None], Result],
+    sizes: Iterable[Size],
     change: Callable[[Result, Result], float],
-) -> Iterator[tuple[Level, Result, Any, list[float]]]:
-    """Yields (level, result, result before, changes so far) of levels `sizes`, coarse to fine, which a bar
-    counts: `solve` returns the result on one, from the result before or None, and `change` the
-    relative change from one result to the next.
+) -> Iterator[tuple[Size, Result, Any, list[float]]]:
+    """Yields (size, result, result before, changes so far) of levels of `sizes`, coarse to fine, which a bar
+    counts: `solve` returns the result on one, from the result before or None, and `change` the relative
+    change from one result to the next.
     """
-    before, changes = None, list[float]()
-    for number, level in enumerate(sizes, 1):
+    before: Result | None = None
+    changes = list[float]()
+    for number, size in enumerate(sizes, 1):
         counted(level=number)
-        result = solve(level, before)
+        result = solve(size, before)
         if before is not None:
             changes.append(change(before, result))
-        yield level, result, before, changes
+        yield size, result, before, changes
         before = result
+
+
+@dataclass(frozen=True)
+class GeometricSeries:
+    """The rule for the error that remains on the last level: errors of levels are a geometric series.
+
+    Errors that fall by a ratio r from level to level leave the last change, over r - 1, as the error of the
+    last level. The ratio is the geometric mean of those of the changes that are given. Safety: it is taken
+    no larger than `fastest`, since a small change may be luck, and no smaller than `slowest`, at which the
+    method converges in theory; and a last change that is less than 1/luck of the one before counts as that.
+
+    Attributes
+    ----------
+    expected : float
+        Ratio where there is one change alone.
+    slowest, fastest : float
+    luck : float or None
+        None: the ratio itself.
+    alike : float
+        Part of the finer level's error that the coarser one shares: 1, or less where steps of cells along an
+        edge make errors of two levels independent, whose change is ``sqrt(1 + r^2)`` of the finer one.
+
+    Examples
+    --------
+    >>> from microblock.model.refinement import GeometricSeries
+    >>> GeometricSeries(expected=2.0).error([0.1])
+    0.1
+    """
+
+    expected: float
+    slowest: float = 1.0
+    fastest: float = np.inf
+    luck: float | None = None
+    alike: float = 1.0
+
+    def ratio(self, changes: Sequence[Any]) -> Any:
+        """Returns the ratio of errors of successive levels from changes, numbers or arrays (n,)."""
+        if len(changes) == 1:
+            return self.expected
+        last = np.maximum(changes[-1], np.finfo(float).tiny)
+        return np.clip((changes[0] / last) ** (1 / (len(changes) - 1)), self.slowest, self.fastest)
+
+    def error(self, changes: Sequence[Any], ratio: Any = None) -> Any:
+        """Returns the error of the last level from changes, numbers or arrays (n,), oldest first, and a
+        ratio, or that of these changes.
+        """
+        ratio = self.ratio(changes) if ratio is None else ratio
+        last = changes[-1]
+        if len(changes) > 1:
+            last = np.maximum(last, changes[-2] / (self.luck or ratio))
+        return last / (ratio - self.alike)

@@ -53,30 +53,34 @@ def _with_length(body: Any, length: float) -> Any:
     return body.of(body.solid.with_length(length)) if hasattr(body, "of") else body
 
 
+def classical_rise(load: float, modulus: float) -> float:
+    """Returns by how much an obstacle rises within a classical contact in the plane (length), under a load
+    (force per thickness) on bodies with the joint modulus E*.
+    """
+    return 2 * load / (np.pi * modulus)
+
+
 def _contact_length(
     body: BodyLike, obstacle: ObstacleLike, load: float | None, approach: float | None
 ) -> float | None:
+    """Returns the period, or the half-width or radius of the contact (length); None where there is none."""
     period = getattr(body, "period", None)
     if period is not None:
         return float(period)
+    if load is None and approach is None:
+        return None
     modulus = joint_modulus(body.solid, second_solid(obstacle))
     if over_surface(body):
-        square = None if load is None else load / (2 * modulus)
-        return radius(obstacle, square, approach)
-    return half_width(obstacle, approach if load is None else 2 * load / (np.pi * modulus))
+        return _radius(obstacle, modulus, load, approach)
+    contact = lowest_part(obstacle, approach if load is None else classical_rise(load, modulus))
+    return contact and (contact[1] - contact[0]) / 2
 
 
-def half_width(obstacle: ObstacleLike, rise: float | None) -> float | None:
-    """Returns half of the width of a contact under which an obstacle rises by `rise` (lengths), or None."""
-    contact = None if rise is None else lowest_part(obstacle, rise)
-    return None if contact is None else (contact[1] - contact[0]) / 2
-
-
-def lowest_part(obstacle: ObstacleLike, rise: float) -> Interval | None:
+def lowest_part(obstacle: ObstacleLike, rise: float | None) -> Interval | None:
     """Returns the ends (left, right) between which an obstacle is less than `rise` above its lowest place,
     about that place (lengths); None where it has no such ends, or is no wider than rounding.
     """
-    if not rise > 0:
+    if rise is None or not rise > 0:
         return None
     scales = all_scales(rise)
     x = np.unique(np.concatenate((-scales, [0.0], scales, named_places(obstacle))))
@@ -116,30 +120,31 @@ def _edges(is_low: Callable[[Array], Flags], inside: float, outside: Array) -> l
     return within.tolist()
 
 
-def radius(obstacle: ObstacleLike, square: float | None, approach: float | None) -> float | None:
-    """Returns the radius at which the mean height of a circle about the lowest place rises by `square` over
-    the radius, of a load (length^2), or to the approach (length); None where it does not.
+def _radius(
+    obstacle: ObstacleLike, modulus: float, load: float | None, approach: float | None
+) -> float | None:
+    """Returns the radius at which the mean height of a circle about the lowest place has risen by what a load
+    or an approach asks for; None where it does not.
     """
-    turns = 2 * np.pi * np.arange(16) / 16
-    ways = np.array((np.cos(turns), np.sin(turns)))
-    lowest_seen = float(quiet_heights(obstacle, np.zeros(1), np.zeros(1))[0])
-    unit = np.sqrt(square) if square is not None else (approach or 0.0) - lowest_seen
+    if load is None:
+        unit = (approach or 0.0) - float(quiet_heights(obstacle, np.zeros(1), np.zeros(1))[0])
+    else:
+        unit = np.sqrt(load / (2 * modulus))
     if not 0 < unit < np.inf:
         return None
+    angles = 2 * np.pi * np.arange(16) / 16
+    directions = np.array((np.cos(angles), np.sin(angles)))
     scales = all_scales(unit)
-    middle = _lowest_over_surface(obstacle, scales, ways)
+    middle = _lowest_over_surface(obstacle, scales, directions)
     lowest = quiet_heights(obstacle, *middle[:, None])
     if not np.isfinite(lowest[0]):  # it was not seen
         return None
 
-    def missing(radii: Array) -> Array:
-        """Returns what the mean height lacks, array (n,) (lengths)."""
-        circles = middle[:, None, None] + ways[:, None, :] * radii[:, None]
-        rises = quiet_heights(obstacle, *circles).mean(axis=1) - lowest
-        return (unit if square is None else square / radii) - rises
-
     def is_low(radii: Array) -> Flags:
-        return missing(radii) > 0
+        circles = middle[:, None, None] + directions[:, None, :] * radii[:, None]
+        rises = quiet_heights(obstacle, *circles).mean(axis=1) - lowest
+        required = unit if load is None else load / (2 * modulus) / radii
+        return required - rises > 0
 
     high = np.flatnonzero(~is_low(scales))
     if not len(high) or high[0] == 0:
@@ -147,9 +152,9 @@ def radius(obstacle: ObstacleLike, square: float | None, approach: float | None)
     return _edges(is_low, scales[high[0] - 1], scales[high[:1]])[0]
 
 
-def _lowest_over_surface(obstacle: ObstacleLike, scales: Array, ways: Array) -> Array:
+def _lowest_over_surface(obstacle: ObstacleLike, scales: Array, directions: Array) -> Array:
     """Returns the lowest place that is seen about (0, 0) on all scales, and then nearer to it, array (2,)."""
-    places = np.concatenate((np.zeros((2, 1)), (ways[:, :, None] * scales).reshape(2, -1)), axis=1)
+    places = np.concatenate((np.zeros((2, 1)), (directions[:, :, None] * scales).reshape(2, -1)), axis=1)
     middle = places[:, np.argmin(quiet_heights(obstacle, *places))]
     step = np.hypot(*middle) / 2
     around = np.reshape(np.meshgrid(*[np.linspace(-1, 1, 9)] * 2), (2, -1))

@@ -62,41 +62,50 @@ class Solver:
     handicap = 2.0
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
-        self.contact, self.options = contact, options
-        self.body, self.obstacle, self.law = contact.body, contact.obstacle, contact.law
+        self.contact = contact
+        self.options = options
+        self.body = contact.body
+        self.obstacle = contact.obstacle
+        self.law = contact.law
         self.solid = self.body.solid
         self.blocks = contact.blocks
         self._require_counter_body()
         if self.in_space is None and (self.has_fitted_zones or body_of(self.obstacle) is not None):
             require_shifts(self.law, self.solid.ell)
-        count, most, clamps = len(self.law.corners), self.most_corners, self.law.clamps_rotation
-        words = (
-            f"has {count} corners{' and constrains psi' * clamps}: {type(options).__name__}() takes up to "
-            f"{most}, or one where psi is constrained; Condensed() and GivenCompliance() take any number"
-        )
-        require(most is None or count <= (1 if clamps else most), "law", self.law, words)
+        self._require_corners()
         self.set_up()
 
     def set_up(self) -> None:
         """Checks and keeps what a method asks for besides."""
+
+    def _require_corners(self) -> None:
+        """Raises BadArgument for a law with more corners than the method takes."""
+        count = len(self.law.corners)
+        most = self.most_corners
+        clamps = self.law.clamps_rotation
+        words = (
+            f"has {count} corners{' and constrains psi' * clamps}: {type(self.options).__name__}() takes up "
+            f"to {most}, or one where psi is constrained; Condensed() and GivenCompliance() take any number"
+        )
+        require(most is None or count <= (1 if clamps else most), "law", self.law, words)
 
     def _require_counter_body(self) -> None:
         """Raises BadArgument for an obstacle whose body this method does not know, or of another period."""
         counter = body_of(self.obstacle)
         if counter is None:
             return
-        known = " or ".join(one.__name__ for one in self.counter_bodies)
-        words = f"takes a {known} as second body alone" if known else "takes rigid obstacles alone"
-        words = f"deforms, and {type(self.options).__name__}() on a {type(self.body).__name__} {words}"
+        allowed = " or ".join(kind.__name__ for kind in self.counter_bodies)
+        takes = f"takes a {allowed} as second body alone" if allowed else "takes rigid obstacles alone"
+        words = f"deforms, and {type(self.options).__name__}() on a {type(self.body).__name__} {takes}"
         require(isinstance(counter, self.counter_bodies), "obstacle", self.obstacle, words)
-        theirs, own = (getattr(one, "period", None) for one in (counter, self.body))
-        require(theirs == own, "period", theirs, f"of the second body must be that of the first, {own}")
+        first, second = (getattr(body, "period", None) for body in (self.body, counter))
+        require(second == first, "period", second, f"of the second body must be that of the first, {first}")
 
     def __getstate__(self) -> dict[str, Any]:
         return {
-            key: one
-            for key, one in vars(self).items()
-            if not isinstance(getattr(type(self), key, None), cached_property)
+            name: value
+            for name, value in vars(self).items()
+            if not isinstance(getattr(type(self), name, None), cached_property)
         }
 
     @property
@@ -141,15 +150,13 @@ class Solver:
         its load, and its residual is rounding or below the error estimate.
         """
         carried = np.sum(state.weights * state.pressure * state.normals[:, -1])
-        counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
-        off = {
-            "load": 0.0 if load is None else abs(state.load - load) / load,
-            "approach": 0.0
-            if approach is None
-            else abs(state.approach - approach) / np.abs(state.displacement).max(),
-            "sum of the pressures": abs(carried - state.load) / state.load,
-            "residual": state.residual if counts else 0.0,
-        }
+        off = {"sum of the pressures": abs(carried - state.load) / state.load}
+        if load is not None:
+            off["load"] = abs(state.load - load) / load
+        if approach is not None:
+            off["approach"] = abs(state.approach - approach) / np.abs(state.displacement).max()
+        if self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0):
+            off["residual"] = state.residual
         worst = max(off, key=lambda name: off[name])
         if not off[worst] <= SOLVED:
             raise NotConverged(

@@ -564,7 +564,7 @@ def test_a_penalty_leads_back_from_the_approach_to_the_load():
 def test_what_bodies_in_space_are_expected_to_take(rate, measured):
     """Within twice of the seconds and half as much of the memory: 0.8 GB were expected for 1.4 and 2.1."""
     for unknowns, seconds, memory in measured:
-        expected = cost.of(rate, unknowns)
+        expected = cost.predict(rate, unknowns)
         assert 1 / 2 < expected.seconds / seconds < 2 and 1 / 1.5 < expected.memory / memory < 1.75
 
 
