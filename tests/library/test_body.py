@@ -16,22 +16,9 @@ import pytest
 from conftest import dome, rectangle
 from ngsolve import x, y
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
 import microblock as mb
-from microblock import (
-    BadArgument,
-    Body,
-    Condensed,
-    Contact,
-    Cosserat,
-    Newton,
-    Plane,
-    Sphere,
-    Unilateral,
-    cost,
-)
+from microblock import BadArgument, Body, Contact, Cosserat, Newton, Plane, Unilateral, cost
 from microblock.fem import contact_term, factors, meshes, meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.body_spaces import FIELDS3D as FIELDS
@@ -240,18 +227,6 @@ def test_loads_of_the_users_are_integrated_as_fields_are():
 # limits in closed form
 
 
-def test_a_micromoment_decays_over_the_layer():
-    """One-dimensional: sigma_22 = -0.2 throughout, and psi of m_2 = 0.3 on top falls like exp(x2/ell)."""
-    solid = Cosserat(E=2.6, nu=0.3, ell=0.05, beta=1)
-    body = Body(meshes.line(1.0, 20), solid, 8, fixed={"u1": "middle", "u2": "middle"})
-    fields = body.solve(Loads(traction={"contact": (0, -0.2)}, micromoment={"contact": 0.3}))
-    top, down = body.mesh(0.0), body.mesh(-0.05)
-    assert fields.stress(top)[3] == pytest.approx(-0.2, rel=1e-12)
-    assert fields.couple_stress(top)[1] == pytest.approx(0.3, rel=1e-8)  # a slope, of order 8 with h = ell
-    # the other end of the strip is felt by exp(-40)
-    assert fields.psi(down) / fields.psi(top) == pytest.approx(np.exp(-1), rel=1e-10)
-
-
 # periods, and meshes that are none
 
 
@@ -327,27 +302,6 @@ def test_a_period_in_space_leaves_a_column():
     for place in ((0.1, 0.9, -0.4), (1.0, 0.5, 0.0)):
         assert fields.u(mesh(*place)) == pytest.approx((0, 0, -(place[2] + 1) / modulus), abs=1e-12)
     assert fields.reaction("bottom").force == pytest.approx([0, 0, 1], abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    "options, name",
-    [
-        ({"periodic": True}, "body"),
-        ({"prescribed": {"u1": {"left": 0.1}}}, "prescribed"),
-        ({"order": 2, "order_psi": 1}, "order_psi"),
-        ({"fixed": "bottom|contact"}, "contact"),
-        ({"order": np.full(8, 2)}, "order"),
-    ],
-)
-@pytest.mark.parametrize("method", [Condensed(), Newton()], ids=str)
-def test_contact_in_space_refuses_what_it_does_not_know(options, name, method):
-    ticks = np.linspace(0, 1, 3)
-    with pytest.raises(BadArgument) as failure:
-        body = Body(
-            meshes3d.block(ticks, ticks, ticks - 1), SMOOTH, **{"order": 1, "fixed": "bottom"} | options
-        )
-        Contact(body, Sphere(R=1.0), Unilateral(), method).solve(load=1.0)
-    assert failure.value.name == name
 
 
 def test_the_name_of_before_says_the_name_of_today():
@@ -526,14 +480,6 @@ def step(x1, x2):
     return np.where(x1 > 0, 0.25, 0.0) + (x1**2 + x2**2) / 20
 
 
-def test_a_picture_below_the_surface_is_one_of_the_plane(tmp_path):
-    """It said that finite elements have fields, of finite elements."""
-    state = mb.Contact(cube(), SPHERE, mb.Unilateral()).solve(load=1.0)
-    with pytest.raises(mb.BadArgument, match="no picture .*to_vtk.* in three dimensions"):
-        state.plot_below()
-    assert len(mb.to_vtk(state, tmp_path / "state")) == 2
-
-
 def test_a_penalty_leads_back_from_the_approach_to_the_load():
     """The first residual is measured against pressures of the penalty, far beyond those at rest."""
     x = np.linspace(0, 1, 6)
@@ -577,30 +523,6 @@ def test_the_better_method_of_a_body_in_space_is_taken(monkeypatch, memory, usua
     memory(1.4e9)
     with pytest.raises(mb.NotConverged, match="GB of memory"):
         problem.with_(method=mb.Condensed()).solve(load=1.0)
-
-
-def test_the_memory_of_systems_in_space_is_that_of_matrices_and_factors(memory):
-    """Three matrices of 12 bytes an entry, and the factors of each field as another library fills them: no
-    body that lacks this room is begun, and one with twice of it is.
-    """
-    mesh = MakeStructured3DMesh(nx=4, ny=4, nz=4, mapping=lambda x, y, z: (x, y, z - 1))
-    body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), 2, fixed="bottom", contact="top")
-    rows, columns, values = map(np.array, body.bulk(body.space).mat.COO())
-    matrix, free = sparse.csr_matrix((values, (rows, columns))), np.array(body.space.FreeDofs())
-    fields = [
-        np.arange(unknowns.start, unknowns.stop) for unknowns in map(body.space.Range, range(len(FIELDS)))
-    ]
-    factors = [
-        splu(matrix[np.ix_(unknowns[free[unknowns]], unknowns[free[unknowns]])].tocsc()).L.nnz
-        for unknowns in fields
-    ]
-    needed, newton = 12 * (3 * matrix.nnz + sum(factors)), mb.Newton()
-    problem = mb.Contact(body, mb.Sphere(10.0), mb.Unilateral(), newton)
-    memory(needed / 0.8)  # a fifth of what is there is left to others
-    with pytest.raises(mb.NotConverged, match="memory"):
-        problem.solve(load=0.1)
-    memory(2 * needed / 0.8)
-    assert problem.solve(load=0.1).load == pytest.approx(0.1, rel=1e-6)  # residual of the method
 
 
 # --- Cholesky factors of both libraries, contact beside a region of equal squares

@@ -195,21 +195,6 @@ def test_estimates_on_meshes_of_users_hold(name):
     assert mesh.ne == elements and state.unknowns < 40_000  # the user's mesh stays as it is
 
 
-def test_events_on_a_mesh_have_an_error_that_holds():
-    """The full zone of a block of 6 is born at 0.0893; nodes a third of the contact's half-width apart say
-    little, and say so. That load converges like the distance of the nodes to the power 0.64.
-    """
-    for order, top in ((3, 0.15), (4, 0.08), (2, 0.02)):
-        face = occ.Rectangle(6, 3).Face().Move((-3, -3, 0))
-        face.edges.Max(occ.Y).name, face.edges.Min(occ.Y).name = "contact", "bottom"
-        face.edges.Max(occ.Y).maxh = top
-        mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.5))
-        problem = mb.Contact(mb.Body(mesh, FINE, order, fixed="bottom"), mb.Cylinder(10.0), BLOCKS)
-        (full,) = [event for event in problem.path(load=0.3).events if event.zone == "full"]
-        # 0.003 is the reference's own error
-        assert abs(full.load - 0.0893) <= full.load_error + 0.003
-
-
 def test_paths_of_blocks_name_what_one_mesh_alone_sees():
     wavy = lambda x: x**2 / 20 + 0.0005 * np.cos(40 * x)  # noqa: E731
     path = on_block(4.0, mb.Microblock(psi0=0.01), wavy, SOLID).path(load=1.0)
@@ -706,29 +691,6 @@ def test_triangles_at_a_vertex_are_cut_down_to_rounding_and_no_further(squares):
     assert 1e-13 < np.ptp(corners, axis=1).max(axis=1).min() < 1e-11  # 1e4 eps of 2
 
 
-ROUNDED = -0.1 - 0.2 + 0.3  # of the lowest height: -5.6e-17
-TOUCHED = {
-    "mesh": (mb.Body(slab(8), ELASTIC, fixed="bottom"), None),
-    "newton": (mb.Body(slab(8), ELASTIC, fixed="bottom"), mb.Newton()),
-    "penalty": (mb.Body(slab(8), ELASTIC, fixed="bottom"), mb.Newton("penalty")),
-    "period": (mb.HalfPlane(ELASTIC, period=4.0), None),
-    "block": (mb.Block(ELASTIC, 2.0), None),
-    "uniform": (mb.Block(ELASTIC, 2.0), mb.Uniform(h=0.5)),
-}
-
-
-@pytest.mark.parametrize("name", TOUCHED)
-def test_an_approach_that_is_rounding_presses_nothing_on_any_body(name):
-    """Meshes returned a load of 3e-15, and blocks looked for a mesh of it for 23 s."""
-    body, method = TOUCHED[name]
-    problem = mb.Contact(body, lambda x: 1 - np.cos(np.pi / 2 * x) + ROUNDED, mb.Unilateral(), method)
-    for approach in (0.0, 1e-16, -1e-3):
-        with pytest.raises(
-            mb.BadArgument, match=f"^approach = {approach}: must be larger: the obstacle touches no"
-        ):
-            problem.solve(approach=approach)
-
-
 BLOCKY = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2)
 MERGED = 0.44  # the load at which two contacts merge under the cylinder, of fitted blocks of the same size
 
@@ -746,12 +708,6 @@ def test_events_on_coarse_meshes_say_how_far_they_may_be_off(squares):
     last = float(words.split("up to load ")[1].split()[0])
     assert last >= 0.99 * MERGED  # two digits
     assert squares > 16 or last == 1
-
-
-def test_the_load_at_which_zones_merge_is_that_of_fitted_blocks():
-    path = mb.Contact(mb.Block(BLOCKY, 2.0), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
-    (merged,) = [event for event in path.events if event.kind == "merged"]
-    assert abs(merged.load - MERGED) <= merged.load_error < 0.1
 
 
 @pytest.mark.nightly(40)

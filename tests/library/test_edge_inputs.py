@@ -66,9 +66,6 @@ def test_heights_that_return_lists_or_fractions_are_heights(height):
 # --- bad arguments of which `refusals.csv` can have no row: values as they are shown, too many elements
 
 
-BLOCK = mb.Block(SOLID, 4.0)
-
-
 @pytest.mark.parametrize(
     "value, words",
     [
@@ -87,19 +84,6 @@ BLOCK = mb.Block(SOLID, 4.0)
 def test_values_are_shown_on_a_short_line(value, words):
     line = shown(value)
     assert words in line and "\n" not in line and len(line) <= LONGEST
-
-
-@pytest.mark.parametrize(
-    "body, method, words",
-    [
-        (mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-9)), mb.Panels(), "blocks wide, and up to"),
-        (BLOCK, mb.Uniform(1e-9), "^h = 1e-09.*elements.*GB.*take h of"),
-        (BLOCK, mb.Fitted(order=4, spacing=1e-9), "^spacing = 1e-09.*elements.*GB.*take spacing of"),
-    ],
-)
-def test_what_no_memory_holds_is_refused_by_its_number(body, method, words):
-    with pytest.raises(mb.MicroblockError, match=words):
-        mb.Contact(body, CYLINDER, LAW, method).solve(load=0.1)
 
 
 def test_microclamped_constrains_psi_on_a_surface_named_like_another():

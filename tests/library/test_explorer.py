@@ -116,8 +116,3 @@ def test_what_has_no_fields_below_shows_none():
     assert sliders.below.value and not sliders.failed.value
     sliders.controls["law"].value = mb.Microblock()
     assert "has no fields below" in sliders.failed.value and not sliders.below.value
-
-
-def test_a_problem_without_a_first_state_raises():
-    with pytest.raises(mb.BadArgument, match="^friction .*history"):
-        mb.explore(mb.Contact(PLANE, CYLINDER, mb.Unilateral(friction=0.3)), 1.0)

@@ -169,50 +169,6 @@ def test_no_line_crosses_a_gap_between_zones(tmp_path):
     assert [grid.points[:, 0].min(), grid.points[:, 0].max()] == pytest.approx(list(1.5 * outer), rel=1e-6)
 
 
-def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
-    state = solved(method=mb.Panels(order=8))
-    grid = meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
-    points = grid.points
-    assert [len(block.data) for block in grid.cells] == [2 * 80 * 40]
-    for number in range(0, len(points), 300):
-        point = points[number]
-        fields = state.fields(point[:1], point[1])
-        wanted = {
-            "u": (*fields.u[:, 0], 0),
-            "psi": fields.psi,
-            "stress": fields.stress,
-            "couple_stress": fields.couple_stress,
-        }
-        for name, value in wanted.items():
-            # the sums over sources are taken together, so that rounding of their terms differs
-            close = 1e-9 * np.abs(grid.point_data["stress"]).max()
-            assert np.ravel(grid.point_data[name][number]) == pytest.approx(np.ravel(value), abs=close), name
-    edges = np.ravel(state.zones["contact"])
-    assert points[:, 0].min() < edges.min() and points[:, 0].max() > edges.max()
-    assert points[:, 1].max() == 0 and points[:, 1].min() < -np.ptp(edges)
-
-
-@pytest.mark.parametrize("kind", ["body", "fitted", "in space"])
-def test_fields_of_meshes_come_back(kind, tmp_path):
-    """At points within one element: elsewhere a point has the stresses of its neighbours."""
-    state = in_space() if kind == "in space" else KINDS[kind]()
-    fields, back = state.fields, meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
-    mesh, points = fields.body.mesh, back.points
-    _, first, copies = np.unique(points.round(9), axis=0, return_index=True, return_counts=True)
-    box = points[:, : mesh.dim]
-    within = np.all((box > box.min(axis=0) + 1e-9) & (box < box.max(axis=0) - 1e-9), axis=1)
-    inner = first[(copies == 1) & within[first]] if mesh.dim == 2 else first[within[first]]
-    flat = {"psi": "psi", "stress": "stress", "couple_stress": "couple_stress"}
-    expected = {name: getattr(fields, name) for name in flat} if mesh.dim == 2 else {}
-    expected["u"] = ng.CF((fields.u1, fields.u2, 0)) if mesh.dim == 2 else fields.u
-    assert len(inner) > (mesh.ne if mesh.dim == 2 else 10)
-    for name, field in expected.items():
-        expected_values = field(mesh(*box[inner].T)).reshape(len(inner), -1)
-        values = back.point_data[name].reshape(len(points), -1)[inner]
-        assert np.abs(values - expected_values).max() < 1e-9 * np.abs(expected_values).max(), name  # rounding
-    assert back.point_data["stress"].shape[1] == mesh.dim**2
-
-
 def test_elements_are_cut_for_the_finer_of_displacement_and_rotation(tmp_path):
     mesh = SMALL.mesh
     counts = []
@@ -273,7 +229,6 @@ def test_keys_of_json(words, capsys):
 # --- what comes with every result: data, labelled data sets, files and back, pictures; one class of states
 
 
-xarray = pytest.importorskip("xarray", reason="labelled data sets need the extra `xarray`")
 RESULTS = {
     **KINDS,
     "path": lambda: PROBLEM.path(load=1.0),
@@ -380,27 +335,6 @@ def test_pictures_are_drawn_into_an_axis_that_is_given(tmp_path):
         assert axis.has_data() and (tmp_path / "drawn.png").stat().st_size
         assert isinstance(plot(), matplotlib.figure.Figure)
         plt.close("all")
-
-
-def test_states_follow_the_loads():
-    states = PROBLEM.states([0.5, 1.0, 0.2], rtol=1e-6)
-    assert [state.load for state in states] == [0.5, 1.0, 0.2]
-    for state in states:  # each within its own estimate of one that is solved alone
-        alone = PROBLEM.solve(load=state.load, rtol=1e-6)
-        assert state.half_width == pytest.approx(alone.half_width, rel=1e-5)
-
-
-@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
-def test_an_elastic_solid_is_the_classical_one_at_every_size(size):
-    """Hertz' half-width and pressure, without a word on blocks: it has no length of its own."""
-    solid = mb.Elastic(E=100, nu=0.3)
-    load = size
-    state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10 * size), mb.Unilateral()).solve(load, rtol=1e-5)
-    a, p = mb.hertz_scales(solid, R=10 * size, P=load)
-    assert state.half_width == pytest.approx(a, rel=1e-5) and not state.warnings
-    assert state.pressure_at(0.0) == pytest.approx(p, rel=1e-4)  # ten times rtol, for a value at a place
-    with pytest.raises(mb.BadArgument, match="^law = "):
-        mb.Contact(mb.HalfPlane(solid), CYLINDER, mb.Microblock())
 
 
 @pytest.mark.parametrize("kind", ["half-space", "mesh"])

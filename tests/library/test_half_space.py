@@ -13,7 +13,6 @@ from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_waves
 from microblock.halfspace.kernels import ORDERS, Radial, kernels
 from microblock.halfspace.square_search import beyond
-from microblock.halfspace.squares import Squares
 from microblock.halfspace.symbol import along
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
@@ -201,40 +200,6 @@ def test_far_away_a_contact_displaces_as_a_point_load():
         assert added == pytest.approx(point_load(SOLID, r) + point_load(second, r), rel=1e-3)
 
 
-@pytest.mark.parametrize("period", [None, 4.0])
-@pytest.mark.parametrize("law", LAWS, ids=str)
-def test_squares_displace_each_other_as_cells_of_one_grid(law, period):
-    """Gaps, rotations or moments, and a second body: to the interpolation between nodes, 4e-4 of what others
-    add; on a period, where one grid has waves instead of cells, to the square of cells over the load's width.
-    One square is across its end.
-    """
-    for second in (OTHER, CLASSICAL):
-        solver = problem(law, second, lambda x1, x2: 0 * x1 * x2, period).solver
-        single, count = Grid(128, 4 / 128), np.arange(32)
-        rows = [(8, 12), (80, 40), (112 if period else 90, 90)]
-        middles = [tuple((np.array(first) + 16) / 32 - 2) for first in rows]
-        squares = Squares(tuple(Grid(32, 4 / 128, middle) for middle in middles), period)
-        bump = np.sin(np.pi * (count + 0.5) / 32) ** 3
-        f = np.arange(1, 1 + 3 * len(solver.offsets)).reshape(-1, 3, 1, 1) * np.multiply.outer(bump, bump)
-        cells = [np.ix_((count + i) % 128, (count + j) % 128) for i, j in rows]
-        H, together, on_grid = (
-            solver.flexibility(single),
-            solver.flexibility(squares),
-            np.zeros((len(f), 128, 128)),
-        )
-        for part, block in zip(f.swapaxes(0, 1), cells):
-            on_grid[(slice(None), *block)] = part
-        turned = [part.turned(forces, part.surface(forces)) for part, forces in ((H, on_grid), (together, f))]
-        pairs = [
-            (H @ on_grid, together @ f),
-            *zip(*turned),
-            (H.counter.above(on_grid)[None], together.counter.above(f)[None]),
-        ]
-        for by_grid, by_squares in pairs:
-            read = np.stack([by_grid[(slice(None), *block)] for block in cells], axis=1)
-            assert by_squares == pytest.approx(read, abs=(1e-2 if period else 1e-4) * np.abs(read).max())
-
-
 @pytest.mark.parametrize("period", [None, 1.0])
 @pytest.mark.parametrize("law", LAWS, ids=str)
 def test_work_of_one_load_on_the_displacement_of_another_is_mutual(law, period):
@@ -374,20 +339,6 @@ def test_a_pin_between_cells_is_met_by_the_corner_of_a_rotated_block():
 
         warnings = free.with_(obstacle=height).solve(load=4 / 3).warnings
         assert any("between cells" in sentence for sentence in warnings) == words
-
-
-@pytest.mark.parametrize("second", [False, True])
-@pytest.mark.parametrize("apart, ell", [(1.0, 1e-4), (2.0, 1e-4), (2.0, 0.05)])
-def test_equal_summits_carry_equal_loads(apart, ell, second):
-    """Small blocks: each is Hertz under half of the load, and displaced by the other as by a point."""
-    pair, a = summits((apart, 0, 0), (-apart, 0, 0)), (3 * 0.05 / 4) ** (1 / 3)
-    state = on_unit_solid(mb.Deformable(mb.HalfSpace(solid(0.2)), pair) if second else pair, ell=ell).solve(
-        0.1, rtol=0.1
-    )
-    left = (state.weights * state.pressure)[state.points[:, 0] < 0].sum()
-    assert left / state.load == pytest.approx(0.5, abs=1e-3)  # cells at the edges
-    if ell < 1e-3 and not second:
-        assert state.approach == pytest.approx(a**2 + 0.05 / (np.pi * 2 * apart), rel=5e-3)
 
 
 def test_obstacles_that_end_are_found_far_from_the_origin_or_refused():

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
+from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from microblock.contact_solvers.compliance import Compliance
@@ -225,20 +225,6 @@ def test_levers_are_looked_at_where_the_contact_is(places):
         mb.Contact(HALF, CYLINDER, Elsewhere(places, friction=0.3)).history([(1.0, 0.0)], rtol=0.1)
 
 
-@pytest.mark.parametrize("where", ["half-space", "mesh"])
-def test_over_a_surface_only_laws_of_the_library_are_known(where):
-    """A law derived from Microblock was solved as Microblock itself."""
-    mesh = MakeStructured3DMesh(nx=2, ny=2, nz=2, mapping=lambda x, y, z: (x, y, z - 1))
-    body = (
-        mb.HalfSpace(NARROW)
-        if where == "half-space"
-        else mb.Body(mesh, NARROW, fixed="bottom", contact="top")
-    )
-    for law in (type("Mine", (mb.Microblock,), {})(), Corners((-0.25,)), Corners((0.0,))):
-        with pytest.raises(mb.BadArgument, match="over a surface"):
-            mb.Contact(body, mb.Sphere(2.0), law)
-
-
 def derived(base=Corners, **own):
     """A law derived from another one, by default with two corners, with attributes of its own."""
     return type("Derived", (base,), own)(*[(-0.5, 0.5)] * (base is Corners))
@@ -272,6 +258,7 @@ SLIPS = {
     # gaps would be those of the law that it is derived from
     "halved blocks": (lambda: halved(mb.Microblock), "arms of its own and the places of Microblock"),
     "halved line": (lambda: halved(mb.Unilateral), "arms of its own and the places of Unilateral"),
+    "from right to left": (lambda: Corners((0.5, -0.5)), "from left to right"),
     "no rotation": (lambda: derived(clamps_rotation=True), "2 corners and constrains psi"),
 }
 

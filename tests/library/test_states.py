@@ -424,30 +424,6 @@ def told(drawing):
 # states
 
 
-def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
-    """A alone, B alone, both and none are four fills; a shifted contact has shifted blocks."""
-    law, panels = mb.Microblock(0.002), mb.Panels(order=14)  # one order: the same points of the surface
-    state = pressed(law=law, load=2.0, method=panels)
-    window = blocks.window(SOLID.ell, state.zones["contact"])
-    surface = state.surface(window)
-    shown = blocks.blocks(surface, window)
-    squares = state.plot_blocks().axes[0].collections[0]
-    fills = [tuple(colour) for colour in squares.get_facecolor()]
-    pairs = [tuple(map(bool, closed)) for closed in shown.closed]
-    assert len({*zip(pairs, fills, strict=True)}) == len({*pairs}) == len({*fills}) == 4
-    for corner in (0, 1):
-        tips, centres = shown.squares[:, corner], shown.squares[:, :2].mean(axis=1)
-        over = shown.magnification * (tips[:, 0] ** 2 / 20 - state.solution.approach) - tips[:, 1]
-        # heights are interpolated between points of the surface: a thousandth of a block is not seen
-        expected = shown.magnification * np.interp(centres[:, 0], surface.x, surface.gaps[corner])
-        assert over == pytest.approx(expected, abs=1e-3 * SOLID.ell)
-        assert np.all(over[shown.closed[:, corner]] < 1e-3 * SOLID.ell)
-    shifted = pressed(lambda x: (x - 1) ** 2 / 20, law, load=2.0, method=panels)
-    moved = blocks.blocks(shifted.surface(), blocks.window(SOLID.ell, shifted.zones["contact"])).squares
-    # rounding of abscissae is magnified a little
-    assert moved == pytest.approx(blocks.blocks(state.surface(), window).squares + (1.0, 0.0), abs=1e-9)
-
-
 @pytest.mark.parametrize("psi0_in", ["gaps and levers", "levers"])
 def test_blocks_of_a_half_space_touch_the_sphere_in_the_row_that_is_shown(psi0_in):
     """Left corners alone, right ones, both and none; the height is that half a block beside the row."""

@@ -1,6 +1,5 @@
 """Data of users: samples, masks, holes, periods given on any window, files of instruments, noise."""
 
-import datetime
 import json
 import re
 import subprocess
@@ -9,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
+from ngsolve.meshes import MakeStructured3DMesh
 from scipy.interpolate import CubicSpline, RegularGridInterpolator, UnivariateSpline
 from scipy.optimize import brentq
 
@@ -19,7 +18,6 @@ from microblock.errors import real_numbers
 from microblock.fem import fitted_mesh
 from microblock.halfplane import zone_path
 from microblock.halfplane.zone_path import ZonePath
-from microblock.model.law import Law
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 X = np.linspace(-1, 1, 21)
@@ -63,89 +61,8 @@ def test_kinks_between_samples_are_named_with_a_curve_that_has_none(body, method
     assert not sentences(mb.Obstacle.from_samples(X, 0.01 * X + 0.3))
 
 
-def test_jumps_that_the_slope_does_not_have_are_refused():
-    """Methods take them as given: of the other sign a pressure was off by 0.9, with an estimate of 0.01. Of a
-    place in six digits it was off by 2e-3, with one of 6e-4.
-    """
-    kinks, jumps = (0.26, 0.3, 0.34), np.array([-0.05, 0.1, -0.05])
-
-    def tent(wrong, slope=0.05):
-        def height(x):
-            return x**2 / 20 - np.maximum(0, 0.04 - abs(x - 0.3)) * slope
-
-        return mb.Contact(PLACES[0][0], mb.Obstacle(height, kinks, wrong), mb.Microblock())
-
-    tent(jumps), tent(None), tent(1e-4 * jumps, 5e-6)  # a jump below what curvature does from side to side
-    for wrong in (-jumps, jumps * (1, 0.5, 1)):
-        with pytest.raises(mb.BadArgument, match="jumps by (-0.05 at x = 0.26|0.1 at x = 0.3): mind"):
-            tent(wrong)
-
-    def wedge(kink, jump=0.1, power=2.0):
-        obstacle = mb.Obstacle(
-            lambda x: 0.05 * abs(x - 1 / 3) + 0.05 * abs(x - 1 / 3) ** power, (kink,), (jump,)
-        )
-        return mb.Contact(PLACES[0][0], obstacle, mb.Microblock())
-
-    wedge(0.333333333)
-    with pytest.raises(mb.BadArgument, match="all their digits"):
-        wedge(0.33333)
-    for power in (1.05, 1.1, 1.5):  # of which differences beside the kink fall as slowly as the power says
-        wedge(1 / 3, power=power)
-        for wrong in (-0.1, 0.05, 0.09, 0.11):
-            with pytest.raises(mb.BadArgument, match="jumps by 0.1 at x"):
-                wedge(1 / 3, wrong, power)
-
-
-PRESS = MakeStructured2DMesh(nx=4, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
 CUBE = MakeStructured3DMesh(hexes=False, nx=2, mapping=lambda x, y, z: (x, y, z - 1))
 CUBOID = mb.Body(CUBE, SOLID, 1, fixed="bottom", contact="top")
-
-
-class RightToLeft(Law):
-    """Microblocks that name their right corner first."""
-
-    corners = ("B", "A")
-
-    def arms(self, points, normals):
-        return mb.Microblock().arms(points, normals)[::-1]
-
-
-REFUSED = {
-    "support": (lambda: mb.Body(PRESS, SOLID, fixed="botom"), "fixed", "botom"),
-    "prescribed": (lambda: mb.Body(PRESS, SOLID, prescribed={"u1": {"botom": 0}}), "prescribed", "botom"),
-    "cylinder": (
-        lambda: mb.Contact(CUBOID, mb.Cylinder(R=10), mb.Microblock()),
-        "obstacle",
-        "height(x) + 0*y",
-    ),
-    "sliding": (
-        lambda: mb.Contact(
-            mb.Body(PRESS, SOLID, fixed={"u1": "bottom"}, contact="top"), mb.Cylinder(10.0), mb.Microblock()
-        ).solve(load=1.0),
-        "fixed",
-        "u2 is not fixed on any boundary",
-    ),
-    "in space": (
-        lambda: mb.Contact(
-            mb.Body(CUBE, SOLID, 1, fixed={"u3": "bottom"}, contact="top"), mb.Sphere(10.0), mb.Microblock()
-        ).solve(load=1.0),
-        "fixed",
-        "u1 is not fixed on any boundary",
-    ),
-    "corners": (
-        lambda: mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), RightToLeft()),
-        "law",
-        "from left to right",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_slips_are_refused_early_by_their_names(name):
-    call, argument, words = REFUSED[name]
-    with pytest.raises(mb.BadArgument, match=re.escape(words)) as caught:
-        call()
-    assert caught.value.name == argument
 
 
 def test_the_advised_height_presses_a_body_in_space():
@@ -178,14 +95,6 @@ def test_a_refusal_comes_without_the_tracebacks_of_what_was_tried():
     assert failure.rtol_reached and failure.__cause__ is None and failure.__suppress_context__
 
 
-@pytest.mark.parametrize("name, value", [("kinks", None), ("ends", None), ("kinks", 3), ("kinks", ("a",))])
-def test_what_an_obstacle_of_ones_own_has_besides_a_height_is_numbers(name, value):
-    """A raw TypeError came back."""
-    obstacle = type("Own", (), {"height": lambda self, x: x**2, name: value})()
-    with pytest.raises(mb.BadArgument, match=f"{name} = .*: must be a tuple of numbers; leave it out"):
-        mb.Contact(mb.HalfPlane(SOLID), obstacle, mb.Microblock())
-
-
 # --- what users hand over as heights: masks, holes, arrays of every kind, and a period given on any window
 
 
@@ -202,15 +111,6 @@ def samples(z, x=PLACES_X):
 
 def masked(x):
     return np.ma.masked_where(abs(x) > 0.2, x**2 / 20)
-
-
-def test_a_mask_is_no_obstacle_along_a_line():
-    """The height under the mask was taken: half-width .3404."""
-    problem = mb.Contact(PLANE, masked, LAW)
-    state = problem.solve(1.0)
-    cut = problem.with_(obstacle=lambda x: np.where(abs(x) > 0.2, np.inf, x**2 / 20)).solve(1.0)
-    assert state.half_width == pytest.approx(0.2, abs=1e-12)  # an end that is known but for rounding
-    assert np.array_equal(state.pressure, cut.pressure)
 
 
 MESH = mb.Block(BLOCKS, 4.0)
@@ -235,33 +135,6 @@ def test_a_mask_is_no_obstacle_for_every_body(body, method, second):
         cut = [mb.Deformable(body, height) for height in cut]
     states = [mb.Contact(body, obstacle, mb.Microblock(), method).solve(0.5) for obstacle in cut]
     assert np.array_equal(states[0].pressure, states[1].pressure)
-
-
-def test_a_mask_is_no_obstacle_over_a_surface():
-    """4.2 times the area of the disc was pressed."""
-
-    def sphere(x, y):
-        return np.ma.masked_where(np.hypot(x, y) > 0.2, (x**2 + y**2) / 20)
-
-    problem = mb.Contact(mb.HalfSpace(CLASSICAL), sphere, LAW, mb.Cells(64, window=(-0.5, 0.5)))
-    area = problem.solve(1.0).contact_area
-    assert area == pytest.approx(np.pi * 0.04, rel=0.1)  # cells of 1/64 along the edge of the disc
-
-
-@pytest.mark.filterwarnings("error")
-def test_an_obstacle_that_is_nowhere_is_refused_without_a_warning_of_numpy():
-    method = mb.Cells(64, window=(-0.5, 0.5))
-    problem = mb.Contact(mb.HalfSpace(CLASSICAL), lambda x, y: np.ma.masked_all(x.shape), LAW, method)
-    with pytest.raises(mb.BadArgument, match="finite height"):
-        problem.solve(1.0)
-    with pytest.raises(mb.BadArgument, match="no finite height at places up to"):
-        mb.Contact(PLANE, lambda x: np.full(len(x), np.inf), LAW).solve(1.0)
-
-
-def test_a_mask_of_a_rotation_is_refused():
-    law = mb.Microblock(lambda x: np.ma.masked_where(abs(x) > 0.1, 0.01 + 0 * x))
-    with pytest.raises(mb.BadArgument, match="psi0 = .*must be finite"):
-        mb.Contact(mb.HalfPlane(BLOCKS), mb.Cylinder(10), law).solve(1.0)
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan, None, "mask"])
@@ -327,28 +200,6 @@ def test_a_hole_that_nothing_touches_changes_nothing():
     holed = plain.with_(obstacle=samples(np.where(abs(PLACES_X - 0.8) < 0.05, np.nan, Z)))
     first, second = plain.solve(1.0).pressure, holed.solve(1.0).pressure
     assert np.allclose(first, second, atol=1e-4 * first.max())  # residuals of cells
-
-
-@pytest.mark.parametrize(
-    "values",
-    [
-        np.array([1, 2], "datetime64[D]"),
-        np.array([1, 2], "timedelta64[s]"),
-        [datetime.datetime(2026, 1, 1)] * 2,
-        np.array(["1", "2"]),
-        np.array(["1", 2], object),
-        [1j, 2j],
-        [1, {}],
-        [[1], [1, 2]],
-    ],
-)
-def test_what_is_no_real_number_is_refused_by_name(values):
-    """Dates and texts were taken as numbers."""
-    for name in ("x", "z"):
-        with pytest.raises(mb.BadArgument, match=f"{name} = "):
-            mb.Obstacle.from_samples(**{"x": [0, 1], "z": [0, 1], name: values})
-    with pytest.raises(mb.BadArgument, match="obstacle = "):
-        mb.Contact(PLANE, lambda x: values, LAW)
 
 
 def test_numbers_of_every_kind_are_numbers():
@@ -434,19 +285,6 @@ def test_pads_narrower_than_a_period_are_the_same_wherever_they_lie():
     # half a period apart, up to rounding
     assert np.allclose(first.pressure, np.roll(second.pressure, 64), atol=1e-9 * first.pressure.max())
     assert second.error_estimate == pytest.approx(first.error_estimate, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    "obstacle",
-    [
-        samples(PLACES_X, np.linspace(0, 1, 201)),
-        lambda x: np.where((x < 0.3) | (x > 1.3), np.inf, x),
-        lambda x: 0.01 * x,
-    ],
-)
-def test_what_does_not_repeat_is_refused(obstacle):
-    with pytest.raises(mb.BadArgument, match="must repeat with the period, 1"):
-        mb.Contact(mb.HalfPlane(CLASSICAL, period=L), obstacle, LAW)
 
 
 # --- text files of instruments: what is read of them, what is said of it, and what is left to be settled
