@@ -322,14 +322,6 @@ def test_no_support_along_x1_leaves_the_translation_alone():
             assert state.pressure == pytest.approx((SMOOTH.lam + 2 * SMOOTH.mu) * 0.01, rel=1e-9)
 
 
-def test_squares_grow_on_from_those_of_the_reach():
-    """By 1.15 each; as their number is whole, the first is as long as those before to a step of growth."""
-    steps = np.diff(meshes.uniform_lines(1.0, 1.5, 0.05))
-    assert steps[:20] == pytest.approx(0.05) and steps.sum() == pytest.approx(1.5)
-    assert 1 / 1.15 < steps[20] / 0.05 < 1.15
-    assert steps[21:] / steps[20:-1] == pytest.approx(1.15)
-
-
 # --- contact of bodies in three dimensions: patch test, conditions and balances, warnings
 
 
@@ -478,15 +470,6 @@ def test_a_surface_of_two_levels_is_read_between_its_nodes():
 def step(x1, x2):
     """As high as the surface of two levels, and curved."""
     return np.where(x1 > 0, 0.25, 0.0) + (x1**2 + x2**2) / 20
-
-
-def test_a_penalty_leads_back_from_the_approach_to_the_load():
-    """The first residual is measured against pressures of the penalty, far beyond those at rest."""
-    x = np.linspace(0, 1, 6)
-    body = mb.Body(meshes3d.block(x, x, np.linspace(-1, 0, 4)), BLOCKY, 1, fixed="bottom")
-    problem = mb.Contact(body, lambda x1, x2: 0 * x1, mb.Microblock(), mb.Newton("penalty"))
-    pressed = problem.solve(load=1.0)
-    assert problem.solve(approach=pressed.approach).load == pytest.approx(1.0, rel=1e-8)  # of the residual
 
 
 @pytest.mark.parametrize(

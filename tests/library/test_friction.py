@@ -378,21 +378,6 @@ def test_estimates_see_places_and_what_is_between_centres():
     assert np.linalg.norm(state.pressure_at(x) - exact) / np.linalg.norm(exact) < 1e-3 < state.error_estimate
 
 
-@pytest.mark.parametrize("law, coupled", [(LAWS[0], True), (LAWS[0], False), (LAWS[1], True)], ids=str)
-def test_gaps_of_two_bodies_close_where_both_surfaces_are_known(law, coupled):
-    """Between equal bodies whether shear acts on gaps or not, as it raises one surface by what it lowers the
-    other. Cells are averages: 1e-3 of the obstacle's height.
-    """
-    state = (
-        contact(law, True, mb.Cells(), 0.25)
-        .history([(P, 0.0), (P, 0.1)], rtol=0.05, coupled=coupled)
-        .states[-1]
-    )
-    gaps = state.surface().gaps[state.solution.pressures > 0]
-    assert np.abs(gaps).max() < 2e-3 * state.half_width**2 / 2
-    assert state.counter_displacement(0.0) > state.counter_displacement(0.4)
-
-
 def test_full_slip_that_goes_on_is_one_event():
     """It ends where shear turns around, and only what begins then is another."""
     body, law = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)), mb.Unilateral(friction=0.3)

@@ -137,18 +137,6 @@ def test_gaps_and_moments_are_those_of_vectors(where):
     assert moment[..., :2].transpose(2, 0, 1) == pytest.approx(state.micromoment, abs=1e-12)
 
 
-def test_forces_of_blocks_that_are_not_unique_have_the_least_norm():
-    """The state is as symmetric as the problem; cells at an edge may fall on either
-    side by rounding.
-    """
-    state = on_cells(problem(mb.Microblock(), nodes=48).solve(load=1.0))
-    for same in (state.closed[::-1], state.closed[:, ::-1], state.closed.T):
-        assert np.any(state.closed == 4) and np.count_nonzero(same != state.closed) <= 4
-    forces = np.array(list(state.pressures.values()))
-    alternating = (forces[0] - forces[1] - forces[2] + forces[3])[(forces > 0).all(axis=0)]
-    assert np.abs(alternating).max() < 1e-12 * forces.max()
-
-
 # --- conditions, closed forms
 
 
@@ -585,21 +573,3 @@ def test_forces_that_displace_nothing_do_not_end_the_search():
     touching = body, FUNCTIONS["raised bowl"], mb.Microblock()
     states = [mb.Contact(*touching, *method).solve(load=2.0) for method in ((), (mb.Newton(),))]
     assert states[0].energy == pytest.approx(states[1].energy, rel=1e-6)
-
-
-# --- rough surfaces
-
-
-def test_a_rough_surface_is_self_affine_and_has_its_slope():
-    """Parseval, to rounding; random phases within four deviations."""
-    rough, m = (
-        mb.RoughSurface(period=2.0, slope=0.1, hurst=0.7, waves=(3, 20), seed=5),
-        np.fft.fftfreq(48, 1 / 48),
-    )
-    x, m = np.arange(48) / 24, np.hypot(m[:, None], m)
-    spectrum = np.fft.fft2(rough.height(*np.meshgrid(x, x, indexing="ij"))) / 48**2
-    power, inside = np.abs(spectrum) ** 2, (m >= 3) & (m <= 20)
-    assert np.sum((np.pi * m) ** 2 * power) == pytest.approx(rough.slope**2, rel=1e-12)
-    scaled = power[inside] * m[inside] ** 3.4
-    assert np.ptp(scaled) < 1e-9 * scaled.mean() and power[~inside].max() < 1e-12 * power[inside].min()
-    assert np.abs(np.exp(1j * np.angle(spectrum[inside])).mean()) < 4 / np.sqrt(inside.sum())

@@ -106,19 +106,6 @@ def test_each_of_two_cylinders_carries_its_half(law, distance):
         assert state.pressure.max() == pytest.approx(alone.pressure.max(), rel=2e-3)
 
 
-def waves(seed):
-    rng = np.random.default_rng(seed)
-    k, phase, size = rng.uniform(2, 12, 5), rng.uniform(0, 2 * np.pi, 5), rng.uniform(0.2, 1, 5)
-    return lambda x: x**2 / 20 + 0.004 * np.sum(size * np.cos(np.multiply.outer(x, k) + phase), axis=-1)
-
-
-@pytest.mark.parametrize("seed, law", [*enumerate((UNILATERAL, BLOCKS, mb.Microblock(-0.01)))])
-def test_random_waves_are_those_of_cells(seed, law):
-    """Pressures to the estimate of cells."""
-    state, cells = contact(waves(seed), law).solve(load=1.0, rtol=1e-4), of_cells(waves(seed), law, 1.0)
-    assert missed(state, cells) < cells.error_estimate
-
-
 @pytest.mark.parametrize("width", [0.01, 0.003])
 def test_narrow_pits_have_panels_of_their_own(width):
     """And are in the estimate: one that did not see the pit would leave more than 1e-3."""
@@ -394,25 +381,6 @@ def test_a_zone_that_is_born_and_merges_is_found_wherever_the_path_ends(last):
     events = contact(skew, ROTATED).path(1.0).events  # and of one corner
     kinds = [event.kind for event in events if event.zone == "B" and event.load > 0.1]
     assert kinds == ["born", "merged"]
-
-
-def flat_bump(x):  # beside the cylinder's edge: touched just before the edge arrives
-    return x**2 / 20 - 0.0011 * np.exp(-(((x - 0.45) / 0.05) ** 2))
-
-
-def two_higher(x):
-    return np.minimum(x**2, (np.abs(x) - 1.2 * HERTZ) ** 2 + 0.02 * HERTZ**2) / 20
-
-
-@pytest.mark.parametrize("height, last", [(flat_bump, 1.5), (two_higher, 0.3)])
-def test_on_either_side_of_an_event_cells_have_as_many_zones_as_the_path(height, last):
-    """A zone that is born and merges within one step of the scan, 2.5 times the load; and two at once."""
-    events = [event for event in contact(height).path(load=last).events if event.load > 1e-3]
-    assert {event.kind for event in events} == ({"born", "merged"} if height is flat_bump else {"born"})
-    assert all(event.load_error < 1e-3 * event.load for event in events)
-    for load in {event.load * side for event in events for side in (0.98, 1.02)}:
-        change = [(event.kind == "born") - (event.kind == "merged") for event in events if event.load < load]
-        assert len(of_cells(height, UNILATERAL, load).zones["contact"]) == 1 + sum(change)
 
 
 def test_a_path_that_ends_among_many_small_zones_begins_at_first_touch():

@@ -4,7 +4,6 @@ import json
 import re
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -669,41 +668,3 @@ def test_panels_with_wrong_zones_leave_the_path_to_cells(monkeypatch):
     ]
     assert zones == [1, 2]
     assert any(event.zone == "B" and 0.82 < event.load < 0.835 for event in path.events)
-
-
-def twins(x):
-    """Zones beside the middle one, which are born nearly at once, and meet it nearly at once."""
-    return x**2 / 20 - 4e-4 * np.cos(25 * (x - 2e-7))
-
-
-def shoulders(x):
-    """A flat punch with rounded edges: it touches all along at first, and rounding does not open it."""
-    return np.maximum(np.abs(x) - 0.3, 0) ** 2 / 2
-
-
-@pytest.mark.parametrize("height, law", [(twins, mb.Unilateral()), (shoulders, mb.Microblock())])
-def test_a_path_has_the_events_that_its_states_show(height, law):
-    problem = mb.Contact(GROUND, height, law)
-    path = problem.path(1.0, rtol=1e-3)
-    for load in (0.25, 0.29, 1.0):
-        for name, zones in problem.solve(load, rtol=1e-3).zones.items():
-            kinds = [event.kind for event in path.events if event.load < load and event.zone == name]
-            begun, fewer = (
-                sum(map(kinds.count, pair)) for pair in (("born", "split"), ("merged", "vanished"))
-            )
-            assert len(zones) == begun - fewer
-
-
-@pytest.mark.parametrize("true, share", [(1.01, 0.01), (0.9, 0.16), (1.2, 0.16), (0.2, 1.0)])
-def test_doubt_of_an_event_reaches_the_load_where_it_is(monkeypatch, true, share):
-    """Coarse states put a split between 1 and 1.05; it is at the `true` load: shares of a load, by hand."""
-
-    def state(load, parts):
-        return SimpleNamespace(
-            load=load, iterations=1, zones={"contact": [(2.0 * i, 2 * i + 1) for i in range(parts)]}
-        )
-
-    path = ZonePath(mb.Contact(GROUND, mb.Cylinder(1.0), mb.Unilateral()).solver, 10.0, None)
-    path._solver = SimpleNamespace(at=lambda load, rtol: state(load, 1 + (load > true)))
-    monkeypatch.setattr(zone_path, "named_zones", lambda one: one.zones)
-    assert path._missed(state(1.0, 1), state(1.05, 2)) == pytest.approx(share * 1.05)
