@@ -34,7 +34,8 @@ def tilted_punch(x, load, half_width, tilt, E_star):
         square = b**2 - x**2
         pressure = (load / math.pi - E_star * tilt * x / 2) / np.sqrt(np.where(square > 0, square, 1))
         return np.where(square > 0, pressure, 0), (-b, b)
-    sign, width = math.copysign(1, tilt), 4 * load / (math.pi * E_star * abs(tilt))
+    sign = math.copysign(1, tilt)
+    width = 4 * load / (math.pi * E_star * abs(tilt))
     s = b + sign * x  # from the deeper edge, which is the left one for tilt > 0
     inside = (s > 0) & (s < width)
     pressure = E_star * abs(tilt) / 2 * np.sqrt(np.where(inside, width - s, 0) / np.where(inside, s, 1))

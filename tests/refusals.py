@@ -50,8 +50,12 @@ CONTRACT = (
     "tangential --shear 0 --rtol 0.3",
 )
 
-SOLID, OTHER = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1), mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
-GROUND, CYLINDER, SPHERE, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Sphere(R=10), mb.Microblock()
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
+GROUND = mb.HalfPlane(SOLID)
+CYLINDER = mb.Cylinder(R=10)
+SPHERE = mb.Sphere(R=10)
+LAW = mb.Microblock()
 WAVE = mb.Wave(0.001, 1.0)
 MESH = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0)
 BODY = mb.Body(MESH, SOLID, order=1, fixed="bottom")

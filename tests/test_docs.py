@@ -251,7 +251,8 @@ def block():
 def above():
     """A body over the first one, its contact boundary below."""
     face = occ.MoveTo(-3, 0).Rectangle(6, 2).Face()
-    face.edges.Max(occ.Y).name, face.edges.Min(occ.Y).name = "back", "contact"
+    face.edges.Max(occ.Y).name = "back"
+    face.edges.Min(occ.Y).name = "contact"
     return mb.Body(ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.4)), SOLID, 2, fixed="back")
 
 

@@ -118,7 +118,10 @@ PROBLEMS |= {
 }
 
 
-P_LINE, E_LINE, NU_LINE = 543.0, 72.1e9, 0.33  # N/m, Pa
+# N/m, Pa
+P_LINE = 543.0
+E_LINE = 72.1e9
+NU_LINE = 0.33
 E_STAR_LINE = plane_strain(E_LINE, NU_LINE) / 2  # of two equal bodies
 A_LINE = math.sqrt(4 * P_LINE / (math.pi * E_STAR_LINE))  # R = 1 m
 P0_LINE = 2 * P_LINE / (math.pi * A_LINE)
@@ -314,7 +317,9 @@ WAVES += [
 
 MEASURED = "profiles of a machine: 201 heights of one wave, with both ends of the period or with one"
 MASKED = "numpy.ma: a parabola whose flanks are masked, a punch with sharp edges"
-HALF_FACE, MASKED_LOAD, MASKED_MODULUS = 0.2, 1.0, plane_strain(100.0, 0.3)
+HALF_FACE = 0.2
+MASKED_LOAD = 1.0
+MASKED_MODULUS = plane_strain(100.0, 0.3)
 
 
 def measured_wave(share: float, both_ends: bool) -> Callable[[], mb.State]:
@@ -369,7 +374,9 @@ FRETTING = (
     "R. D. Mindlin, J. Appl. Mech. 16 (1949), under pads of tests of fretting fatigue: mm, MPa, aluminium"
 )
 PAD = {"E": 72.1e3, "nu": 0.33}
-P_PAD, Q_PAD, FRICTION = 543 / 4, 155 / 4, 0.85
+P_PAD = 543 / 4
+Q_PAD = 155 / 4
+FRICTION = 0.85
 E_STAR_PAD = plane_strain(**PAD) / 2
 A_PAD = math.sqrt(4 * P_PAD * 10 / (math.pi * E_STAR_PAD))
 P0_PAD = 2 * P_PAD / (math.pi * A_PAD)
@@ -433,7 +440,9 @@ KEER = "L. M. Keer, J. Dundurs, K. C. Tsai, J. Appl. Mech. 39 (1972): a layer pr
 ROLLER_LAYER = "K. L. Johnson, Contact Mechanics, 5.8: a cylinder on a layer without friction at its base"
 CLASSICAL = mb.Elastic(E=0.91, nu=0.3)
 PATCH = 0.02  # half of the width on which the layer is held, its thickness is 1
-NEAR, FAR = 0.02, 8.0  # size of elements where edges are, and half-width of the meshes
+# size of elements where edges are, and half-width of the meshes
+NEAR = 0.02
+FAR = 8.0
 
 
 def rectangle(bottom: float, top: float, edges: list[tuple[str, list[tuple[float, str, float]]]]) -> ng.Mesh:

@@ -33,7 +33,10 @@ class Page(HTMLParser):
 
     def __init__(self, path):
         super().__init__()
-        self.ids, self.links, self.loaded, self.equations = set(), set(), set(), 0
+        self.ids = set()
+        self.links = set()
+        self.loaded = set()
+        self.equations = 0
         self.feed(path.read_text())
 
     def handle_starttag(self, tag, attributes):

@@ -109,7 +109,8 @@ def body_of(problem):
 
 def contact_of(problem):
     """The contact problem itself, before it is asked for a load."""
-    method, touching = problem["method"], (obstacle_of(problem), law_of(problem))
+    method = problem["method"]
+    touching = (obstacle_of(problem), law_of(problem))
     newton = mb.Newton(problem.get("newton", "al"), problem.get("rho"))
     if method in ("panels", "cells"):
         body = mb.HalfPlane(material(problem), **_given(problem, "period"))
@@ -209,7 +210,9 @@ def _at(state, problem, x):
 
     Between the nodes of cells and meshes all but the pressure on meshes are taken as linear.
     """
-    numbers, law, place = {}, law_of(problem), np.array([x])
+    numbers = {}
+    law = law_of(problem)
+    place = np.array([x])
     panels, cells = (problem["method"] == kind for kind in ("panels", "cells"))
     by_itself = panels or estimated(problem)  # nodes are those that the accuracy asked for
 
@@ -350,13 +353,13 @@ def of_laws():
 
 
 def of_kernels():
-    rows, waves, places = {}, np.array([1e-3, 1.0, 30.0, 1e4]), np.array([1e-8, 0.01, -1.0, 50.0])
+    rows = {}
+    waves = np.array([1e-3, 1.0, 30.0, 1e4])
+    places = np.array([1e-8, 0.01, -1.0, 50.0])
     for name, moduli in (("beta=1", {}), ("beta=1.9 nu=0.45", {"beta": 1.9, "nu": 0.45})):
         solid = material({"solid": given.solid(**moduli)})
-        UVW, table = (
-            kernels.plane_symbol(solid, waves),
-            kernels.kernels(solid.nu, solid.beta, solid.curvature),
-        )
+        UVW = kernels.plane_symbol(solid, waves)
+        table = kernels.kernels(solid.nu, solid.beta, solid.curvature)
         symbols = zip(("U", "V", "W", "U clamped"), (*UVW, kernels.clamped(*UVW)))
         rows |= {
             f"symbol {name} {part} at k={k:g}": x for part, column in symbols for k, x in zip(waves, column)
@@ -370,7 +373,8 @@ def of_kernels():
 
 
 def of_closed_forms():
-    x, attributes = np.array([0.1, 0.25]), ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
+    x = np.array([0.1, 0.25])
+    attributes = ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
     strips = {
         name: Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
         for name, delta in (("partial", 0.01), ("full", 0.04))
@@ -421,9 +425,12 @@ def of_bodies():
     solver, last = contact_of(strip).solver, None
     for level in (0.002, 0.004, 0.02):
         last = by_newton(solver, level, start=last)
-    traction, moment = -last.pressures.sum(axis=0)[0], last.micromoment[0]
-    u1, solid = (last.nodes.traces["u1"] @ last.fields.values)[0], body_of(strip).solid
-    psi, slope = last.psi[0], moment / (solid.curvature * solid.ell**2 * solid.mu)
+    traction = -last.pressures.sum(axis=0)[0]
+    moment = last.micromoment[0]
+    u1 = (last.nodes.traces["u1"] @ last.fields.values)[0]
+    solid = body_of(strip).solid
+    psi = last.psi[0]
+    slope = moment / (solid.curvature * solid.ell**2 * solid.mu)
     return rows | {
         "strip load path last traction": traction,
         "strip load path last micromoment": moment,

@@ -141,7 +141,9 @@ def _events(changes, path, friction):
 
     On a leg from full slip to full slip all nodes that touch count as slipping.
     """
-    raw, shown, events = {}, {}, []
+    raw = {}
+    shown = {}
+    events = []
     full = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
     sliding = [before != 0 and before == after for before, after in zip(full, full[1:])]
     for leg, slides in enumerate(sliding):
@@ -149,7 +151,8 @@ def _events(changes, path, friction):
             raw |= {(kind in ("close", "open"), number): kind for _, kind, number in group}
             last = full[leg + 1] and share >= 1 - SAME
             for key in sorted(raw, key=lambda key: (raw[key], key)):
-                kind_after, before = raw[key], shown.get(key, "open" if key[0] else "leave")
+                kind_after = raw[key]
+                before = shown.get(key, "open" if key[0] else "leave")
                 kind_after = "slip" if slides and kind_after == "stick" else kind_after
                 if kind_after != before and not (last and {kind_after, before} == NODES):
                     events.append((leg, share, kind_after, key[1]))
@@ -173,7 +176,8 @@ def history_of(problem):
     if "cells" not in problem and "levels" not in problem:
         tolerance = library._given(problem, "rtol")
         return contact.history(problem["pairs"], coupled=problem["coupled"], **tolerance)
-    solver, level = FrictionSolver(contact.solver, pairs, problem["coupled"]), None
+    solver = FrictionSolver(contact.solver, pairs, problem["coupled"])
+    level = None
     for number in range(problem.get("levels", 0)):
         level = solver.level(number, level)
     level = level or solver.on(cells_of(*problem["cells"]))
@@ -214,7 +218,9 @@ def integrals(state, full):
 
 def pointwise(state, problem):
     """{quantity at a point: number}: fields on the surface, gaps or pressures of corners, fields below."""
-    numbers, law, read = {}, state.law, {True: "pressure", False: "gap"}
+    numbers = {}
+    law = state.law
+    read = {True: "pressure", False: "gap"}
     values = {"shear": state.shear_traction, "slip": state.slip}
     values |= {"micromoment": state.micromoment} if len(law.corners) > 1 or law.clamps_rotation else {}
     values |= {} if law.clamps_rotation else {"psi": state.psi}
@@ -268,8 +274,11 @@ def zones(state):
 def refusals():
     """{what is asked for: a call that must fail}."""
     solid = mb.Cosserat(**given.SOLID)
-    half, cylinder, forth = mb.HalfPlane(solid), mb.Cylinder(R=10), problems.FORTH
-    rubbing, two = mb.Microblock(friction=0.3), mb.Deformable(half, cylinder)
+    half = mb.HalfPlane(solid)
+    cylinder = mb.Cylinder(R=10)
+    forth = problems.FORTH
+    rubbing = mb.Microblock(friction=0.3)
+    two = mb.Deformable(half, cylinder)
     block = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
 
     def contact(law=rubbing, method=None, body=half, obstacle=cylinder):

@@ -116,7 +116,9 @@ def that_travel():
 
 def of_bodies():
     """Bodies without contact: values that are prescribed, orders, periods; a picture; a load path's state."""
-    rows, solid, mesh = {}, library.material({"solid": given.SOLID}), library.mesh_of("block")
+    rows = {}
+    solid = library.material({"solid": given.SOLID})
+    mesh = library.mesh_of("block")
     loads = Loads(
         force=(0.1, -0.2), couple=0.05, traction={"contact": (ng.x, -1)}, micromoment={"contact": 0.1}
     )
@@ -148,8 +150,11 @@ def of_bodies():
 
 def refusals():
     """{what is asked for: a call that must fail}."""
-    solid, cylinder, law = library.material({"solid": given.SOLID}), mb.Cylinder(R=10.0), mb.Microblock()
-    mesh, block = library.mesh_of("block"), mb.Block(library.material({"solid": given.SOLID}), 4.0)
+    solid = library.material({"solid": given.SOLID})
+    cylinder = mb.Cylinder(R=10.0)
+    law = mb.Microblock()
+    mesh = library.mesh_of("block")
+    block = mb.Block(library.material({"solid": given.SOLID}), 4.0)
 
     def body(order=1, **options):
         return mb.Body(mesh, solid, order, **{"fixed": "bottom", **options})

@@ -37,7 +37,9 @@ def cells_of(edges=EDGES):
 
 
 def of_shear_kernels():
-    rows, places, few = {}, np.array([0.01, -1.0, 50.0]), [0, 1, 2, 15, 17, 255, 300, 4095, 4999]
+    rows = {}
+    places = np.array([0.01, -1.0, 50.0])
+    few = [0, 1, 2, 15, 17, 255, 300, 4095, 4999]
     solids = {"beta=1": solid_of(), "beta=0.3": solid_of(**SOFT)}
     for name, solid in solids.items():
         moduli = solid.nu, solid.beta, solid.curvature
@@ -113,9 +115,11 @@ def flexibility(line, law, grid, second=None):
 
 def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
-    rows, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
+    rows = {}
+    bodies = {"": None, " with a body": solid_of(**problems.BEHIND)}
     for words, period, count in (("", None, 40), (" of a period", 1.0, 41), (" of a long line", None, 300)):
-        grid, line = Grid(count, 1 / count, (0.0,)), mb.HalfPlane(solid_of(), period)
+        grid = Grid(count, 1 / count, (0.0,))
+        line = mb.HalfPlane(solid_of(), period)
         for name, law in LAWS.items():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
             for body, second in bodies.items():
@@ -133,7 +137,8 @@ def of_products():
 
 def of_gradients():
     """A state on cells by products alone, and the same by exchange of faces."""
-    (line, grid), rows = (mb.HalfPlane(solid_of()), Grid(60, 0.02, (0.0,))), {}
+    (line, grid) = (mb.HalfPlane(solid_of()), Grid(60, 0.02, (0.0,)))
+    rows = {}
     (x,) = grid.axes
     for name, law in LAWS.items():
         response = flexibility(line, law, grid)
@@ -227,7 +232,8 @@ def of_pictures():
 
 def of_intervals():
     """Arithmetic of intervals and observables of zones, as texts and numbers."""
-    first, second = [(-1.0, 0.5), (0.75, 1.0), (2.0, 3.0)], [(0.25, 0.8), (2.5, 4.0)]
+    first = [(-1.0, 0.5), (0.75, 1.0), (2.0, 3.0)]
+    second = [(0.25, 0.8), (2.5, 4.0)]
     x = np.linspace(-2, 4, 13)
     flags = np.array([0, 1, 1, 0, 0, 1, 0, 1], bool)
     texts = {
@@ -313,7 +319,9 @@ def of_others():
 
 def of_ways():
     """States one after the other, at a given approach, and by cells where panels have none."""
-    half, cylinder, law = mb.HalfPlane(solid_of()), mb.Cylinder(R=10.0), mb.Microblock()
+    half = mb.HalfPlane(solid_of())
+    cylinder = mb.Cylinder(R=10.0)
+    law = mb.Microblock()
     methods = {"panels": mb.Panels(order=8), "cells": mb.Cells(nodes=64, window=(-0.6, 0.6))}
     for name, method in methods.items():
         problem, state = mb.Contact(half, cylinder, law, method), None

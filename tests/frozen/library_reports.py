@@ -26,20 +26,33 @@ from . import problems as given
 
 DOUBT = "doubt", 1e-2  # estimates are differences of states, which rounding moves by a share of them
 STEPS = "doubt", 0.1  # of many of which one more may be taken elsewhere
-FIXED, CLOSE, READ = ("discrete", 1e-9), ("estimated", 1e-6), ("estimated", 1e-3)
-SOLID, OTHER = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1), mb.Cosserat(E=60, nu=0.2, beta=0.7, ell=0.2)
-PLANE, SECOND, CYLINDER = mb.HalfPlane(SOLID), mb.HalfPlane(OTHER), mb.Cylinder(10)
-PERIOD, WAVE, ROUGH = mb.HalfPlane(SOLID, 1.0), mb.Wave(0.01, 1.0), mb.Rough(1.0, 0.1, waves=(2, 8), seed=3)
-BLOCKS, LINE, CLAMPED, TURNED = mb.Microblock(), mb.Unilateral(), mb.Microclamped(), mb.Microblock(0.004)
-LEVERS, ANGLE = (mb.Microblock(0.004, psi0_in="levers"), mb.Microblock(given.FUNCTIONS["slow wave"]))
+FIXED = ("discrete", 1e-9)
+CLOSE = ("estimated", 1e-6)
+READ = ("estimated", 1e-3)
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+OTHER = mb.Cosserat(E=60, nu=0.2, beta=0.7, ell=0.2)
+PLANE = mb.HalfPlane(SOLID)
+SECOND = mb.HalfPlane(OTHER)
+CYLINDER = mb.Cylinder(10)
+PERIOD = mb.HalfPlane(SOLID, 1.0)
+WAVE = mb.Wave(0.01, 1.0)
+ROUGH = mb.Rough(1.0, 0.1, waves=(2, 8), seed=3)
+BLOCKS = mb.Microblock()
+LINE = mb.Unilateral()
+CLAMPED = mb.Microclamped()
+TURNED = mb.Microblock(0.004)
+LEVERS = mb.Microblock(0.004, psi0_in="levers")
+ANGLE = mb.Microblock(given.FUNCTIONS["slow wave"])
 SHAPES = {name: given.FUNCTIONS[name] for name in ("two bumps", "tip", "skew wedge")}
 SHAPES |= {"wedge": mb.Wedge(0.02), "punch": mb.Punch(0.4), "tilted": mb.Punch(0.4, tilt=0.005)}
 PLACES = np.array([-0.31, -0.17, 0.03, 0.12, 0.26, 0.36])
 GRADES = meshes3d.graded(reach=0.6, step=0.2, far=2.0, growth=2.0)
 IN_A_CUBE = mb.Body(meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6), SOLID, 1, fixed="bottom")
 SLAB = mb.Body(library.mesh_of("block"), SOLID, 2, fixed="bottom")
-FEW, SHEARED = mb.Cells(nodes=64, window=(-0.8, 0.8)), [(1.0, 0.0), (1.0, 0.2), (0.8, -0.1)]
-RUB, RUBS = mb.Unilateral(friction=0.3), mb.Microblock(friction=0.3)
+FEW = mb.Cells(nodes=64, window=(-0.8, 0.8))
+SHEARED = [(1.0, 0.0), (1.0, 0.2), (0.8, -0.1)]
+RUB = mb.Unilateral(friction=0.3)
+RUBS = mb.Microblock(friction=0.3)
 
 
 def _hills(x1, x2):
@@ -86,7 +99,9 @@ ON_NODES = {
     "half-space": (mb.HalfSpace(SOLID), mb.Sphere(10), TURNED, mb.Cells(nodes=32)),
     "in space": (IN_A_CUBE, mb.Sphere(10), TURNED, None),
 }
-BROAD, NARROW, TWO = ((-0.6, 0.6),), ((-0.05, 0.06),), ((-0.36, -0.2), (0.15, 0.4))
+BROAD = ((-0.6, 0.6),)
+NARROW = ((-0.05, 0.06),)
+TWO = ((-0.36, -0.2), (0.15, 0.4))
 TRIALS = {  # obstacle, law, zones of all corners or of each
     "broad": ("cylinder", TURNED, BROAD),
     "narrow": ("cylinder", BLOCKS, NARROW),
@@ -427,7 +442,8 @@ def parts():
             above = mesh.Boundaries("contact")
             properties["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
             yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | properties)
-    stiff, orders = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1), (1, 2, 4)
+    stiff = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1)
+    orders = (1, 2, 4)
     numbers = {
         "longest element": [meshes.longest_element(SOLID, order) for order in orders],
         "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
@@ -441,9 +457,11 @@ def parts():
             blocks.window(0.1, arguments) for arguments in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])
         ],
     }
-    pairs, shifted_pairs = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)], [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
+    pairs = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)]
+    shifted_pairs = [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
     near = [(left + 0.01, right + 0.02) for left, right in pairs]
-    x, flags = np.linspace(-1, 1, 9), np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
+    x = np.linspace(-1, 1, 9)
+    flags = np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
     low, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
     texts = {
         "over the end": [
@@ -477,7 +495,8 @@ def parts():
     with patch.object(cost, "available", lambda: 8e9), patch.dict(os.environ, COLUMNS="32"):
         histories = [lambda n=n: cost.require_history(9, 3000, n) for n in (1, 10**6)]
         texts["histories"] = [library.refused(history) for history in histories]
-        head, item = "A head of ``x`` that goes on, and on.", "label  its words, of which some\nare many more"
+        head = "A head of ``x`` that goes on, and on."
+        item = "label  its words, of which some\nare many more"
         texts["help"] = command._plain(f"{head}\n\n{item}\n:of: :math:`y` alone")
     yield from table("of numbers", numbers)
     yield from table("in words", {name: str(value) for name, value in texts.items()})

@@ -153,7 +153,9 @@ def measured(state, problem):
 
 def totals(state):
     """Integrals over the contact, its area by the number of closed corners, and what was computed."""
-    w, p, (x1, x2, _) = state.weights, state.pressure, state.points.T
+    w = state.weights
+    p = state.pressure
+    (x1, x2, _) = state.points.T
     moment, psi = state.micromoment.T, state.psi.T
     names = "load", "approach", "energy", "contact_area", "unknowns", "iterations", "error_estimate"
     numbers = {name.replace("t_a", "t a"): getattr(state, name, None) for name in names}
@@ -217,14 +219,12 @@ def reactions(fields):
 
 def of_bodies():
     """Bodies without contact under loads, nodes, graded coordinates, and what travels."""
-    rows, loads = (
-        {},
-        Loads(
-            force=(0.1, -0.2, 0.3),
-            couple=(0.05, -0.02, ng.x),
-            traction={"contact": (0.3, -0.4, -1 - ng.x * ng.y)},
-            micromoment={"contact": (0.1, 0.2, -0.3)},
-        ),
+    rows = {}
+    loads = Loads(
+        force=(0.1, -0.2, 0.3),
+        couple=(0.05, -0.02, ng.x),
+        traction={"contact": (0.3, -0.4, -1 - ng.x * ng.y)},
+        micromoment={"contact": (0.1, 0.2, -0.3)},
     )
     for mesh, order in (("block", 1), ("tetrahedra", 2), ("bent", 3)):
         fields = mb.Body(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom").solve(loads)
@@ -246,7 +246,8 @@ def of_bodies():
 
 def that_travel(method):
     """{what travels: its largest pressures, or an energy, before and after}."""
-    rows, problems = {}, (given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6])
+    rows = {}
+    problems = (given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6])
     for problem in (
         problem_of_method for problem_of_method in problems if problem_of_method["method"] == method
     ):
@@ -263,11 +264,11 @@ def that_travel(method):
 
 def of_kernels():
     """Symbols at wavenumbers, kernels at distances and averaged over cells."""
-    rows, k, r = {}, np.array(given.WAVENUMBERS), np.array(given.DISTANCES)
-    names, components = (
-        ("u", "v", "w0", "w2", "u clamped", "m clamped"),
-        ("u", "v1", "v2", "w11", "w12", "w22"),
-    )
+    rows = {}
+    k = np.array(given.WAVENUMBERS)
+    r = np.array(given.DISTANCES)
+    names = ("u", "v", "w0", "w2", "u clamped", "m clamped")
+    components = ("u", "v1", "v2", "w11", "w12", "w22")
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
         table, ell = kernels.kernels(solid), solid.ell
@@ -319,7 +320,9 @@ def of_second_bodies():
 
 def of_products():
     """The flexibility of cells on a field of forces, and its preconditioner."""
-    rows, solid, grid = {}, mb.Cosserat(**given.TWISTED), Grid(8, 0.11, (0.385, 0.385))
+    rows = {}
+    solid = mb.Cosserat(**given.TWISTED)
+    grid = Grid(8, 0.11, (0.385, 0.385))
     for name, pair in {**given.LAWS, "varying": given.VARYING}.items():
         solver = mb.Contact(mb.HalfSpace(solid), mb.Sphere(1.0), _made(pair), mb.Cells()).solver
         forces = FORCES[: len(solver.offsets)]
@@ -372,7 +375,9 @@ def of_surfaces():
 def refusals_of_bodies():
     """{what is asked for: a call that must fail}, of bodies."""
     solid, mesh = mb.Cosserat(**given.SOLID), mesh_of("coarse")
-    sphere, law, x = mb.Sphere(10.0), mb.Unilateral(), np.linspace(0, 1, 3)
+    sphere = mb.Sphere(10.0)
+    law = mb.Unilateral()
+    x = np.linspace(0, 1, 3)
 
     def body(**options):
         return mb.Body(mesh, solid, **{"fixed": "bottom", **options})
@@ -427,7 +432,9 @@ def refusals_of_bodies():
 
 def refusals_of_spaces():
     """{what is asked for: a call that must fail}, of half-spaces."""
-    solid, sphere, law = mb.Cosserat(**given.SOLID), mb.Sphere(10.0), mb.Unilateral()
+    solid = mb.Cosserat(**given.SOLID)
+    sphere = mb.Sphere(10.0)
+    law = mb.Unilateral()
     classical = mb.Cosserat(**given.CLASSICAL)
 
     def contact(height=sphere, own=law, period=None, body=solid, **cells):

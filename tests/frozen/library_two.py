@@ -62,8 +62,11 @@ def path_of(problem):
 
 def refusals():
     """{what is asked for: a call that must fail}."""
-    solid, cylinder, law = mb.Cosserat(**problems.SOLID), mb.Cylinder(R=10.0), mb.Microblock()
-    plane, roller = mb.HalfPlane(solid), mb.Deformable(mb.HalfPlane(solid), cylinder)
+    solid = mb.Cosserat(**problems.SOLID)
+    cylinder = mb.Cylinder(R=10.0)
+    law = mb.Microblock()
+    plane = mb.HalfPlane(solid)
+    roller = mb.Deformable(mb.HalfPlane(solid), cylinder)
     block = library.body_of({"solid": problems.SOLID, "mesh": "block", "order": 1})
     above = mb.Body(upper(), solid, 1, fixed="top")
     small = mb.Body(upper(1.0, 4), solid, 1, fixed="top")

@@ -18,11 +18,17 @@ All abscissae keep away from the edges of the zones.
 import numpy as np
 
 SOLID = {"E": 100.0, "nu": 0.3, "ell": 0.085, "beta": 1.0}  # ell is 0.25 of Hertz' half-width
-CYLINDER, WEDGE, PUNCH = ("Cylinder", {"R": 10.0}), ("Wedge", {"slope": 0.02}), ("Punch", {"half_width": 0.4})
-TILTED, WAVE = ("Punch", {"half_width": 0.4, "tilt": 0.01}), ("Wave", {"amplitude": 0.01, "wavelength": 1.0})
+CYLINDER = ("Cylinder", {"R": 10.0})
+WEDGE = ("Wedge", {"slope": 0.02})
+PUNCH = ("Punch", {"half_width": 0.4})
+TILTED = ("Punch", {"half_width": 0.4, "tilt": 0.01})
+WAVE = ("Wave", {"amplitude": 0.01, "wavelength": 1.0})
 ROUGH = ("Rough", {"period": 1.0, "slope": 0.1, "waves": (2, 16), "seed": 3})
-MICROBLOCK, UNILATERAL, MICROCLAMPED = ("Microblock", {}), ("Unilateral", {}), ("Microclamped", {})
-ROTATED, LEVERS = ("Microblock", {"psi0": 0.01}), ("Microblock", {"psi0": 0.01, "reading": "lever"})
+MICROBLOCK = ("Microblock", {})
+UNILATERAL = ("Unilateral", {})
+MICROCLAMPED = ("Microclamped", {})
+ROTATED = ("Microblock", {"psi0": 0.01})
+LEVERS = ("Microblock", {"psi0": 0.01, "reading": "lever"})
 VARYING = ("Microblock", {"psi0": "slow wave"})
 AT = (-0.27, 0.06, 0.5)
 BELOW = ((0.05, -0.02), (-0.2, -0.1), (0.3, -0.5))

@@ -40,14 +40,16 @@ def system(name, number):
     loads (P, Q).
     """
     draw = np.random.default_rng((SEED, list(SETS).index(name), number))
-    n, corners = int(draw.integers(2, 13)), 1 + (name == "two corners" or number % 3 == 0)
+    n = int(draw.integers(2, 13))
+    corners = 1 + (name == "two corners" or number % 3 == 0)
     make = _at_random if name in ("random", "two corners", "pressed", "sliding") else _on_a_line
     limits, *line_options = {"wedged": WEDGED, "ties": TIED}.get(name, ((0.05, 0.9),))
     friction = float(draw.uniform(*limits))
     gaps = draw.exponential(draw.choice([0.1, 0.3, 1.0]), size=(corners, n))
     if draw.random() < 0.1:
         gaps[-1, draw.integers(n)] = np.inf
-    compliance, path = make(draw, corners, n, *line_options), _path(draw, friction, n)
+    compliance = make(draw, corners, n, *line_options)
+    path = _path(draw, friction, n)
     if name == "pressed":  # nodes open that stick, without any shear
         compliance = _coupled(compliance, 0.0, n)
         path = [(P * share, 0.0) for P, _ in path for share in (1.0, 0.3)]
@@ -76,7 +78,8 @@ def _on_a_line(draw, corners, n, coupling=1.0, least=LEAST, even=False):
     """Responses that fall with the distance on a line, those of the coupling odd in it."""
     x = np.linspace(0, 3, n) if even else np.sort(draw.uniform(0, 3, size=n))
     apart = x[:, None] - x
-    symmetric, odd = np.exp(-np.abs(apart)), np.sign(apart) * np.exp(-np.abs(apart))
+    symmetric = np.exp(-np.abs(apart))
+    odd = np.sign(apart) * np.exp(-np.abs(apart))
     signs = (1.0, -1.0)[:corners]
     turned = draw.uniform(0.1, 0.9) * np.exp(-2 * np.abs(apart))
     normal = np.block([[symmetric + a * b * turned for b in signs] for a in signs]) + 0.1 * np.eye(

@@ -18,11 +18,14 @@ SOLID = {"E": 100.0, "nu": 0.3, "ell": 0.3, "beta": 1.0}
 TWISTED = {"E": 80.0, "nu": 0.2, "ell": 0.3, "beta": 0.6, "alpha_prime": 0.4, "beta_prime": -0.3}
 SOFTER = {"E": 60.0, "nu": 0.2, "ell": 0.2, "beta": 0.7, "alpha_prime": 0.3, "beta_prime": -0.2}
 CLASSICAL = {"E": 150.0, "nu": 0.25, "ell": 0.2, "beta": 0.0}
-UNILATERAL, MICROBLOCK, MICROCLAMPED = ("Unilateral", {}), ("Microblock", {}), ("Microclamped", {})
+UNILATERAL = ("Unilateral", {})
+MICROBLOCK = ("Microblock", {})
+MICROCLAMPED = ("Microclamped", {})
 TURNED = ("Microblock", {"psi0": (0.01, -0.02)})
 LEVERS = ("Microblock", {"psi0": (0.01, -0.02), "psi0_in": "levers"})
 LAWS = {"unilateral": UNILATERAL, "microblock": TURNED, "microclamped": MICROCLAMPED}
-SPHERE, PUNCH = ("Sphere", {"R": 10.0}), ("FlatPunch", {"half_width": 0.4, "face": "square"})
+SPHERE = ("Sphere", {"R": 10.0})
+PUNCH = ("FlatPunch", {"half_width": 0.4, "face": "square"})
 ROUGH = ("RoughSurface", {"period": 1.0, "slope": 0.1, "waves": (1, 6), "seed": 3})
 
 
@@ -37,7 +40,8 @@ def skew(x1, x2):
 
 
 def waves(x1, x2):
-    first, second = 2 * np.pi * np.asarray(x1), 2 * np.pi * np.asarray(x2)
+    first = 2 * np.pi * np.asarray(x1)
+    second = 2 * np.pi * np.asarray(x2)
     return -0.01 * (np.cos(first) + np.cos(second) * (1 + np.sin(first)))
 
 
@@ -73,7 +77,9 @@ def body(name, solver="condensed", *, mesh="block", order=1, law=TURNED, obstacl
     }
 
 
-MIDDLE, INSIDE, BENT = ((0.5, 0.5),), ((0.31, 0.62, -0.13),), ((0.31, 0.62, -0.43),)
+MIDDLE = ((0.5, 0.5),)
+INSIDE = ((0.31, 0.62, -0.13),)
+BENT = ((0.31, 0.62, -0.43),)
 BODIES = [
     body(f"{solver} order={order} {name}", solver, order=order, law=law, brief=True)
     for order in (1, 2)
@@ -145,7 +151,8 @@ ESTIMATED = [
     cells("waves rtol", None, law=MICROBLOCK, rtol=0.05, obstacle="waves", period=1.0),
 ]
 SOLIDS = {"beta=1": SOLID, "alpha' and beta'": TWISTED}
-WAVENUMBERS, DISTANCES = (1e-3, 0.5, 4.0, 1e4), (1e-5, 0.03, 0.7, 200.0)
+WAVENUMBERS = (1e-3, 0.5, 4.0, 1e4)
+DISTANCES = (1e-5, 0.03, 0.7, 200.0)
 OVER = {  # obstacles over a surface
     "sphere": SPHERE,
     "ellipsoid": ("Ellipsoid", {"R1": 10.0, "R2": 4.0}),

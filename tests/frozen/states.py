@@ -55,9 +55,11 @@ def in_order(event):
 def rows_of_paths(problems, library=library):
     """Events of load paths in an order that rounding does not change, and half-widths on the way."""
     for problem in problems:
-        (events, at), kind = library.path_of(problem), "estimated" if "rtol" in problem else "discrete"
+        (events, at) = library.path_of(problem)
+        kind = "estimated" if "rtol" in problem else "discrete"
         for number, event in enumerate(sorted(events, key=in_order)):
-            row, tolerance = f"{problem['name']} event {number}", event.load_error / (event.load or 1.0)
+            row = f"{problem['name']} event {number}"
+            tolerance = event.load_error / (event.load or 1.0)
             yield row, f"{event.kind} {event.zone}", "outcome"
             yield of_kind(f"{row} load", event.load, kind, tolerance)
             yield of_kind(f"{row} 1 + x", 1 + event.x, kind, np.sqrt(tolerance))

@@ -22,7 +22,9 @@ def problem(seed):
     """
     rng = np.random.default_rng(seed)
     kind, m = KINDS[seed % len(KINDS)], int(rng.integers(1, 13))
-    H, g0, c = spd(rng, m), rng.normal(size=m), np.ones(m)
+    H = spd(rng, m)
+    g0 = rng.normal(size=m)
+    c = np.ones(m)
     if kind == "indefinite":
         H -= 10.0 ** rng.uniform(0, 3)
     elif kind == "inf":
@@ -32,7 +34,8 @@ def problem(seed):
         c = 10.0 ** rng.uniform(-2, 2, m)
     elif kind == "duplicates":
         copy = rng.integers(0, m, m)
-        H, g0 = H[np.ix_(copy, copy)], g0[copy] + rng.choice([0, 0, 1e-15, 0.1], m)
+        H = H[np.ix_(copy, copy)]
+        g0 = g0[copy] + rng.choice([0, 0, 1e-15, 0.1], m)
     elif kind == "ties":  # a circulant of integers on integer gaps
         row = rng.integers(-2, 3, m)
         row = row + np.roll(row[::-1], 1)
@@ -65,8 +68,10 @@ def residual(H, g0, c, state, load=None):
     touch = np.isfinite(g0)
     share = c * state.forces
     assert np.all(share >= 0) and np.all(share[~touch] == 0)
-    H, g0 = H[np.ix_(touch, touch)] / c[touch, None] / c[touch], g0[touch] / c[touch]
-    gaps, share = g0 - state.approach + H @ share[touch], share[touch]
+    H = H[np.ix_(touch, touch)] / c[touch, None] / c[touch]
+    g0 = g0[touch] / c[touch]
+    gaps = g0 - state.approach + H @ share[touch]
+    share = share[touch]
     length = (np.abs(g0) + abs(state.approach) + np.abs(H) @ share)[state.closed[touch]].max(initial=0) or 1.0
     if share.sum() == 0:
         return max(0, -gaps.min())
@@ -106,7 +111,8 @@ def test_the_path_is_followed_where_pivots_make_no_progress(monkeypatch):
         active_set, "path", lambda *given, **c: followed.append(path(*given, **c)) or followed[0]
     )
     factors = np.random.default_rng(0).normal(size=(200, 20))
-    H, g0 = factors @ factors.T, np.abs(np.random.default_rng(100).normal(size=200))
+    H = factors @ factors.T
+    g0 = np.abs(np.random.default_rng(100).normal(size=200))
     state = solve(H, g0, load=1.0)
     assert followed and residual(H, g0, np.ones(200), state, 1.0) < KKT
 
@@ -129,8 +135,11 @@ def test_rigid_corners_without_gaps_take_the_load_from_a_compliant_one():
 def test_levels_units_and_starts_do_not_matter():
     """A level of H moves the approach alone, by tau P; units by rounding; any start has the same set."""
     rng = np.random.default_rng(1)
-    H, g0, c = spd(rng, 40), rng.normal(size=40), np.linspace(0.5, 2, 40)
-    plain, scaled = solve(H, g0, load=1.5, c=c), solve(H * 1e-20, g0 * 1e-9, load=1.5e11, c=c)
+    H = spd(rng, 40)
+    g0 = rng.normal(size=40)
+    c = np.linspace(0.5, 2, 40)
+    plain = solve(H, g0, load=1.5, c=c)
+    scaled = solve(H * 1e-20, g0 * 1e-9, load=1.5e11, c=c)
     assert np.array_equal(solve(H, g0, load=1.5, c=c, start=~plain.closed).closed, plain.closed)
     assert scaled.forces == pytest.approx(1e11 * plain.forces, rel=1e-9)
     raised = solve(H + 10 * np.outer(c, c), g0, load=1.5, c=c)
@@ -142,7 +151,10 @@ def test_the_residual_sees_the_load_and_the_gaps():
     """Two corners of compliance 1 under half of the load each, by hand: with a load that is off by 0.01, an
     approach that is off by 0.01, and one of them left open.
     """
-    H, gaps, halves, closed = np.eye(2), np.zeros(2), np.full(2, 0.5), np.ones(2, bool)
+    H = np.eye(2)
+    gaps = np.zeros(2)
+    halves = np.full(2, 0.5)
+    closed = np.ones(2, bool)
     assert active_set._kkt(H, gaps, halves, closed, 0.5, 1.0) == 0
     assert active_set._kkt(H, gaps, 1.01 * halves, closed, 0.505, 1.0) == pytest.approx(0.01)
     assert active_set._kkt(H, gaps, halves, closed, 0.51, 1.0) == pytest.approx(0.01 / 1.01)

@@ -159,7 +159,8 @@ def test_manufactured_fields_in_space_converge_with_the_order_plus_one(order):
     m = contact_term.couple_stress(TWISTED, gradient(psi))
     # (19): div m - eps : sigma + l = 0, (eps : sigma)_i = eps_ijk sigma_kj
     axial = [sigma[2, 1] - sigma[1, 2], sigma[0, 2] - sigma[2, 0], sigma[1, 0] - sigma[0, 1]]
-    n, sides = ng.specialcf.normal(3), "left|right|front|back|contact"
+    n = ng.specialcf.normal(3)
+    sides = "left|right|front|back|contact"
     loads = Loads(
         force=tuple(-part for part in divergence(sigma)),
         couple=tuple(-part - moment for part, moment in zip(divergence(m), axial)),
@@ -366,7 +367,9 @@ def test_conditions_and_balances(law, order):
         return (x1 - 0.4) ** 2 + (x2 - 0.55) ** 2
 
     state = mb.Contact(cube(4 // order, order), height, law).solve(load=2.0)
-    fields, half, moment = state.fields, BLOCKY.ell / 2, np.zeros(2)
+    fields = state.fields
+    half = BLOCKY.ell / 2
+    moment = np.zeros(2)
     places = [fields.body.mesh(x1, x2, 0.0) for x1, x2 in zip(state.x1, state.x2)]
     u3, psi1, psi2 = (np.array([part(place) for place in places]) for part in (fields.u[2], *fields.psi[:2]))
     assert pytest.approx(np.array((psi1, psi2)), abs=1e-8 * np.abs(u3).max() / half) == state.psi.T
@@ -454,7 +457,8 @@ def test_a_spike_between_nodes_is_named(body, law):
 
 def test_a_surface_of_two_levels_is_read_between_its_nodes():
     """Nodes of a step lie one above the other: a triangulation of both levels was invalid."""
-    low, high = occ.Box((-1, -1, -1), (0, 1, 0)), occ.Box((0, -1, -1), (1, 1, 0.25))
+    low = occ.Box((-1, -1, -1), (0, 1, 0))
+    high = occ.Box((0, -1, -1), (1, 1, 0.25))
     for face in low.faces + high.faces:
         face.name = "side"
     low.faces.Max(occ.Z).name = high.faces.Max(occ.Z).name = "contact"
@@ -545,7 +549,8 @@ def test_contact_beside_the_region_of_equal_squares_is_said(newton):
     def height(x):
         return np.minimum(x**2 / 20, 2 * (x - 1.5) ** 2 - 0.005)
 
-    solid, method = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), mb.Uniform(0.1, reach=0.6, newton=newton)
+    solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    method = mb.Uniform(0.1, reach=0.6, newton=newton)
     problem = mb.Contact(mb.Block(solid, 4.0), mb.Obstacle(height, kinks=(1.3,)), mb.Unilateral(), method)
     with pytest.raises(mb.NotConverged, match="leaves the region of equal squares"):
         problem.solve(load=0.3)

@@ -27,7 +27,9 @@ from tests.states import apart
 P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
 UNIT = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=0.25, beta=1)
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
-LINE, BLOCKS, CLAMPED = mb.Unilateral(), mb.Microblock(), mb.Microclamped()
+LINE = mb.Unilateral()
+BLOCKS = mb.Microblock()
+CLAMPED = mb.Microclamped()
 NEWTON = mb.Newton()
 METHODS = (mb.Condensed(), NEWTON)
 
@@ -62,7 +64,8 @@ def cap(order=3):
 def drum():
     """A cylinder of tetrahedra."""
     solid = occ.Cylinder(occ.Pnt(0, 0, -1), occ.Z, r=1, h=1)
-    solid.faces.Max(occ.Z).name, solid.faces.Min(occ.Z).name = "top", "bottom"
+    solid.faces.Max(occ.Z).name = "top"
+    solid.faces.Min(occ.Z).name = "bottom"
     return cut(occ.OCCGeometry(solid), 1.2, -0.3, 2)
 
 
@@ -183,7 +186,8 @@ def test_estimates_on_meshes_of_users_hold(name):
     """Judged by fitted meshes of the same square, whose estimate is added."""
     make, order, solid, obstacle, law, load, rtol, size = ON_MESHES[name]
     mesh = make()
-    elements, problem = mesh.ne, mb.Contact(mb.Body(mesh, solid, order, fixed="bottom"), obstacle, law)
+    elements = mesh.ne
+    problem = mb.Contact(mb.Body(mesh, solid, order, fixed="bottom"), obstacle, law)
     state = problem.solve(load=load, rtol=rtol)
     judge = on_block(size, law, obstacle, solid).solve(load=load, rtol=rtol / 5)
     lever = solid.ell / 2 * (len(state.pressures) == 2)
@@ -226,10 +230,12 @@ def test_a_crack_below_the_contact_interrupts_it():
     """As of a mesh that was not glued; with an rtol it ended in a bare StopIteration."""
     halves = [occ.Rectangle(2, 2).Face().Move((x, -2, 0)) for x in (-2, 0)]
     for half in halves:
-        half.edges.Max(occ.Y).name, half.edges.Min(occ.Y).name = "contact", "bottom"
+        half.edges.Max(occ.Y).name = "contact"
+        half.edges.Min(occ.Y).name = "bottom"
     mesh = ng.Mesh(occ.OCCGeometry(occ.Compound(halves), dim=2).GenerateMesh(maxh=0.3))
     problem = mb.Contact(mb.Body(mesh, SOLID, 3, fixed="bottom"), CYLINDER, LINE)
-    coarse, finer = problem.solve(load=0.5), problem.solve(load=0.5, rtol=3e-2)
+    coarse = problem.solve(load=0.5)
+    finer = problem.solve(load=0.5, rtol=3e-2)
     assert coarse.apart.sum() == 1 and finer.apart.sum() == 1 and finer.error_estimate <= 3e-2
     # of two halves that are their mirror images; the pressure is
     assert finer.pressure_at([-0.1]) == pytest.approx(finer.pressure_at([0.1]), rel=3e-2)
@@ -458,7 +464,9 @@ def test_what_was_asked_before_changes_nothing(name):
     up its curves.
     """
     rng = np.random.default_rng([SEED, 27, len(name)])
-    used, loads, last = PROBLEMS[name](), (0.2, 0.5), None
+    used = PROBLEMS[name]()
+    loads = (0.2, 0.5)
+    last = None
     fresh = {load: PROBLEMS[name]().solve(load=load) for load in loads}
     methods = (
         [mb.Uniform(h=0.15)] if isinstance(used.body, mb.Block) else [*METHODS, mb.Newton("penalty", 1e6)]
@@ -484,7 +492,8 @@ def test_copies_of_a_body_that_shear_follows_know_shear():
 
 
 def test_zones_end_at_the_last_nodes_and_half_the_way_to_open_ones():
-    x, closed = np.array([0.0, 1.0, 3.0, 4.0]), np.array([[True, False, False, True]])
+    x = np.array([0.0, 1.0, 3.0, 4.0])
+    closed = np.array([[True, False, False, True]])
     assert zones_of(x, closed, LINE)["contact"] == [(0.0, 0.5), (3.5, 4.0)]
 
 
@@ -492,7 +501,8 @@ def require_same(answer, expected_state, name):
     # the residual that iterations of each method leave, in pressures and what follows from them
     close = 1e-6 if name in ("space al", "space penalty") else 1e-8
     for part in ("load", "approach", "energy", "pressure", "micromoment", "psi", "weights"):
-        value, expected = getattr(answer, part), getattr(expected_state, part)
+        value = getattr(answer, part)
+        expected = getattr(expected_state, part)
         # a moment that symmetry makes 0 is what iterations leave of the contact's conditions, 1e-9
         zero = 1e-9 * SOLID.ell * expected_state.pressure.max() if part == "micromoment" else 0.0
         np.testing.assert_allclose(
@@ -566,7 +576,8 @@ NAMES = "bottom", "right", "contact", "left"
 
 def slab(squares, quads=True):
     """[-2, 2] x [-2, 0] with this many squares along its surface."""
-    across, up = np.linspace(-2, 2, squares + 1), np.linspace(-2, 0, squares // 2 + 1)
+    across = np.linspace(-2, 2, squares + 1)
+    up = np.linspace(-2, 0, squares // 2 + 1)
     return meshes.rectangles(across, up, quads, NAMES)
 
 
@@ -716,10 +727,13 @@ def test_errors_of_events_on_meshes_hold_against_fitted_blocks(seed):
     solid = mb.Cosserat(
         100, 0.3, ell=float(rng.choice([0.05, 0.1, 0.2, 0.4])), beta=float(rng.choice([0.3, 1, 1.7]))
     )
-    cylinder, waves = mb.Cylinder(float(rng.uniform(3, 30))), float(rng.choice([0, 0, 3e-4]))
+    cylinder = mb.Cylinder(float(rng.uniform(3, 30)))
+    waves = float(rng.choice([0, 0, 3e-4]))
     obstacle = (lambda x: cylinder.height(x) + waves * np.cos(12 * x)) if waves else cylinder
     law = mb.Microblock(psi0=float(rng.choice([0, 0, 0.002])))
-    order, quads, squares = int(rng.integers(1, 5)), bool(rng.integers(2)), 2 * int(rng.integers(4, 40))
+    order = int(rng.integers(1, 5))
+    quads = bool(rng.integers(2))
+    squares = 2 * int(rng.integers(4, 40))
     body = mb.Body(slab(squares, quads), solid, order, fixed="bottom")
     try:
         fitted = mb.Contact(mb.Block(solid, 2.0), obstacle, law).path(1.0).events

@@ -77,22 +77,29 @@ def at_random(space, seed, size):
 
 def test_contact_term_is_that_of_the_paper_at_random_states(block):
     """(20)-(22) and (38) at all nodes, some of them out of reach, from fields where the nodes are."""
-    angle, ell, rho, approach = 0.1, SOLID.ell, 7.0, 0.3
+    angle = 0.1
+    ell = SOLID.ell
+    rho = 7.0
+    approach = 0.3
     law = Microblock(lambda x: angle * x)
     facets = ContactFacets(Body(block, SOLID, 3, fixed="bottom"), law, Punch(0.5))
     space = facets.body.space * facets.multipliers * facets.multipliers
     trial, form = space.TrialFunction(), ng.BilinearForm(space)
     form += ng.Variation(facets.contact(facets.g0, trial[:3], trial[3:], approach, rho))
     state = at_random(space, 8, 0.1)
-    total, n, values = 0.0, np.array((0.0, 1.0)), state.vec.FV().NumPy()
+    total = 0.0
+    n = np.array((0.0, 1.0))
+    values = state.vec.FV().NumPy()
     ranges = [space.Range(number) for number in (3, 4)]
     lams = np.array([facets.multiplier(values[unknowns.start : unknowns.stop]) for unknowns in ranges])
     for x, weight, lam_A, lam_B in zip(facets.points, facets.weights, *lams):
         u1, u2, psi = (component(block(*x, ng.BND)) for component in state.components[:3])
-        S, N = np.array((1.0, angle * x[0])), np.array((-angle * x[0], 1.0))
+        S = np.array((1.0, angle * x[0]))
+        N = np.array((-angle * x[0], 1.0))
         centre = x - ell / 2 * N
         for arm, lam in ((ell / 2 * (N - S), lam_A), (ell / 2 * (N + S), lam_B)):
-            corner, moved = centre + arm, np.array((u1, u2)) + psi * np.array((-arm[1], arm[0]))
+            corner = centre + arm
+            moved = np.array((u1, u2)) + psi * np.array((-arm[1], arm[0]))
             g = -corner[1] - approach - moved @ n  # the face of the punch is at 0
             closed = abs(corner[0]) <= 0.5 and lam + rho * g <= 0
             total += weight * ((lam + rho / 2 * g) * g if closed else -(lam**2) / (2 * rho))
@@ -105,14 +112,21 @@ def test_energy_is_10_to_12_at_random_states(block, dim):
     solid = Cosserat(E=100, nu=0.2, beta=0.6, ell=0.3, curvature=1.3, alpha_prime=0.4, beta_prime=-0.7)
     ticks = np.linspace(0, 1, 3)
     mesh = {1: meshes.line(1.0, 2), 2: block, 3: meshes3d.block(ticks, ticks, ticks - 1)}[dim]
-    body, place = Body(mesh, solid, 2), mesh(*{1: (-0.3,), 2: (0.3, -0.2), 3: (0.3, 0.6, -0.2)}[dim])
+    body = Body(mesh, solid, 2)
+    place = mesh(*{1: (-0.3,), 2: (0.3, -0.2), 3: (0.3, 0.6, -0.2)}[dim])
     state = at_random(body.space, 9, 1.0)
-    u, psi, slopes, turns = np.zeros(3), np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3))
+    u = np.zeros(3)
+    psi = np.zeros(3)
+    slopes = np.zeros((3, 3))
+    turns = np.zeros((3, 3))
     axes = {1: [1], 2: [0, 1], 3: [0, 1, 2]}[dim]  # x2 in one dimension
     for name, component in zip(body.names, state.components):
-        values, into, where = component(place), (u, slopes), int(name[-1]) - 1 if name[-1] != "i" else 2
+        values = component(place)
+        into = (u, slopes)
+        where = int(name[-1]) - 1 if name[-1] != "i" else 2
         into = (psi, turns) if name.startswith("psi") else into
-        into[0][where], into[1][where, axes] = values, ng.grad(component)(place)
+        into[0][where] = values
+        into[1][where, axes] = ng.grad(component)(place)
     levi = np.zeros((3, 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         levi[i, j, k], levi[j, i, k] = 1, -1
@@ -124,7 +138,9 @@ def test_energy_is_10_to_12_at_random_states(block, dim):
         + solid.mu * square(sym(gamma))
         + solid.mu_c * square(skew(gamma))
     )
-    a, b, c = solid.alpha_prime, solid.beta_prime, solid.curvature
+    a = solid.alpha_prime
+    b = solid.beta_prime
+    c = solid.curvature
     bent = a * np.trace(turns) ** 2 + (c + b) * square(sym(turns)) + (c - b) * square(skew(turns))
     W += solid.ell**2 * solid.mu / 2 * bent
     assert body.energy(*state.components)(place) == pytest.approx(W, rel=1e-12)  # rounding
@@ -136,11 +152,11 @@ def test_contact_term_in_space_with_given_multipliers(order):
     mesh = MakeStructured3DMesh(
         nx=2, mapping=lambda x, y, z: (x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1)
     )
-    body, (p1, p2), rho = Body(mesh, SOLID, order, fixed="bottom", contact="top"), (0.05, -0.03), 7.0
-    nodes, random = (
-        ContactFacets(body, Microblock((p1, p2)), lambda x1, x2: 0 * x1),
-        np.random.default_rng(3),
-    )
+    body = Body(mesh, SOLID, order, fixed="bottom", contact="top")
+    (p1, p2) = (0.05, -0.03)
+    rho = 7.0
+    nodes = ContactFacets(body, Microblock((p1, p2)), lambda x1, x2: 0 * x1)
+    random = np.random.default_rng(3)
     g0, lams = random.normal(size=(2, 4, len(nodes.weights)))
     g0[random.random(g0.shape) < 0.2] = np.inf  # out of reach
     space = body.space * ng.NumberSpace(mesh, definedon=nodes.region)
@@ -148,15 +164,19 @@ def test_contact_term_in_space_with_given_multipliers(order):
     form = ng.BilinearForm(space)
     form += ng.Variation(nodes.contact(g0, trial, [nodes.field(lam) for lam in lams], approach, rho))
     state = at_random(space, 8, 0.1)
-    d, values = state.components[-1], state.vec.FV().NumPy()[: body.space.ndof]
-    psi0, e, total = np.array((p1, p2, 0.0)), np.eye(3), 0.0
+    d = state.components[-1]
+    values = state.vec.FV().NumPy()[: body.space.ndof]
+    psi0 = np.array((p1, p2, 0.0))
+    e = np.eye(3)
+    total = 0.0
     S1, S2, N = (axis + np.cross(psi0, axis) for axis in e)
     # a point of a bilinear facet is located by NGSolve to some digits alone
     at_nodes = np.array([nodes.traces[name] @ values for name in body.names])
     for i, (values, weight) in enumerate(zip(at_nodes.T, nodes.weights)):
         for c, (a, b) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1))):
             arm = SOLID.ell / 2 * (N + a * S1 + b * S2)
-            g, lam = g0[c, i] - d.vec[0] - (values[:3] + np.cross(values[3:], arm))[2], lams[c, i]
+            g = g0[c, i] - d.vec[0] - (values[:3] + np.cross(values[3:], arm))[2]
+            lam = lams[c, i]
             total += weight * ((lam + rho / 2 * g) * g if lam + rho * g <= 0 else -(lam**2) / (2 * rho))
     assert form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
     assert np.ptp(nodes.weights / nodes.shares) > (1e-3 if order == 1 else -1)

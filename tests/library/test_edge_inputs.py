@@ -16,7 +16,9 @@ from microblock.errors import LONGEST, replacing, shown
 from microblock.fem import meshes
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
-PLANE, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
+PLANE = mb.HalfPlane(SOLID)
+CYLINDER = mb.Cylinder(R=10)
+LAW = mb.Microblock()
 
 
 def test_the_empty_surroundings_of_a_punch_are_no_error(capsys):
@@ -196,7 +198,8 @@ def test_a_formula_has_the_values_of_numpy(formula):
 
 def test_every_function_of_the_list_is_numpys():
     for name, function in FUNCTIONS.items():
-        first, number = ("x < 1", X < 1) if name == "where" else ("x", X), getattr(function, "nin", 3)
+        first = ("x < 1", X < 1) if name == "where" else ("x", X)
+        number = getattr(function, "nin", 3)
         formula = f"{name}({', '.join([first[0], '2', '3'][:number])})"
         with np.errstate(all="ignore"):
             wanted = function(*[first[1], 2.0, 3.0][:number])

@@ -16,10 +16,8 @@ class Sliders:
         pytest.importorskip("ipywidgets", reason="sliders need the extra `notebook`")
         left, right = mb.explore(problem, load, rtol).children
         *controls, self.failed, self.table = left.children
-        self.controls, (self.picture, self.below) = (
-            {widget.description: widget for widget in controls},
-            right.children,
-        )
+        self.controls = {widget.description: widget for widget in controls}
+        (self.picture, self.below) = right.children
 
 
 def on_mesh(block):

@@ -23,10 +23,13 @@ from tests.bodies import on_ground, quarter
 meshio = pytest.importorskip("meshio", reason="VTK needs the extra `vtk`")
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
-GROUND, CYLINDER, TURNED = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock(psi0=0.002)
+GROUND = mb.HalfPlane(SOLID)
+CYLINDER = mb.Cylinder(R=10)
+TURNED = mb.Microblock(psi0=0.002)
 ROLLER = mb.Deformable(GROUND, CYLINDER)
 LAWS = TURNED, mb.Unilateral(), mb.Microclamped()
-CELLS, FEW = mb.Cells(nodes=64, window=(-1, 1)), mb.Cells(nodes=32)
+CELLS = mb.Cells(nodes=64, window=(-1, 1))
+FEW = mb.Cells(nodes=32)
 
 
 def solved(body=GROUND, law=TURNED, method=None, obstacle=CYLINDER, load=1.0, rtol=None):
@@ -43,7 +46,8 @@ def in_space(law=TURNED, method=None):
 
 def triangles():
     block = occ.Rectangle(4, 2).Face().Move((-2, -2, 0))
-    block.edges.Max(occ.Y).name, block.edges.Min(occ.Y).name = "contact", "bottom"
+    block.edges.Max(occ.Y).name = "contact"
+    block.edges.Min(occ.Y).name = "bottom"
     return mb.Body(ng.Mesh(occ.OCCGeometry(block, dim=2).GenerateMesh(maxh=0.8)), SOLID, 3, fixed="bottom")
 
 
@@ -104,13 +108,15 @@ def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
     result = KINDS[kind]()
     states = result.states if isinstance(result, mb.History) else [result]
     mb.to_csv(result, tmp_path / "state.csv")
-    rows, written = read_records(tmp_path / "state.csv"), mb.to_vtk(result, tmp_path / "state.vtu")
+    rows = read_records(tmp_path / "state.csv")
+    written = mb.to_vtk(result, tmp_path / "state.vtu")
     files = [file for file in written if "surface" in file.name]
     assert rows[0]["version_ngsolve"] and len(files) == len(states)
     data = result.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data  # digit by digit, and no tuples
     for number, (state, file) in enumerate(zip(states, files)):
-        table, surface = [row for row in rows if row.get("state", 0) == number], meshio.read(file)
+        table = [row for row in rows if row.get("state", 0) == number]
+        surface = meshio.read(file)
         plain = data["states"][number] if "friction" in kind else data
         for name, values in arrays(state, kind).items():
             assert np.array_equal([row[name] for row in table], np.ravel(values)), name
@@ -120,7 +126,8 @@ def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
         for name in ("weights", "pressure", "micromoment", "psi"):
             assert np.array_equal(np.array(plain[name], float), getattr(state, name)), name
         assert all(len(block.data) for block in surface.cells)
-        where, ell = state.x if state.zones is not None else state.points, state.solid.ell
+        where = state.x if state.zones is not None else state.points
+        ell = state.solid.ell
         off = np.abs(state.micromoment_at(where) - state.micromoment).max() / ell
         beside = np.abs(state.pressure_at(where) - state.pressure).max()  # of panels: loads as asked for
         assert off <= beside + 1e-12 * state.pressure.max()  # rounding

@@ -17,7 +17,10 @@ from tests.states import apart
 
 P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
 BESIDE = 1e-13  # a step aside of breaks between panels, where the half-plane's pressure is not defined
-LINE, BLOCKS, CLAMPED, ONE = Unilateral(), Microblock(), Microclamped(), Cylinder(1.0)
+LINE = Unilateral()
+BLOCKS = Microblock()
+CLAMPED = Microclamped()
+ONE = Cylinder(1.0)
 HARD = mb.Cosserat(E=100, nu=0.3, ell=0.085, beta=1)
 WIDE = mb.Cosserat(E=100, nu=0.3, ell=0.25, beta=1.7)
 
@@ -36,7 +39,9 @@ def judged(state):
     Under a wedge not between them, where polynomials see less of the logarithm at its slope discontinuity,
     and not there.
     """
-    problem, law, squares = state.solution.problem, state.law, []
+    problem = state.solution.problem
+    law = state.law
+    squares = []
     reference = mb.Contact(mb.HalfPlane(state.solid), state.obstacle, law).solve(
         load=state.load, rtol=min(1e-5, state.error_estimate / 20)
     )
@@ -130,7 +135,9 @@ def test_a_block_without_a_size_is_cut_off_where_rtol_allows_it():
 
 def test_three_meshes_are_held_at_a_time(monkeypatch):
     """The next one, that of the level before, and that of the best state, which an interruption hands out."""
-    alive, counts, init = weakref.WeakSet(), [], CondensedNodes.__init__
+    alive = weakref.WeakSet()
+    counts = []
+    init = Condensed.__init__
 
     def counted(nodes, body):
         alive.add(nodes)

@@ -18,10 +18,6 @@ from microblock.fem import friction, meshes
 from microblock.fem.friction import FrictionFacets
 from microblock.halfplane.averages import averaged
 from microblock.halfplane.friction_solver import _with_errors as with_errors
-<<<<<<< HEAD
-from microblock.halfplane.kernels import plane_symbol
-=======
->>>>>>> 8aa7a422 (Tests that said the same twice are gone, refusals are rows)
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
 from tests.bodies import on_ground
@@ -55,36 +51,6 @@ def relative(state, values, size):
 # --- the response
 
 
-<<<<<<< HEAD
-def test_a_wave_on_cells_answers_as_in_fourier_space():
-    """Forces of A, of B and shear of a wave packet, each into both gaps and the corners' displacement; cells
-    of 0.1/k on either side smooth the wave by (0.1)^2/12.
-    """
-    body, width, k = half_plane().solid, 1.5, 4.0
-    bounds = np.linspace(-12, 12, 961)
-    edges = np.column_stack((bounds[:-1], bounds[1:]))
-    x, n = edges.mean(axis=1), 960
-    cells_contact = frictional_contact(Problem(body, BLOCKS, None), edges, np.zeros((2, n)))
-    compliance = np.block(
-        [[cells_contact.normal, cells_contact.cross.T], [cells_contact.cross, cells_contact.tangential]]
-    ).reshape(3, n, 3, n)
-    response = compliance @ (np.exp(-(x**2) / (2 * width**2)) * np.cos(k * x) * (bounds[1] - bounds[0]))
-    waves, weights = np.polynomial.legendre.leggauss(400)
-    waves, weights = 4 * (waves + 1) + 1e-3, 4 * weights  # 1e-3 to 8: the packet has exp(-18) at 0 and at 8
-    packet = width * np.sqrt(np.pi / 2) * np.exp(-((waves - k) ** 2) * width**2 / 2) * weights
-    U, V, W = plane_symbol(body, waves)
-    Y = U - 1 / (2 * body.mu * waves)
-    matrix = np.array([[U, -1j * Y, 1j * V], [1j * Y, U, -V], [-1j * V, -V, W]])
-    loads = np.array([[1, 1, 0], [0, 0, 1], [1, -1, -1]])  # p, q, m from A, B and the shear
-    answers = np.array([[1, 0, 1], [1, 0, -1], [0, 1, -1]])  # u + phi, u - phi, u1 - phi
-    symbols = np.einsum("ai,ijk,jb->abk", answers, matrix, loads)
-    for place in (400, 480, 497):
-        direct = (symbols @ (packet * np.exp(1j * waves * x[place]))).real / np.pi
-        assert response[:, place] == pytest.approx(direct, abs=2e-3 * np.abs(direct).max())
-
-
-=======
->>>>>>> 8aa7a422 (Tests that said the same twice are gone, refusals are rows)
 def one_block(friction):
     """Compliances 1 down and along, and a rotation that is free to 1e-9."""
     normal = np.array([[1 + 1e9, 1 - 1e9], [1 - 1e9, 1 + 1e9]])
@@ -143,7 +109,10 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
         random = np.random.default_rng(seed)
         loads = random.uniform(0.1, 1.0, 6)
         ends = np.column_stack((loads, F * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)))
-        path, often, before, last = EventDrivenContact(system), EventDrivenContact(system), 0.0, np.zeros(2)
+        path = EventDrivenContact(system)
+        often = EventDrivenContact(system)
+        before = 0.0
+        last = np.zeros(2)
         for end in ends:
             state = path.to(*end)
             n, t = state.normal, state.tangential
@@ -312,7 +281,8 @@ def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
 )
 def test_the_method_that_is_taken_is_named(law, second, pairs, method, monkeypatch):
     """Written out it changes nothing; panels that are named are replaced where they fail alone, in words."""
-    plain, named = contact(law, second), {"panels": mb.Panels(), "cells": mb.Cells()}
+    plain = contact(law, second)
+    named = {"panels": mb.Panels(), "cells": mb.Cells()}
     history = plain.history(pairs, rtol=0.05)
     for usual, by_name in zip(
         history.states, plain.with_(method=named[method]).history(pairs, rtol=0.05).states
@@ -380,7 +350,8 @@ def test_estimates_see_places_and_what_is_between_centres():
 
 def test_full_slip_that_goes_on_is_one_event():
     """It ends where shear turns around, and only what begins then is another."""
-    body, law = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)), mb.Unilateral(friction=0.3)
+    body = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1))
+    law = mb.Unilateral(friction=0.3)
     problem = mb.Contact(body, mb.Cylinder(10.0), law, mb.Cells())
     pairs = [(1, 0), (1, 0.3), (1.2, 0.36), (1.2, 0.1), (1.2, -0.36)]
     events = problem.history(pairs, rtol=0.1).events
@@ -446,9 +417,11 @@ def test_events_without_end_are_named(monkeypatch):
 def drawn(seed, least=-0.5):
     """A FrictionalContact by chance, of two to four nodes, with a friction of 10^least or more."""
     random = np.random.default_rng(seed)
-    n, f = int(random.integers(2, 5)), 10 ** random.uniform(least, least + 1.2)
+    n = int(random.integers(2, 5))
+    f = 10 ** random.uniform(least, least + 1.2)
     root = random.normal(size=(2 * n, 2 * n))
-    response, gaps = root @ root.T / (2 * n) + 0.05 * np.eye(2 * n), random.uniform(0, 1, n)
+    response = root @ root.T / (2 * n) + 0.05 * np.eye(2 * n)
+    gaps = random.uniform(0, 1, n)
     return FrictionalContact(
         response[:n, :n], response[n:, :n], response[n:, n:], gaps - gaps.min(), float(f)
     )
@@ -497,7 +470,8 @@ def test_a_mesh_on_which_no_way_goes_on_says_so():
         assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
 
 
-SOLID, CYLINDER = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1), mb.Cylinder(R=10.0)
+SOLID = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1)
+CYLINDER = mb.Cylinder(R=10.0)
 LOAD_PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
 
 
@@ -514,7 +488,9 @@ def test_a_column_follows_the_closed_form():
     """
     solid, P = mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), 0.01
     body = mb.Body(meshes.line(depth=1.0, elements=2), solid, order=6, fixed="middle")
-    L, mu, ell = solid.layer_length, solid.mu, solid.ell
+    L = solid.layer_length
+    mu = solid.mu
+    ell = solid.ell
     softness = (1 - solid.beta * L * math.tanh(1 / (2 * L))) / mu
     tip = P / (1 + solid.curvature * ell / L * math.tanh(1 / (2 * L)))
     (closed, tipped), changes, facets = followed(body, 0.6, [(P, 0.9 * tip), (P, 0.5 * P)])
@@ -525,7 +501,8 @@ def test_a_column_follows_the_closed_form():
     B = ell / 2 * 0.5 * P * L / (solid.curvature * ell**2 * mu)
     A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
     turned = -P / (4 * mu) + A * L * math.sinh(1 / L) + B * L * (1 - math.cosh(1 / L))
-    psi, u1 = A - P / (4 * mu), (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
+    psi = A - P / (4 * mu)
+    u1 = (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
     _, surface = facets.nodes.surface(np.concatenate((tipped.normal, tipped.tangential)), facets.onto)
     assert surface[0] == pytest.approx(psi, rel=1e-5)
     assert tipped.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
@@ -535,7 +512,8 @@ def test_a_block_has_its_history_to_a_tolerance():
     """Estimates bound the distance to squares four times shorter, by no more than they have to; what a
     refusal advises is met; contact that leaves the region is said.
     """
-    pairs, method = LOAD_PAIRS[:2], mb.Uniform(h=0.2, order=1, reach=0.6)
+    pairs = LOAD_PAIRS[:2]
+    method = mb.Uniform(h=0.2, order=1, reach=0.6)
     problem = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, BLOCKS, method)
     finest = problem.with_(method=replace(method, h=0.2 / 16)).history(pairs).states
     for state, reference in zip(problem.history(pairs, rtol=0.25).states, finest):
@@ -555,7 +533,8 @@ def test_levels_that_agree_by_chance_are_not_believed(monkeypatch):
     """The second state hardly changes at last: its error is half of its change before, by the order 1 of the
     first one.
     """
-    method, changes = mb.Uniform(h=0.2, order=1, reach=0.6), iter((0.4, 0.4, 0.2, 1e-6))
+    method = mb.Uniform(h=0.2, order=1, reach=0.6)
+    changes = iter((0.4, 0.4, 0.2, 1e-6))
     history = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, BLOCKS, method).history(LOAD_PAIRS[:2])
     monkeypatch.setattr(friction, "change", lambda *_: next(changes))
     levels = [SimpleNamespace(history=lambda *_: history)] * 3

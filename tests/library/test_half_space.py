@@ -44,8 +44,12 @@ def problem(law, second=None, shape=SPHERE, period=None, solid=SOLID, **cells):
 
 def turned_by_modes(solid, k):
     """W_par from the field equations of u2, psi1, psi3 as a linear system in x3, by its Schur form."""
-    mu, mu_c, stiffness = solid.mu, solid.mu_c, solid.ell**2 * solid.mu
-    a, b, c = solid.alpha_prime, solid.beta_prime, solid.curvature
+    mu = solid.mu
+    mu_c = solid.mu_c
+    stiffness = solid.ell**2 * solid.mu
+    a = solid.alpha_prime
+    b = solid.beta_prime
+    c = solid.curvature
     A, B, C = (np.zeros((3, 3), complex) for _ in range(3))
     ik = 1j * k
     # twice the energy: |derivative . q' + value . q|^2 with these weights, q = (u2, psi1, psi3)
@@ -60,7 +64,8 @@ def turned_by_modes(solid, k):
         (stiffness * (c + b) / 2, (0, 1, 0), (0, 0, ik)),
         (stiffness * (c - b) / 2, (0, 1, 0), (0, 0, -ik)),
     ):
-        derivative, value = np.array(derivative, complex), np.array(value, complex)
+        derivative = np.array(derivative, complex)
+        value = np.array(value, complex)
         A += weight * np.outer(derivative.conj(), derivative)
         B += weight * np.outer(derivative.conj(), value)
         C += weight * np.outer(value.conj(), value)
@@ -80,8 +85,11 @@ def test_moments_along_the_wave_turn_as_the_field_equations_say(name):
 
 def test_fast_transforms_are_those_in_closed_form():
     """Of (1 + exp(-2 k))/k, over 13 decades: 1e-11 of the spline, over what 1/k alone has."""
-    table, r = Radial(lambda k: np.tile((1 + np.exp(-2 * k)) / k, (6, 1)), 0.3), np.geomspace(1e-7, 1e6, 1000)
-    root, signs = np.hypot(r, 2), np.array([[1], [1], [1], [-1], [1], [1]])  # J2 has a minus
+    table = Radial(lambda k: np.tile((1 + np.exp(-2 * k)) / k, (6, 1)), 0.3)
+    r = np.geomspace(1e-7, 1e6, 1000)
+    # J2 has a minus
+    root = np.hypot(r, 2)
+    signs = np.array([[1], [1], [1], [-1], [1], [1]])
     turned = ((root - 2) / r) ** ORDERS[:, None]
     assert signs * table(r) * 2 * np.pi * r == pytest.approx(1 + r / root * turned, abs=1e-11)
 
@@ -143,7 +151,9 @@ def test_gaps_and_moments_are_those_of_vectors(where):
 @pytest.mark.parametrize("second", [None, OTHER], ids=["rigid", "two bodies"])
 def test_two_crossed_waves_in_full_contact_are_those_of_the_half_plane(second):
     """Corner by corner, added; the polynomial through five cells leaves (k width)^6/100 of u2."""
-    k, depth, ell = 2 * np.pi, 1e-4, 0.13
+    k = 2 * np.pi
+    depth = 1e-4
+    ell = 0.13
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=ell)
     (U,), (V,), (W,) = plane_symbol(solid, np.array([k]))
     U2 = normal_symbol(OTHER, np.array([k]))[0] if second else 0.0
@@ -314,15 +324,15 @@ def test_a_pin_between_cells_is_met_by_the_corner_of_a_rotated_block():
     x, half = 1.1875, 0.25  # between centres of cells
     free = on_unit_solid(law=BLOCKS, ell=2 * half, nodes=64, window=(-2, 2))
     state = on_cells(free.solve(load=4 / 3))
-    i, j = np.abs(state.x1 - x - half).argmin(), np.abs(state.x2 - half).argmin()
-    met, width = (
-        state.approach - state.displacement[i, j] + half * state.psi[:, i, j].sum(),
-        1.05 * state.seen_width,
-    )
+    i = np.abs(state.x1 - x - half).argmin()
+    j = np.abs(state.x2 - half).argmin()
+    met = state.approach - state.displacement[i, j] + half * state.psi[:, i, j].sum()
+    width = 1.05 * state.seen_width
     for above, words in ((-0.015, True), (0.015, False)):
 
         def height(x1, x2, z=met + above):
-            inside, sphere = ((x1 - x) ** 2 + x2**2) / width**2, (x1**2 + x2**2) / 2
+            inside = ((x1 - x) ** 2 + x2**2) / width**2
+            sphere = (x1**2 + x2**2) / 2
             return np.where(inside < 1, np.minimum(sphere, z + inside * (x**2 / 2 - z)), sphere)
 
         warnings = free.with_(obstacle=height).solve(load=4 / 3).warnings
@@ -346,7 +356,8 @@ def test_a_window_that_cuts_the_contact_says_so():
         lambda x1, x2: 0.1 * x1 + UNIT_SPHERE.height(x1, x2), window=(-0.2, 0.2), nodes=32
     )
     state = slanted.solve(load=1.0)
-    (first, last), rim = state.pressure.reshape(state.shape)[[0, -1], 16], 0.199
+    (first, last) = state.pressure.reshape(state.shape)[[0, -1], 16]
+    rim = 0.199
     read = state.pressure_at(np.array([(-rim, state.x2[16], 0.0), (rim, state.x2[16], 0.0)]))
     assert any("cuts the contact" in words for words in state.warnings)
     assert 0 < last < 0.97 * first and read == pytest.approx([first, last], rel=1e-12)
@@ -365,7 +376,8 @@ def test_contacts_far_apart_are_those_of_hertz(apart):
     """Heights are such that known loads act: point loads displace as contacts do up to (a/apart)^2/3. Two
     equal spheres take some more steps than one to find their loads.
     """
-    P, places = np.array([0.05, 0.04, 0.02]), np.array([(0, 0), (0.6, 0.8), (-0.8, 0.6)]) * apart
+    P = np.array([0.05, 0.04, 0.02])
+    places = np.array([(0, 0), (0.6, 0.8), (-0.8, 0.6)]) * apart
     distances = np.hypot(*np.transpose(places[:, None] - places)) + np.diag([np.inf] * 3)
     lowered = (0.75 * P) ** (2 / 3) + (P / distances).sum(axis=1) / np.pi
     tips = np.column_stack((places, lowered.max() - lowered))
@@ -454,7 +466,8 @@ def test_squares_on_a_period_have_the_state_of_one_grid(law, second):
 
 def test_what_squares_do_not_know_beside_them_is_refused():
     """A pressure there is 0, the displacement of a second body and the moments that hold psi = 0 are not."""
-    far, second = np.array([(50.0, 0.0)]), mb.HalfSpace(mb.Cosserat(E=2, nu=0.2, ell=0.2, beta=1))
+    far = np.array([(50.0, 0.0)])
+    second = mb.HalfSpace(mb.Cosserat(E=2, nu=0.2, ell=0.2, beta=1))
     clamped = on_unit_solid(UNIT_SPHERE, TURNED_LAWS[2], nodes=32).solve(load=0.05)
     pressed = on_unit_solid(mb.Deformable(second, UNIT_SPHERE), BLOCKS, nodes=32).solve(load=0.05)
     for state, asked in ((clamped, clamped.micromoment_at), (pressed, pressed.counter_displacement)):

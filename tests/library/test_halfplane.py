@@ -79,7 +79,10 @@ class Mode:
     """Fields of one mode exp(rate x2) with its stresses."""
 
     def __init__(self, exact, k, rate, u1, u2, psi=None):
-        self.k, self.rate, self.u1, self.u2 = k, rate, u1, u2
+        self.k = k
+        self.rate = rate
+        self.u1 = u1
+        self.u2 = u2
         gradient = {(i, j): self.slope(u, j) for i, u in enumerate((u1, u2)) for j in (0, 1)}
         self.rotation = (gradient[1, 0] - gradient[0, 1]) / 2
         self.psi = self.rotation if psi is None else psi
@@ -113,7 +116,8 @@ def modes(solid, k):
     exact = SimpleNamespace(
         mu=mu, lam=2 * mu * nu / (1 - 2 * nu), mu_c=eta * mu, ell=ell, curvature=curvature
     )
-    q, s = curvature * ell**2, (k * k + 4 * eta / (1 + eta) / (curvature * ell**2)).sqrt()
+    q = curvature * ell**2
+    s = (k * k + 4 * eta / (1 + eta) / (curvature * ell**2)).sqrt()
     return [
         Mode(exact, k, k, field(c=-k), field(a=k)),
         Mode(exact, k, k, field(d=-k), field(b=k, a=-(3 - 4 * nu))),
@@ -182,7 +186,8 @@ def kernel_by_quadrature(solid, number, x):
     number 3 are taken from 1/k by the identities that `test_far_field_splits_off` has checked; of shear they
     lack what the surface does under a classical one, 1/(2 (1 - nu) k).
     """
-    r, base = 1 / solid.layer_length, {5: 0, 6: 1, 7: 3, 8: 4}.get(number, number)
+    r = 1 / solid.layer_length
+    base = {5: 0, 6: 1, 7: 3, 8: 4}.get(number, number)
     c, c_u, c_psi = stiffness(solid)
     odd, lift = number in (1, 4, 5, 7), base in (0, 3)
     tail = (c_u / c - 1, 0, c_psi / c, c_u / c - 1, solid.beta * c_u / c * 2 * (1 - solid.nu))[base]
@@ -227,7 +232,8 @@ def test_kernels_are_transforms_of_the_symbol(solid):
 
 @pytest.mark.parametrize("solid", FEW)
 def test_near_the_load_kernels_are_logarithms(solid):
-    table, L = LineKernels(*solid), solid_of(*solid, ell=1.0).layer_length
+    table = LineKernels(*solid)
+    L = solid_of(*solid, ell=1.0).layer_length
     c, c_u, c_psi = stiffness(solid_of(*solid))
     near, nearer = table(L * np.array([1e-7, 1e-8]), range(5)).T
     # the next terms are x^2 log(x): 1e-13; the rest is that of the table

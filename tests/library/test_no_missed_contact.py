@@ -24,12 +24,10 @@ from tests.states import apart
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 HERTZ = np.sqrt(4 * 10 / (np.pi * SOLID.E_star))  # a of a cylinder of radius 10 under the load 1
-UNILATERAL, BLOCKS, ROTATED, CLAMPED = (
-    mb.Unilateral(),
-    mb.Microblock(),
-    mb.Microblock(0.01),
-    mb.Microclamped(),
-)
+UNILATERAL = mb.Unilateral()
+BLOCKS = mb.Microblock()
+ROTATED = mb.Microblock(0.01)
+CLAMPED = mb.Microclamped()
 EVERY_LAW = pytest.mark.parametrize("law", [UNILATERAL, BLOCKS, ROTATED, CLAMPED], ids=str)
 
 
@@ -140,7 +138,8 @@ def test_a_corner_that_touches_where_the_other_one_follows_a_rough_obstacle_is_f
     """There the surface is as rough as the obstacle; an overlap on 0.04 was worth 1e-2 of the pressure."""
     _, problem, load, *_ = drawn(61, 48, mb)
     state = problem.solve(load=load, rtol=1e-6)
-    left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
+    left = state.zones["contact"][0][0]
+    right = state.zones["contact"][-1][1]
     x = np.linspace(left - 0.1, right + 0.1, 20001)
     for corner in "AB":
         # 1e-6 of the pressure are some 1e-9 of the obstacle's rise under it, 0.01
@@ -287,11 +286,9 @@ def test_an_obstacle_may_have_one_end(kind):
     def pressed(ends, psi0):
         return mb.Contact(body, Ending(ends), mb.Microblock(psi0=psi0), method).solve(load=1.0)
 
-    ended, mirrored, far = (
-        pressed((-np.inf, 0.2), 0.01),
-        pressed((-0.2, np.inf), -0.01),
-        pressed((-90.0, 0.2), 0.01),
-    )
+    ended = pressed((-np.inf, 0.2), 0.01)
+    mirrored = pressed((-0.2, np.inf), -0.01)
+    far = pressed((-90.0, 0.2), 0.01)
     distance = np.abs(ended.x - 0.2 - SOLID.ell / 2 * np.array([[-1], [1]])).min(axis=0)
     weights = ended.solution.weights * distance  # where a corner meets the end p has no norm
     assert any(edge > 0.2 for zone in ended.zones["contact"] for edge in zone)
@@ -473,7 +470,8 @@ def test_an_opening_zone_does_not_run_away():
     """
     _, problem, load, *_ = drawn(2020, 227, mb)
     state = problem.with_(method=mb.Panels()).solve(load=load, rtol=1e-3)
-    (first, second), (*_, third, fourth) = state.zones["A"], state.zones["B"]
+    (first, second) = state.zones["A"]
+    (*_, third, fourth) = state.zones["B"]
     assert third[1] < first[0] < first[1] < fourth[0] < second[0]
     cells = problem.with_(method=mb.Cells()).solve(load=load, rtol=3e-2)
     assert missed(state, cells) < cells.error_estimate + state.error_estimate < 3e-2

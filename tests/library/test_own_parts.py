@@ -29,7 +29,8 @@ class Springs:
     def compliance(self, clamped=False):
         count = len(self.x)
         matrix = np.diag(np.repeat((0.1, 0.0 if clamped else 1.0), count))
-        points, normals = np.column_stack((self.x, 0 * self.x)), np.tile([0.0, 1.0], (count, 1))
+        points = np.column_stack((self.x, 0 * self.x))
+        normals = np.tile([0.0, 1.0], (count, 1))
         return Compliance(points, normals, np.full(count, 0.025), self.changed(matrix), SOLID.ell)
 
     def changed(self, matrix):
@@ -151,7 +152,8 @@ class Corners(Law):
 
     def arms(self, points, normals):
         along = tangents(normals)
-        side, up = along + self.psi0 * normals, normals - self.psi0 * along
+        side = along + self.psi0 * normals
+        up = normals - self.psi0 * along
         return np.array([s * side + up / 2 for s in self.at])
 
     def places(self, points, normals):
@@ -165,7 +167,8 @@ def pressed_by(law, body=HALF, method=None, **how):
 @pytest.mark.parametrize("law", [Corners((-0.5, 0.5), 0.3), Corners((-0.3, 0.7)), Corners((-0.3, 0.7), 0.2)])
 def test_cells_take_the_levers_of_the_law(law):
     """They took those of psi0 = 0, or asked for an attribute `angle`; 1e-2 is what they promise."""
-    panels, cells = pressed_by(law, rtol=1e-4), pressed_by(law, method=mb.Cells(), rtol=1e-2)
+    panels = pressed_by(law, rtol=1e-4)
+    cells = pressed_by(law, method=mb.Cells(), rtol=1e-2)
     assert cells.method == "cells" and panels.method == "panels"
     for name in ("pressure", "micromoment"):
         expected = np.interp(cells.x, panels.x, getattr(panels, name))
@@ -279,7 +282,8 @@ class Drifting(Corners):
 
 def test_corners_are_everywhere_where_they_are_needed():
     """A second body gave way at other places than the corners': 15 % of the pressure, without a word."""
-    law, second = Drifting((-0.5, 0.5)), mb.Deformable(mb.HalfPlane(NARROW), CYLINDER)
+    law = Drifting((-0.5, 0.5))
+    second = mb.Deformable(mb.HalfPlane(NARROW), CYLINDER)
     for obstacle, method in ((second, None), (second, mb.Cells()), (mb.Punch(1.0), None)):
         with pytest.raises(mb.BadArgument, match="at one distance"):
             mb.Contact(HALF, obstacle, law, method)
@@ -314,6 +318,7 @@ def test_places_follow_a_rotation_that_differs_from_block_to_block():
                 [s * (along + psi0 * normals) + (normals - psi0 * along) / 2 for s in (-0.5, 0.5)]
             )
 
-    points, normals = np.array([(0.3, -0.7), (-0.2, 0.5)]), np.array([(0.0, 1.0), (0.6, 0.8)])
+    points = np.array([(0.3, -0.7), (-0.2, 0.5)])
+    normals = np.array([(0.0, 1.0), (0.6, 0.8)])
     side = tangents(normals) + 0.1 * points[:, :1] * normals  # (20), to rounding
     assert Wavy().places(points, normals) == pytest.approx(np.array((-side, side)) / 2, abs=1e-15)

@@ -60,7 +60,8 @@ def ripples(x):
 def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
     """And it comes about as expected: unknowns within four times, as grids and orders are steps of two."""
     problem = mb.Contact(body, obstacle, mb.Microblock())
-    plan, state = problem.plan(load=0.5, **asked), problem.solve(load=0.5, **asked)
+    plan = problem.plan(load=0.5, **asked)
+    state = problem.solve(load=0.5, **asked)
     assert state.method == plan.candidates[0].name == method
     assert "instead of" not in str(state.warnings) and (state.error_estimate or 0) <= asked.get("rtol", 0.1)
     assert 1 / 4 < plan.candidates[0].cost.unknowns / state.unknowns < 4
@@ -85,7 +86,8 @@ def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
 def test_unknowns_of_a_block_are_those_of_its_elements_and_orders(size, obstacle, law, rtol):
     """To a factor of 1.5: a level more or less of ten has a fifth more or less of them; 3.9 was seen."""
     problem = mb.Contact(mb.Block(SOLID, size), obstacle, law)
-    plan, state = problem.plan(load=0.5, rtol=rtol), problem.solve(load=0.5, rtol=rtol)
+    plan = problem.plan(load=0.5, rtol=rtol)
+    state = problem.solve(load=0.5, rtol=rtol)
     assert 1 / 1.5 < plan.candidates[0].cost.unknowns / state.unknowns < 1.5
 
 
@@ -112,7 +114,8 @@ def test_unknowns_of_squares_in_space(height, window, count):
     """Within twice where one square has 128 cells a side; a fifteenth of them was expected."""
     cells = mb.Cells(window=(-window / 2, window / 2)) if window else mb.Cells()
     problem = mb.Contact(mb.HalfSpace(SOLID), mb.Obstacle(height), mb.Unilateral(), cells)
-    plan, state = problem.plan(load=0.5, rtol=2e-2), problem.solve(load=0.5, rtol=2e-2)
+    plan = problem.plan(load=0.5, rtol=2e-2)
+    state = problem.solve(load=0.5, rtol=2e-2)
     assert 1 / 2 < plan.candidates[0].cost.unknowns / state.unknowns < 2
     assert state.unknowns >= count * 2**14
     few = problem.plan(load=0.5, rtol=1e-5).candidates[0].cost
@@ -123,7 +126,8 @@ def test_an_approach_is_planned_as_its_load():
     """Of a block an approach asks for the mesh of about its load."""
     problem = mb.Contact(mb.Block(SOLID, 4.0), ROUND, mb.Microblock())
     approach = problem.solve(load=0.5, rtol=1e-2).approach
-    by_load, by_approach = problem.plan(load=0.5, rtol=1e-2), problem.plan(approach=approach, rtol=1e-2)
+    by_load = problem.plan(load=0.5, rtol=1e-2)
+    by_approach = problem.plan(approach=approach, rtol=1e-2)
     costs = [plan.candidates[0].cost.unknowns for plan in (by_load, by_approach)]
     assert costs[0] == pytest.approx(costs[1], rel=0.02)  # the load of an approach is a guess
 
@@ -211,7 +215,8 @@ def test_the_best_history_is_returned(no_time):
 def test_another_method_is_tried_if_it_is_cheap(seconds, estimate):
     """Of two answers that miss the usual rtol the one with the smaller estimate is returned."""
     problem = mb.Contact(LINE, ROUND, BLOCKS, mb.Cells(nodes=64))
-    solution, estimates = problem.solve(load=0.5).solution, iter((0.2, 0.1))
+    solution = problem.solve(load=0.5).solution
+    estimates = iter((0.2, 0.1))
     costs = cost.Cost(0.1, 1e6, 1e3), cost.Cost(seconds, 1e6, 1e3)
     best = first_answer(
         [Candidate(problem.solver, expected) for expected in costs],

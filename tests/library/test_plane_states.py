@@ -54,7 +54,9 @@ def test_errors_are_below_what_is_asked_for_and_said(rtol):
     """A seeded sample against panels of order 26; the estimate is the sum of its parts."""
     rng = np.random.default_rng(11)
     for _ in range(8):
-        alpha, nu, beta = float(10 ** rng.uniform(-1.3, 0.2)), rng.uniform(0, 0.49), rng.uniform(0.2, 1.9)
+        alpha = float(10 ** rng.uniform(-1.3, 0.2))
+        nu = rng.uniform(0, 0.49)
+        beta = rng.uniform(0.2, 1.9)
         law = (mb.Microblock(), mb.Unilateral(), mb.Microblock(rng.uniform(-0.1, 0.1)))[rng.integers(3)]
         contact = problem(alpha, law, nu=nu, beta=beta)
         state = contact.solve(load=P, rtol=rtol)
@@ -239,10 +241,13 @@ def test_estimates_hold_for_what_is_read_on_a_period(number):
     micromoment over ell.
     """
     rng = np.random.default_rng((SEED, 31, number))
-    period, law = float(10 ** rng.uniform(-1, 1)), LAWS[rng.integers(len(LAWS))]
-    ell, height = period * 10 ** rng.uniform(-2, -0.5), 0.01 * period * 10 ** rng.uniform(-0.7, 0.3)
+    period = float(10 ** rng.uniform(-1, 1))
+    law = LAWS[rng.integers(len(LAWS))]
+    ell = period * 10 ** rng.uniform(-2, -0.5)
+    height = 0.01 * period * 10 ** rng.uniform(-0.7, 0.3)
     solid = mb.Cosserat(E=100, nu=rng.uniform(0, 0.45), beta=10 ** rng.uniform(-1, 0.25), ell=ell)
-    waves, phases = rng.normal(size=6) / np.arange(1, 7) ** 1.5, rng.uniform(0, 2 * np.pi, 6)
+    waves = rng.normal(size=6) / np.arange(1, 7) ** 1.5
+    phases = rng.uniform(0, 2 * np.pi, 6)
 
     def rough(x):
         return height * waves @ np.cos(2 * np.pi / period * np.arange(1, 7)[:, None] * x + phases[:, None])
@@ -334,13 +339,15 @@ def test_what_was_asked_before_changes_no_answer(name, law):
     rng = np.random.default_rng((SEED, 34, [*ASKED].index(name)))
     questions = [{"load": load, "rtol": rtol} for load in (0.2, 0.8, 0.21) for rtol in tolerances]
     fresh = [mb.Contact(body, obstacle, law, method).solve(**asked) for asked in questions]
-    contact, before = mb.Contact(body, obstacle, law, method), fresh[-1]
+    contact = mb.Contact(body, obstacle, law, method)
+    before = fresh[-1]
     for number in rng.permutation(len(questions)):
         contact = (copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)))[rng.integers(3)](
             contact
         )
         contact.with_(law=mb.Microclamped()).solve(load=0.4)
-        expected, (left, right) = fresh[number], fresh[number].zones["contact"][0]
+        expected = fresh[number]
+        (left, right) = fresh[number].zones["contact"][0]
         x = left + (right - left) * (np.arange(2000) + 0.5) / 2000  # not at edges, where roots begin
         assert difference(contact.solve(**questions[number]), expected, x) == 0
         state = contact.solve(**questions[number], initial=pickle.loads(pickle.dumps(before)))
@@ -377,7 +384,9 @@ def test_field_equations_by_finite_differences(solved):
     """Strains to stresses by the material's own law, and equilibrium, at seeded points inside: (h/L)^4/30 =
     1e-8 of the fifth derivative, and noise of 1e-10 over h.
     """
-    solid, rng, close = solved.solid, np.random.default_rng(7), dict(rel=1e-5, abs=1e-5)
+    solid = solved.solid
+    rng = np.random.default_rng(7)
+    close = dict(rel=1e-5, abs=1e-5)
     x1, x2 = rng.uniform(-1.5, 1.5, 12), -rng.uniform(0.1, 1.5, 12)
     h, centre = 0.02 * solid.ell, solved.fields(x1, x2)
     steps = np.array((-2, -1, 1, 2))[:, None] * h
@@ -444,8 +453,11 @@ def slanted(x):
 
 def test_all_closed_on_a_period_corners_follow_the_waves():
     """Amplitudes of the corners' pressures from the symbols of both bodies, each corner where it stands."""
-    ell, k, depth = 0.3, 2 * np.pi, 0.001
-    lower, upper = mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1), mb.Cosserat(E=50, nu=0.1, ell=0.2, beta=1.5)
+    ell = 0.3
+    k = 2 * np.pi
+    depth = 0.001
+    lower = mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1)
+    upper = mb.Cosserat(E=50, nu=0.1, ell=0.2, beta=1.5)
     obstacle = mb.Deformable(mb.HalfPlane(upper, period=1.0), mb.Wave(depth, 1.0))
     method = mb.Cells(nodes=256, residual=1e-12)
     state = mb.Contact(mb.HalfPlane(lower, period=1.0), obstacle, mb.Microblock(), method).solve(load=1.0)
@@ -505,11 +517,9 @@ def test_on_meshes_corners_press_where_they_stand():
 
 def seeded(seed):
     rng = np.random.default_rng([17, seed])
-    ell, (nu, nu2), (beta, beta2) = (
-        10 ** rng.uniform(-0.9, 0),
-        rng.uniform(-0.2, 0.45, 2),
-        rng.uniform(0.05, 1.9, 2),
-    )
+    ell = 10 ** rng.uniform(-0.9, 0)
+    (nu, nu2) = rng.uniform(-0.2, 0.45, 2)
+    (beta, beta2) = rng.uniform(0.05, 1.9, 2)
     body = mb.HalfPlane(mb.Cosserat(E=100, nu=nu, ell=ell, beta=beta))
     counter = mb.Cosserat(E=10 ** rng.uniform(1, 4), nu=nu2, ell=0.2, beta=beta2 * rng.integers(2))
     law = [*TURNED_LAWS, mb.Microblock(psi0=rng.uniform(-0.3, 0.3))][seed % 5]

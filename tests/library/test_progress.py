@@ -97,7 +97,8 @@ def test_an_interrupted_solve_leaves_its_best_state(monkeypatch):
 
 def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
     panels = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels())
-    complete, events = panels.states([0.5, 1.0]), panels.path(1.0).events
+    complete = panels.states([0.5, 1.0])
+    events = panels.path(1.0).events
     interrupting(monkeypatch, PanelSolver, "at", 2)
     with pytest.raises(mb.Interrupted, match=r"^states: interrupted, .*load=1") as stop:
         panels.states([0.5, 1.0, 2.0])

@@ -172,7 +172,8 @@ def waved(sign):
 
 
 LEVEL = mb.Obstacle.from_samples([-1, 1], [0, 0])
-CELLS, PERIOD = mb.Cells(nodes=np.int16(64)), mb.HalfPlane(SOLID, period=1.0)
+CELLS = mb.Cells(nodes=np.int16(64))
+PERIOD = mb.HalfPlane(SOLID, period=1.0)
 SAME = {  # one, other, relative difference of half-widths
     # (x/R)^2 = 0.0013 at the edge of the contact, a quarter of it in height, and two estimates below 1e-3
     "a circle": (lambda: pressed(circle), lambda: pressed(), 3e-3),
@@ -334,7 +335,8 @@ def contains(intervals, x, margin=0.0):
 @EVERY
 @EVERY_LAW
 def test_every_state_has_all_of_it(kind, law):
-    state, (_, _, rtol, residual, _, method) = state_of(kind, law), KINDS[kind]
+    state = state_of(kind, law)
+    (_, _, rtol, residual, _, method) = KINDS[kind]
     assert state.law is LAWS[law] and state.solid == SOLID and state.method == method
     for values in (state.weights, state.pressure, state.micromoment, state.psi):
         assert values.shape == state.x.shape and np.all(np.isfinite(values))
@@ -384,10 +386,12 @@ def test_zones_are_those_of_the_whole_line(kind, law):
 def test_complementarity(kind, law):
     """Gaps are closed where a corner presses, open elsewhere; pressures at points are those at the nodes."""
     state, tolerance = state_of(kind, law), KINDS[kind][4] * DEPTH
-    spacing, reach = np.diff(state.x).max(initial=0.0), min(1.2 * state.half_width, state.x[-1])
+    spacing = np.diff(state.x).max(initial=0.0)
+    reach = min(1.2 * state.half_width, state.x[-1])
     x = state.x if kind in ONE_DIMENSIONAL else np.linspace(-reach, reach, 41) + 1e-6
     for corner, p in state.pressures.items():
-        gap, closed_zones = state.gap_at(corner, x), state.zones["contact" if corner == "C" else corner]
+        gap = state.gap_at(corner, x)
+        closed_zones = state.zones["contact" if corner == "C" else corner]
         inside = contains(closed_zones, x, 0.0 if kind in ONE_DIMENSIONAL else 0.51 * spacing)
         assert gap.min() > -tolerance and np.abs(gap[inside]).max(initial=0.0) < tolerance
         beyond = ~contains(closed_zones, x, -1.01 * spacing)
@@ -431,7 +435,8 @@ def test_blocks_of_a_half_space_touch_the_sphere_in_the_row_that_is_shown(psi0_i
         mb.Sphere(10.0), mb.Microblock((0.0, -0.004), psi0_in), mb.Cells(128), mb.HalfSpace(SOLID)
     )
     surface, contact, where = blocks.section(state)
-    shown, x2 = blocks.blocks(surface, blocks.window(SOLID.ell, contact)), float(where.split()[-1])
+    shown = blocks.blocks(surface, blocks.window(SOLID.ell, contact))
+    x2 = float(where.split()[-1])
     assert {*map(tuple, shown.closed.tolist())} == {(a, b) for a in (False, True) for b in (False, True)}
     for corner in (0, 1):
         x, height = shown.squares[:, corner].T
@@ -465,7 +470,8 @@ def test_pictures_do_not_magnify_rounding(block):
 
 
 def test_captions_say_what_is_shown_and_stay_within_their_figures():
-    x, levers = np.linspace(-1, 1, 5), mb.Microblock(-0.001234, psi0_in="levers")
+    x = np.linspace(-1, 1, 5)
+    levers = mb.Microblock(-0.001234, psi0_in="levers")
     state = pressed(mb.Obstacle.from_samples(x, x**2 / 20), levers, load=0.1234, rtol=1e-2)
     assert state.caption.startswith("Samples(5 points), Microblock(psi0=-0.001234, psi0_in=")
     assert "load 0.1234, error " in state.caption and told(state.plot()).startswith(state.caption)

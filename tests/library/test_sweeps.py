@@ -96,7 +96,9 @@ if __name__ == "__main__":
 def test_an_interruption_loses_nothing_and_leaves_a_valid_file(tmp_path, how, executor):
     (tmp_path / "study.py").write_text(SCRIPT)
     options = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": f"{ROOT}:{Path(__file__).parent}"}}
-    command, log, folder = [sys.executable, "study.py", executor], tmp_path / "log", tmp_path / "r"
+    command = [sys.executable, "study.py", executor]
+    log = tmp_path / "log"
+    folder = tmp_path / "r"
     study = subprocess.Popen(command, stderr=subprocess.DEVNULL, **options)
     while len(calls(log)) < 4:  # two processes: two have returned
         assert study.poll() is None

@@ -197,7 +197,8 @@ def test_panels_follow_obstacles_of_several_pieces(holes, law):
 def test_a_hole_that_nothing_touches_changes_nothing():
     plain = mb.Contact(PLANE, samples(Z), LAW, mb.Cells(nodes=512, window=(-0.9, 0.9)))
     holed = plain.with_(obstacle=samples(np.where(abs(PLACES_X - 0.8) < 0.05, np.nan, Z)))
-    first, second = plain.solve(1.0).pressure, holed.solve(1.0).pressure
+    first = plain.solve(1.0).pressure
+    second = holed.solve(1.0).pressure
     assert np.allclose(first, second, atol=1e-4 * first.max())  # residuals of cells
 
 
@@ -241,7 +242,8 @@ def test_samples_of_a_period_lie_in_any_window(start, part, second):
         obstacle = mb.Deformable(half_plane, obstacle) if second else obstacle
         return mb.Contact(half_plane, obstacle, mb.Microblock(), mb.Cells(128)).solve(0.2)
 
-    expected, answer = state(-0.5 + np.linspace(0, L, 41)), state((start + np.linspace(0, L, 41))[part])
+    expected = state(-0.5 + np.linspace(0, L, 41))
+    answer = state((start + np.linspace(0, L, 41))[part])
     # samples a multiple of a spacing apart are the same places, 1e3 to thirteen digits of the heights
     if abs(start * 40 - round(start * 40)) < 1e-9:
         assert np.allclose(answer.pressure, expected.pressure, atol=1e-8 * expected.pressure.max())
@@ -257,7 +259,8 @@ def test_heights_with_ends_lie_in_any_window_of_a_period(start, closed):
         return np.where((x < start) | beyond, np.inf, profile(x))
 
     problem = mb.Contact(mb.HalfPlane(BLOCKS, period=L), profile, mb.Microblock(), mb.Cells(128))
-    expected, answer = problem.solve(0.2), problem.with_(obstacle=height).solve(0.2)
+    expected = problem.solve(0.2)
+    answer = problem.with_(obstacle=height).solve(0.2)
     assert np.allclose(
         answer.pressure, expected.pressure, atol=1e-9 * expected.pressure.max()
     )  # rounding of x
@@ -645,7 +648,9 @@ def test_a_wave_closes_on_a_period_as_westergaards():
 
 
 def test_a_second_sphere_touches_where_hertz_and_boussinesq_say():
-    apart, lower, solid = 0.6, 0.004, mb.Cosserat(E=100, nu=0.3, ell=1e-3, beta=1)
+    apart = 0.6
+    lower = 0.004
+    solid = mb.Cosserat(E=100, nu=0.3, ell=1e-3, beta=1)
     two = lambda x, y: np.minimum((x + 0.3) ** 2 + y**2, (x - 0.3) ** 2 + y**2 + 2 * lower) / 2  # noqa: E731
     path = mb.Contact(mb.HalfSpace(solid), two, mb.Unilateral(), mb.Cells(nodes=128)).path(load=0.06)
     # of the radius 1: approach of Hertz less the displacement under the other

@@ -69,10 +69,8 @@ def test_fresh_states_hold_their_estimate(method, k):
 def test_a_peak_beside_an_edge_is_in_the_estimate():
     """Half a cell beside it: grids of 2048 and 4096 cells agreed there to 2.8e-3 and were off by 1.4e-2."""
     _, problem, load, *_ = obstacles.drawn(SEED, 100, mb)
-    state, true = (
-        problem.with_(method=mb.Cells()).solve(load=load, rtol=1e-2),
-        problem.solve(load=load, rtol=1e-4),
-    )
+    state = problem.with_(method=mb.Cells()).solve(load=load, rtol=1e-2)
+    true = problem.solve(load=load, rtol=1e-4)
     assert true.method == "panels" and lines.error(state, true) <= max(1e-2, state.error_estimate)
 
 

@@ -21,7 +21,8 @@ def rows_of_history(problem):
     kind = "estimated" if "rtol" in problem else "discrete"
     worst = max(getattr(state, "error_estimate", None) or 0.0 for state in history.states)
     for number, state in enumerate(history.states):
-        row, tolerance = f"{problem['name']} state {number}", state.error_estimate or 0.0
+        row = f"{problem['name']} state {number}"
+        tolerance = state.error_estimate or 0.0
         values = library_friction.integrals(state, number in problem["full"])
         if number in problem["full"]:
             values |= library_friction.pointwise(state, problem)
