@@ -12,7 +12,7 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import contact_violations as survey_module
 from microblock.halfplane import edges
-from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, symbol
+from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, plane_symbol
 from tests import closed_forms
 from tests.states import apart
 
