@@ -137,7 +137,7 @@ def test_three_meshes_are_held_at_a_time(monkeypatch):
     """The next one, that of the level before, and that of the best state, which an interruption hands out."""
     alive = weakref.WeakSet()
     counts = []
-    init = Condensed.__init__
+    init = CondensedNodes.__init__
 
     def counted(nodes, body):
         alive.add(nodes)
