@@ -11,9 +11,10 @@ from itertools import combinations
 import numpy as np
 
 from ..model.events import Event, SeenTwice, following
+from ..model.periodic import EQUAL
 from ..model.progress import counted
 from ..model.refinement import FEWEST, GeometricSeries
-from .cell_solver import EQUAL, spots
+from .cell_solver import spots
 from .fft_compliance import Grid
 
 STEP = 1.5  # from load to load of the scan

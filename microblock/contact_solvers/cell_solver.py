@@ -10,15 +10,13 @@ from .. import cost
 from ..errors import BadArgument, NotConverged, out_of_reach, require
 from ..model.deformable import shape_of
 from ..model.intervals import distance
-from ..model.periodic import Repeated, agree_at_ends
+from ..model.periodic import EQUAL, Repeated, agree_at_ends
 from ..model.refinement import RefinementLevel, levels, refine
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
 from . import projected_gradients
 from .fft_compliance import Grid
-
-EQUAL = 1e-6  # of their range, heights that differ less are the same
 
 
 @dataclass(frozen=True, eq=False, repr=False)

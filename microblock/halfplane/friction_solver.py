@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from .. import cost
-from ..contact_solvers.cell_solver import EQUAL
 from ..contact_solvers.event_driven import AT_LIMIT, EventDrivenContact, FrictionState
 from ..contact_solvers.friction_events import events
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
@@ -16,6 +15,7 @@ from ..model import contact_candidates
 from ..model.history import History, OfMoment, change
 from ..model.intervals import common, contains, distance_to_ends, runs
 from ..model.missed_contact import apart, overlaps
+from ..model.periodic import EQUAL
 from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule

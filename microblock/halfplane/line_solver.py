@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from .. import cost
-from ..contact_solvers.cell_solver import EQUAL, CellSolution, CellSolver
+from ..contact_solvers.cell_solver import CellSolution, CellSolver
 from ..contact_solvers.fft_compliance import Flexibility, Grid
 from ..contact_solvers.rounding import EPS_PIVOT
 from ..errors import SMALLEST, BadArgument, NotConverged
@@ -17,6 +17,7 @@ from ..model.intervals import distance, distance_to_ends, runs
 from ..model.law import require_pure_force
 from ..model.missed_contact import PLACES, apart, overlaps, total_worth
 from ..model.obstacles import Samples
+from ..model.periodic import EQUAL
 from ..model.problem import Problem
 from ..model.refinement import GeometricSeries, Usual
 from ..model.scales import classical_rise

@@ -14,8 +14,8 @@ Samples lie in squares about the lowest place, each twice as wide, in rows and c
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from ..contact_solvers.cell_solver import EQUAL
 from ..errors import BOUNDED, BadArgument, require
+from ..model.periodic import EQUAL
 from ..model.quadrature import gauss_rule
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares

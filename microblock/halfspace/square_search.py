@@ -11,9 +11,10 @@ This ends when no square is new and none shrinks much.
 import numpy as np
 from scipy.ndimage import find_objects, map_coordinates, minimum_filter
 
-from ..contact_solvers.cell_solver import EQUAL, spots
+from ..contact_solvers.cell_solver import spots
 from ..contact_solvers.fft_compliance import Grid
 from ..errors import NotConverged
+from ..model.periodic import EQUAL
 from ..model.progress import counted
 from .squares import Squares, nodes, of_corners, of_nodes, on_rows
 

@@ -16,7 +16,7 @@ from .obstacles import Samples, heights
 from .piecewise_chebyshev import places_of_ends
 from .types import Array, Flags, Interval, ObstacleLike
 
-SAME = 1e-6  # of a period, or of the range of heights: what differs less is equal
+EQUAL = 1e-6  # of a period, or of the range of heights or gaps: what differs less is equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Repeated:
     def _span(self, window: Interval) -> Interval:
         """Returns a period about a window, or the window itself where its ends are a period apart."""
         middle, half = sum(window) / 2, self.period / 2
-        whole = abs(window[1] - window[0] - self.period) <= SAME * self.period
+        whole = abs(window[1] - window[0] - self.period) <= EQUAL * self.period
         return window if whole else (middle - half, middle + half)
 
     @cached_property
@@ -60,7 +60,7 @@ class Repeated:
     def edges(self) -> Interval | tuple[()]:
         """(left, right) of an obstacle along a line that is less wide than a period; else none."""
         left, right = self.windows[0]
-        return (left, right) if right - left < (1 - SAME) * self.period else ()
+        return (left, right) if right - left < (1 - EQUAL) * self.period else ()
 
     @cached_property
     def windows(self) -> list[Interval]:
@@ -108,6 +108,6 @@ class Repeated:
 def agree_at_ends(values: Array, axes: Iterable[int]) -> bool:
     """Returns whether samples of a period, both its ends among them, are the same there along these axes."""
     there = values[np.isfinite(values)]
-    allowed = SAME * np.ptp(there) if len(there) else 0.0
+    allowed = EQUAL * np.ptp(there) if len(there) else 0.0
     pairs = [(values.take(0, axis), values.take(-1, axis)) for axis in axes]
     return all(np.allclose(first, last, rtol=0.0, atol=allowed) for first, last in pairs)
