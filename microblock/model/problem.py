@@ -61,8 +61,9 @@ class Problem:
     @cached_property
     def _places(self) -> Array:
         """Contact points with a corner at a slope discontinuity or an edge, ascending."""
-        own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
-        places = np.sort([*(place + shift for place in own for shift in self.shifts), *self._angle.singular])
+        named = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
+        under_corners = [place + shift for place in named for shift in self.shifts]
+        places = np.sort([*under_corners, *self._angle.singular])
         # ell a multiple of the spacing of samples, corners meet them up to rounding
         size = np.abs(places[np.isfinite(places)]).max(initial=0.0) + self.ell  # an obstacle may have one end
         with np.errstate(invalid="ignore"):  # of corners that meet no end
@@ -84,14 +85,14 @@ class Problem:
             (x + shift, i, jump) for x, jump in jumps_of(self.obstacle) for i, shift in enumerate(self.shifts)
         ]
         # where psi0's slope jumps, that of the levers does, or of the gaps as well
-        size, turned = self.ell / 2, zip(self._angle.singular, self._angle.jumps)
-        size *= getattr(self.law, "psi0_in", None) == ACTS_IN[0]
-        met += [(x, i, sign * size * jump) for x, jump in turned for i, sign in ((0, 1), (1, -1))]
-        found: dict[float, dict[int, float]] = {}
+        size = self.ell / 2 * (getattr(self.law, "psi0_in", None) == ACTS_IN[0])
+        angles = zip(self._angle.singular, self._angle.jumps)
+        met += [(x, i, sign * size * jump) for x, jump in angles for i, sign in ((0, 1), (1, -1))]
+        kinks: dict[float, dict[int, float]] = {}
         for place, (_, corner, jump) in zip(self._first_of([place for place, *_ in met]), met):
-            at = found.setdefault(place, {})
-            at[corner] = at.get(corner, 0.0) + float(jump)
-        return found
+            jumps = kinks.setdefault(place, {})
+            jumps[corner] = jumps.get(corner, 0.0) + float(jump)
+        return kinks
 
     @cached_property
     def tips(self) -> dict[int, Array]:
@@ -106,9 +107,9 @@ class Problem:
         """[(edges, lengths), ...] of gaps and levers, in x of the contact point."""
         if self.candidates is None:
             return []
-        own = [(self.candidates.edges + shift, self.candidates.lengths) for shift in self.shifts]
-        own.append((self._angle.edges, self._angle.lengths))
-        return [each for each in own if np.isfinite(each[1]).any()]
+        pieces = [(self.candidates.edges + shift, self.candidates.lengths) for shift in self.shifts]
+        pieces.append((self._angle.edges, self._angle.lengths))
+        return [(edges, lengths) for edges, lengths in pieces if np.isfinite(lengths).any()]
 
     @cached_property
     def stretches(self) -> list[Interval]:
@@ -128,14 +129,16 @@ class Problem:
         """Returns how long panels may be on an interval: as pieces on which heights and psi0 are polynomials,
         and `grading` times the distance from shorter ones.
         """
-        near = [(own[:-1], edges[:-1] - right, left - edges[1:]) for edges, own in self._pieces]
-        lengths = (own + grading * np.maximum(np.maximum(*away), 0.0) for own, *away in near)
-        return min((float(own.min(initial=np.inf)) for own in lengths), default=np.inf)
+        longest = np.inf
+        for edges, lengths in self._pieces:
+            distances = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)
+            longest = min(longest, float((lengths[:-1] + grading * distances).min(initial=np.inf)))
+        return longest
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
         """{corner: left and right ends of each piece of the obstacle}, beyond which it meets none."""
-        return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
+        return {corner: ends for corner in self.corners if (ends := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
         return tuple(self._first_of(np.add(getattr(self.obstacle, "ends", ()), self.shifts[corner])))
@@ -183,7 +186,8 @@ def half_line(problem: Problem) -> bool:
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are `even` and are not."""
-    x, same = scales(ell), 1e-9
+    x = scales(ell)
+    same = 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
         above = heights(obstacle, x)
@@ -207,7 +211,8 @@ def require_jumps(obstacle: ObstacleLike, ell: float) -> None:
     if not len(kinks):
         return
     steps = np.diff(np.unique(kinks)).min(initial=ell) / 4 * np.geomspace(1e-1, 1e-3, 5)[:, None]
-    places, part = np.array((kinks - steps, kinks + 0 * steps, kinks + steps)), steps[1] / steps[0]
+    places = np.array((kinks - steps, kinks + 0 * steps, kinks + steps))
+    part = steps[1] / steps[0]
     left, middle, right = heights(obstacle, places.ravel()).reshape(places.shape)
     with np.errstate(invalid="ignore", divide="ignore"):  # inf - inf, at an edge
         changes = (left - 2 * middle + right) / steps
