@@ -14,7 +14,6 @@ NAMES = {  # of the curves, and how they are drawn
     "condensed, order 1": ("squares, condensed", "v:", "C4"),
     "tamaas": ("tamaas", "*-", "C6"),
     "scikit-fem, order 1": ("scikit-fem", "<:", "C3"),
-    "ContactBoundary, order 1": ("ContactBoundary", "P--", "0.5"),
 }
 
 
@@ -26,12 +25,13 @@ def best(runs):
 
 def figure(runs=None):
     """All programs can solve this problem: errors fall to the right, lower is faster."""
-    runs = pd.read_csv(RECORD) if runs is None else runs
+    if runs is None:
+        runs = pd.read_csv(RECORD)
     drawing, axis = plt.subplots(layout="constrained", figsize=(3.54, 3.6))
     for method, (name, look, colour) in NAMES.items():
-        own = best(runs[(runs.scene == "classical") & (runs.method == method)])
-        if len(own):
-            axis.plot(own.error, own.seconds, look, color=colour, label=name)
+        curve = best(runs[(runs.scene == "classical") & (runs.method == method)])
+        if len(curve):
+            axis.plot(curve.error, curve.seconds, look, color=colour, label=name)
     axis.set(
         xscale="log",
         yscale="log",

@@ -3,13 +3,13 @@
 :Geometry:  a cylinder on a half-plane for both laws, alpha = 0.01, 0.05, 0.25, 1, and its classical limit
 :Equations: those of the paper
 :Method:    panels, cells, fitted elements, equal squares condensed or with the paper's augmented Lagrangian
-            or the penalty; tamaas, scikit-fem and NGSolve's ContactBoundary in the classical limit (`peers`)
+            or the penalty; tamaas and scikit-fem in the classical limit (`peers`)
 :Reference: Hertz' ellipse, else the second code `verification.panels`; its own error is the floor
 :Units:     processor seconds of one thread, setup (what further loads reuse) and solution apart, each the
             best of `repeats` after a warm-up; errors max(|dp|, |dM|/ell)/|p| in L2
 
-Where an accuracy is asked for nothing is tuned. Other programs are tuned in their favour: rho and period are
-the best of each mesh, as only someone who has the answer knows.
+Where an accuracy is asked for nothing is tuned. Other programs are tuned in their favour: the period is the
+best of each grid, as only someone who has the answer knows.
 """
 
 import importlib.util
@@ -29,7 +29,7 @@ from microblock.data.records import versions
 from microblock.errors import require_choice
 from microblock.halfplane.kernels import gap_kernel, kernels
 
-from . import chart, growth, peers
+from . import chart, peers
 from .peers import LOAD, REACH, Answer, clock
 from .verification import panels
 from .verification.lines import fields
@@ -56,17 +56,16 @@ class Problem:
 
     @property
     def half_plane(self):
-        law = mb.Microblock() if self.contact == "microblock" else mb.Unilateral()
+        law = {"microblock": mb.Microblock, "unilateral": mb.Unilateral}[self.contact]()
         return mb.Contact(mb.HalfPlane(self.solid), mb.Cylinder(1.0), law)
 
     @cached_property
     def reference(self):
-        """(x -> (p, M/ell), edges, own error)"""
+        """(x -> (p, M/ell), edges, its error)"""
         if self.beta == CLASSICAL:  # what is left of the coupling is of the order beta log(beta)
-            ellipse = np.polynomial.Polynomial([1, 0, -1])
-            return lambda x: (np.sqrt(np.maximum(ellipse(x), 0)), 0 * x), [-1.0, 1.0], 2.3e-9
-        fine, own = panels.reference(self.half_plane, LOAD, self.half_plane.solve(load=LOAD, rtol=1e-3))
-        return fine.fields, list(panels.all_edges(fine.zones)), own
+            return lambda x: (np.sqrt(np.maximum(1 - x**2, 0)), 0 * x), [-1.0, 1.0], 2.3e-9
+        fine, bar = panels.reference(self.half_plane, LOAD, self.half_plane.solve(load=LOAD, rtol=1e-3))
+        return fine.fields, list(panels.all_edges(fine.zones)), bar
 
     def error(self, fields):
         """Error of x -> (p, M/ell), by a rule that is the same for all methods."""
@@ -86,8 +85,9 @@ def answered(contact, rtol=None, prepare=lambda: None, read=fields):
 
 def half_plane(problem, rtol):
     """What is setup is the material's table of kernels."""
-    contact, point = problem.half_plane, np.zeros(1)
+    point = np.zeros(1)
     kernels.cache_clear()
+    contact = problem.half_plane
     return answered(contact, rtol, lambda: gap_kernel(contact.solver.problem, point + 1, point, point))
 
 
@@ -96,8 +96,9 @@ def fitted(problem, rtol):
     return answered(problem.half_plane.with_(body=mb.Block(problem.solid)), rtol)
 
 
-def squares(problem, h, order=1, solver="condensed", rho=None, domain=math.inf):
-    newton = None if solver == "condensed" else mb.Newton(solver, rho)
+def squares(problem, h, order=1, solver=None, rho=None, domain=math.inf):
+    """Condensed without a `solver`, "al" or "penalty"."""
+    newton = solver and mb.Newton(solver, rho)
     method = mb.Uniform(h=h, order=order, newton=newton, reach=REACH)
     contact = problem.half_plane.with_(body=mb.Block(problem.solid, domain), method=method)
     return answered(contact, prepare=lambda: contact.solver.prepare())
@@ -109,14 +110,14 @@ def cells(problem, nodes):
     contact = problem.half_plane.with_(method=mb.Cells(nodes=nodes, window=(-outer, outer)))
 
     def along_cells(state):
-        values = state.pressure, state.micromoment / problem.solid.ell
-        return lambda x: tuple(np.interp(x, state.x, one, left=0, right=0) for one in values)
+        columns = state.pressure, state.micromoment / problem.solid.ell
+        return lambda x: tuple(np.interp(x, state.x, column, left=0, right=0) for column in columns)
 
-    def prepared():
+    def prepare():
         for size in halvings(nodes):
             contact.solver.prepared(Grid(size, 2 * outer / size, (0.0,)))
 
-    return answered(contact, None, prepared, along_cells)
+    return answered(contact, None, prepare, along_cells)
 
 
 @dataclass(frozen=True)
@@ -137,15 +138,14 @@ class Method:
         return self.settings + (self.dear if problem.name == PAPER else ())
 
 
-def grid(**values):
+def grid(**parameters):
     """Settings: all combinations of the values of each parameter, the first one outermost."""
-    several = [value if isinstance(value, tuple) else (value,) for value in values.values()]
-    return tuple(dict(zip(values, one)) for one in product(*several))
+    columns = [value if isinstance(value, tuple) else (value,) for value in parameters.values()]
+    return tuple(dict(zip(parameters, row)) for row in product(*columns))
 
 
 AL = {"solver": "al", "domain": DOMAIN, "rho": 2 * (1 - NU) ** 2 / (1 - 2 * NU) / REACH}
 PENALTY = {"solver": "penalty", "domain": DOMAIN, "rho": tuple(10.0**power for power in range(1, 7))}
-STIFFNESSES = 1e2, 10**2.5, 1e3, 1e4  # rho of ContactBoundary
 HALVED = 0.4, 0.2, 0.1, 0.05
 METHODS = {
     "half-plane": Method(half_plane, grid(rtol=tuple(10.0**-power for power in range(2, 9)))),
@@ -162,10 +162,6 @@ METHODS = {
         peer="tamaas"),
     "scikit-fem, order 1": Method(peers.scikit_fem, grid(h=HALVED, order=1), peer="skfem"),
     "scikit-fem, order 2": Method(peers.scikit_fem, grid(h=(0.8, *HALVED[:-1]), order=2), peer="skfem"),
-    "ContactBoundary, order 1": Method(
-        peers.contact_boundary, grid(h=HALVED, order=1, rho=STIFFNESSES), peer="ngsolve"),
-    "ContactBoundary, order 2": Method(
-        peers.contact_boundary, grid(h=(0.8, *HALVED[:-1]), order=2, rho=STIFFNESSES), peer="ngsolve"),
 }  # fmt: skip
 PROBLEMS = {"classical": Problem("classical", "unilateral", 1.0, CLASSICAL)} | {
     f"{law}-{alpha:g}": Problem(f"{law}-{alpha:g}", law, alpha)
@@ -176,7 +172,8 @@ PROBLEMS = {"classical": Problem("classical", "unilateral", 1.0, CLASSICAL)} | {
 
 def measure(problem, method, setting, repeats):
     """Columns of one setting; a failed run says why."""
-    row, start = dict.fromkeys(COLUMNS) | setting | {"floor": problem.reference[2]}, clock()
+    row = dict.fromkeys(COLUMNS) | setting | {"floor": problem.reference[2]}
+    start = clock()
     try:
         answers = [method.run(problem, **setting)]  # the warm-up
         row["spent"] = clock() - start
@@ -185,13 +182,12 @@ def measure(problem, method, setting, repeats):
     except (mb.MicroblockError, MemoryError, RuntimeError) as failure:  # NGSolve's own are RuntimeErrors
         words = " ".join(str(failure).split())
         return row | {"spent": clock() - start, "failure": f"{type(failure).__name__}: {words}"}
-    best = answers[0]
     return row | {
-        "error": min(map(problem.error, best.fields if isinstance(best.fields, list) else [best.fields])),
-        "unknowns": best.unknowns,
-        "estimate": best.estimate,
-        "setup": min(one.setup for one in answers),
-        "solve": min(one.solve for one in answers),
+        "error": problem.error(answers[0].fields),
+        "unknowns": answers[0].unknowns,
+        "estimate": answers[0].estimate,
+        "setup": min(answer.setup for answer in answers),
+        "solve": min(answer.solve for answer in answers),
         "repeats": len(answers),
     }
 
@@ -209,7 +205,7 @@ def refined(problem, name, settings, repeats, limit):
 
 
 def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=None):
-    """Runs of all problems and methods, and the growth of time and memory: two tables.
+    """Runs of all problems and methods, a table.
 
     Parameters
     ----------
@@ -220,32 +216,31 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
     """
     for name in only:
         require_choice([*PROBLEMS, *METHODS], only=name)
-    problems = [*filter(PROBLEMS.get, only)] or (("classical", PAPER) if quick else PROBLEMS)
+    names = [*filter(PROBLEMS.get, only)] or (("classical", PAPER) if quick else PROBLEMS)
     methods = [*filter(METHODS.get, only)] or METHODS
-    work = [
-        (PROBLEMS[one], name, METHODS[name].levels(PROBLEMS[one])[: 2 if quick else None])
-        for one in problems
-        for name in methods
+    most = 2 if quick else None
+    curves = [(PROBLEMS[name], method) for name in names for method in methods]
+    rows = [
+        row
+        for problem, method in tqdm(curves, unit="curve", disable=None)
+        for row in refined(problem, method, METHODS[method].levels(problem)[:most], repeats, limit)
     ]
-    rows = [row for one in tqdm(work, unit="curve", disable=None) for row in refined(*one, repeats, limit)]
-    tables = {"runs": pd.DataFrame(rows)}
-    if not only:
-        tables["growth"] = growth.solve(quick)
-    for name, table in tables.items():
-        tables[name] = table = table.assign(**{f"version_{key}": value for key, value in versions().items()})
-        if out:
-            table.to_csv(out / {"runs": "speed.csv", "growth": "speed_growth.csv"}[name], index=False)
-    return tables
+    runs = pd.DataFrame(rows).assign(**{f"version_{key}": value for key, value in versions().items()})
+    if out:
+        runs.to_csv(out / "speed.csv", index=False)
+    return runs
 
 
-def to_dict(tables):
-    """Plain data: rows of the runs and of the growth, without the versions."""
+def to_dict(runs):
+    """Plain data: the runs without the versions, and seconds over unknowns in `growth`."""
+    plain = runs.astype(object).where(runs.notna(), None).filter(regex="^(?!version)")
+    growth = runs.assign(seconds=runs.setup + runs.solve).dropna(subset="seconds")
     return {
-        name: one.astype(object).where(one.notna(), None).filter(regex="^(?!version)").to_dict("records")
-        for name, one in tables.items()
+        "runs": plain.to_dict("records"),
+        "growth": growth[["scene", "method", "unknowns", "seconds"]].to_dict("records"),
     }
 
 
-def figure(tables):
+def figure(runs):
     """Processor time over true error in the classical limit."""
-    return chart.figure(tables["runs"])
+    return chart.figure(runs)

@@ -12,7 +12,7 @@ from scipy.special import beta
 from threadpoolctl import threadpool_limits
 
 import microblock as mb
-from cases.benchmarks.verification import SEED, named
+from cases.benchmarks.verification import SEED, judging, named
 from cases.benchmarks.verification.obstacles import drawn
 from microblock.halfplane import zone_search
 from microblock.halfplane.kernels import short_waves
@@ -660,5 +660,5 @@ def test_cells_without_a_tooth_do_not_speak_of_one():
 @pytest.mark.nightly(200)
 def test_a_named_discretisation_is_verified(seed):
     """Load, complementarity between the unknowns and equilibrium hold, or a warning or an error says so."""
-    name, words, off = named.outcome(seed)
-    assert name in ("right", "warned", "error"), (words, off)
+    row = judging.outcome(named.case(seed))
+    assert row["class"] in ("right", "warned", "error"), row

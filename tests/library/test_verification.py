@@ -21,6 +21,8 @@ from cases.benchmarks.verification import (
 )
 
 E, NU = 0.91, 0.3  # E* = 1
+
+
 # ---- the line
 
 
@@ -74,15 +76,12 @@ def test_a_peak_beside_an_edge_is_in_the_estimate():
     assert true.method == "panels" and lines.error(state, true) <= max(1e-2, state.error_estimate)
 
 
-# ---- the half-space
-
-
-# ---- friction ----
+# ---- histories, and surfaces in space
 
 
 @pytest.mark.parametrize("k", [2, 0])
 def test_history_holds_its_estimate(k):
-    row = judging.outcome(friction.case(k, cells=20))
+    row = judging.outcome(friction.case(k))
     assert row["class"] in ("right", "warned") and row["ratio"] <= 1, row
 
 
@@ -157,7 +156,7 @@ def test_what_is_lowest_far_away_is_found_whatever_the_unit():
 def test_newton_solves_a_body_of_micrometres_and_gigapascals():
     """Mixed derivatives of the contact term were lost beside rho, of some 1e17: "no factorisation"."""
     for length, stress in ((1.0, 1.0), (5e-6, 5e9), (1e-9, 1e12)):
-        row = scales.on_mesh(np.random.default_rng(50), False)[1](scales.Units(length, stress))()
+        row = scales.on_mesh(np.random.default_rng(50), scales.Units(length, stress), False)[1]()
         assert row.residual < 1e-9
 
 

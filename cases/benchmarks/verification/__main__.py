@@ -7,13 +7,13 @@ friction                   20 histories
 shapes                     100 standard shapes without an rtol, beside closed forms
 scales                     200 problems of every kind in four systems of units
 doors                      300 obstacles as users hand them over
+named                      200 states on discretisations that are named
 """
 
 import argparse
+from functools import partial
 
-import numpy as np
-
-from . import SEED, doors, friction, judging, lines, scales, shapes, space_problems
+from . import SEED, doors, friction, judging, lines, named, scales, shapes, space_problems
 
 SETS = {
     **dict.fromkeys(lines.METHODS, 60),
@@ -23,23 +23,24 @@ SETS = {
     "scales": 200,
     "shapes": 100,
     "doors": 300,
+    "named": 200,
 }
 
 
 def cases(name, numbers, seed=SEED, rtol=1e-3):
     """Yields (number, Case) of a set."""
+    makers = {
+        **{method: partial(lines.fresh, method) for method in lines.METHODS},
+        "obstacles": partial(lines.hard, seed=seed, rtol=rtol),
+        "space": space_problems.case,
+        "friction": friction.case,
+        "scales": scales.case,
+        "shapes": shapes.case,
+        "doors": doors.case,
+        "named": named.case,
+    }
     for k in numbers:
-        if name in lines.METHODS:
-            yield k, lines.fresh(name, k)
-        else:
-            of = {
-                "obstacles": lambda k: lines.hard(k, seed, rtol),
-                "space": space_problems.case,
-                "scales": scales.case,
-                "shapes": shapes.case,
-                "doors": doors.case,
-            }
-            yield k, of.get(name, friction.case)(k)
+        yield k, makers[name](k)
 
 
 def main(words=None):
@@ -52,9 +53,9 @@ def main(words=None):
     parser.add_argument("--seconds", type=float, default=60, help="of the processor, for a state")
     parser.add_argument("--seed", type=int, default=SEED, help="of obstacles")
     parser.add_argument("--rtol", type=float, default=1e-3, help="of obstacles")
-    given = parser.parse_args(words)
-    numbers = np.arange(given.first, given.first + (given.count or SETS[given.set])).tolist()
-    return judging.run(given.set, cases(given.set, numbers, given.seed, given.rtol), given.seconds)
+    options = parser.parse_args(words)
+    numbers = range(options.first, options.first + (options.count or SETS[options.set]))
+    return judging.run(options.set, cases(options.set, numbers, options.seed, options.rtol), options.seconds)
 
 
 if __name__ == "__main__":

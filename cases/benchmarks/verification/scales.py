@@ -41,26 +41,35 @@ class Units:
     def height(self, function: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *x: self.length * function(*(along / self.length for along in x))
 
+    def force(self, flat: bool) -> float:
+        """Unit of the load: per thickness in the plane."""
+        return self.stress * self.length ** (1 if flat else 2)
 
-Answer = Callable[[], Any]  # gives a State
-Drawn = tuple[str, Callable[[Units], Answer]]
+
+Drawn = tuple[str, Callable[[], Any]]  # what a problem is, and a function that gives its State
 
 
 def solid_of(rng: np.random.Generator, u: Units, classical: bool, ell: float = 0.0) -> Any:
-    nu, beta, side = rng.uniform(0, 0.45), rng.uniform(0.2, 1.8), 10 ** rng.uniform(-2, -0.3)
+    nu = rng.uniform(0, 0.45)
+    beta = rng.uniform(0.2, 1.8)
+    side = 10 ** rng.uniform(-2, -0.3)
     return u.elastic(100.0, nu) if classical else u.cosserat(100.0, nu, ell or side, beta)
 
 
 def law_of(rng: np.random.Generator, classical: bool) -> Any:
     laws = mb.Microblock(), mb.Microblock(rng.uniform(-0.02, 0.02)), mb.Unilateral(), mb.Microclamped()
-    number = rng.integers(4)
-    return mb.Unilateral() if classical else laws[number]
+    law = laws[rng.integers(4)]
+    return mb.Unilateral() if classical else law
 
 
 def profile_of(rng: np.random.Generator, u: Units) -> Any:
     """Returns an obstacle over a line, some 0.1 to 1 wide in contact."""
-    R, slope, shift = 10 ** rng.uniform(0, 2), rng.uniform(0.02, 0.1), rng.choice([0.0, rng.normal(), 1e3])
-    tilt, apart, noise = rng.uniform(-2e-3, 2e-3), rng.uniform(0.3, 2), rng.normal(size=17)
+    R = 10 ** rng.uniform(0, 2)
+    slope = rng.uniform(0.02, 0.1)
+    shift = rng.choice([0.0, rng.normal(), 1e3])
+    tilt = rng.uniform(-2e-3, 2e-3)
+    apart = rng.uniform(0.3, 2)
+    noise = rng.normal(size=17)
     x = np.linspace(-1, 1, 17)
     kinds = (
         mb.Cylinder(R=R * u.length),
@@ -78,175 +87,173 @@ def profile_of(rng: np.random.Generator, u: Units) -> Any:
 
 def surface_of(rng: np.random.Generator, u: Units) -> Any:
     """Returns an obstacle over a plane."""
-    R, other, slope = 10 ** rng.uniform(0, 1.5), 10 ** rng.uniform(0, 1.5), rng.uniform(0.02, 0.1)
+    R1 = 10 ** rng.uniform(0, 1.5)
+    R2 = 10 ** rng.uniform(0, 1.5)
+    slope = rng.uniform(0.02, 0.1)
     shift = rng.normal(size=2)
     kinds = (
-        mb.Sphere(R=R * u.length),
-        mb.Ellipsoid(R1=R * u.length, R2=other * u.length),
+        mb.Sphere(R=R1 * u.length),
+        mb.Ellipsoid(R1=R1 * u.length, R2=R2 * u.length),
         mb.Cone(slope=slope),
         mb.FlatPunch(half_width=0.3 * u.length),
-        u.height(lambda x, y: ((x - shift[0]) ** 2 + (y - shift[1]) ** 2) / (2 * R)),
+        u.height(lambda x, y: ((x - shift[0]) ** 2 + (y - shift[1]) ** 2) / (2 * R1)),
     )
     return kinds[rng.integers(len(kinds))]
 
 
-def on_line(rng: np.random.Generator, classical: bool, method: Any = None, second: bool = False) -> Drawn:
-    load, rtol, state = 10 ** rng.uniform(-1, 0), 10 ** -rng.uniform(2, 4), rng.bit_generator.state
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, law, obstacle = solid_of(rng, u, classical), law_of(rng, classical), profile_of(rng, u)
-        if second:
-            obstacle = mb.Deformable(mb.HalfPlane(solid_of(rng, u, True)), obstacle)
-        problem = mb.Contact(mb.HalfPlane(solid), obstacle, law, method)
-        asked = None if method is not None else rtol
-        return lambda: problem.solve(load=load * u.stress * u.length, rtol=asked)
-
-    return f"line, {'classical' if classical else 'blocks'}, {method}{', two bodies' * second}", made
+# ---- a function a kind: (random numbers, units, whether the solid is classical) -> words, solve
 
 
-def on_period(rng: np.random.Generator, classical: bool) -> Drawn:
-    share, seed, amplitude = rng.uniform(0.02, 0.3), int(rng.integers(1000)), 10 ** rng.uniform(-3, -2)
-    state = rng.bit_generator.state
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, law = solid_of(rng, u, classical), law_of(rng, classical)
-        rough = mb.Rough(period=u.length, slope=0.02, waves=(2, 16), seed=seed)
-        obstacle = rough if seed % 2 else mb.Wave(amplitude * u.length, u.length)
-        problem = mb.Contact(mb.HalfPlane(solid, period=u.length), obstacle, law)
-        return lambda: problem.solve(load=share * u.stress * u.length)
-
-    return f"period, {'classical' if classical else 'blocks'}", made
-
-
-def on_block(rng: np.random.Generator, classical: bool) -> Drawn:
-    load, size, rtol = 10 ** rng.uniform(-1, 0), rng.choice([np.inf, 5.0]), 10 ** -rng.uniform(2, 3)
-    state = rng.bit_generator.state
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, law = solid_of(rng, u, classical), law_of(rng, classical)
-        problem = mb.Contact(mb.Block(solid, float(size * u.length)), mb.Cylinder(R=10 * u.length), law)
-        return lambda: problem.solve(load=load * u.stress * u.length, rtol=rtol)
-
-    return f"block of {size:g}, {'classical' if classical else 'blocks'}", made
+def on_line(
+    rng: np.random.Generator, u: Units, classical: bool, method: Any = None, second: bool = False
+) -> Drawn:
+    load = 10 ** rng.uniform(-1, 0) * u.force(flat=True)
+    rtol = 10 ** -rng.uniform(2, 4)
+    body = mb.HalfPlane(solid_of(rng, u, classical))
+    law = law_of(rng, classical)
+    obstacle = profile_of(rng, u)
+    if second:
+        obstacle = mb.Deformable(mb.HalfPlane(solid_of(rng, u, True)), obstacle)
+    problem = mb.Contact(body, obstacle, law, method)
+    words = f"line, {method or f'rtol {rtol:.0e}'}{', two bodies' * second}"
+    return words, lambda: problem.solve(load=load, rtol=None if method else rtol)
 
 
-def on_mesh(rng: np.random.Generator, classical: bool) -> Drawn:
-    load, order, rtol = 10 ** rng.uniform(-1, 0), int(rng.integers(1, 4)), rng.choice([None, 5e-2])
-    method, state = rng.choice(np.array([None, mb.Newton()], object)), rng.bit_generator.state
-    names = "bottom", "right", "contact", "left"
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, law = solid_of(rng, u, classical, ell=0.2), law_of(rng, classical)
-        across, up = u.length * np.linspace(-2, 2, 17), u.length * np.linspace(-2, 0, 9)
-        body = mb.Body(meshes.rectangles(across, up, True, names), solid, order=order, fixed="bottom")
-        problem = mb.Contact(body, mb.Cylinder(R=10 * u.length), law, method)
-        asked = None if method is not None else rtol
-        return lambda: problem.solve(load=load * u.stress * u.length, rtol=asked)
-
-    return f"mesh of order {order}, {'classical' if classical else 'blocks'}, {method}, {rtol}", made
+def on_period(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    load = rng.uniform(0.02, 0.3) * u.force(flat=True)
+    seed = int(rng.integers(1000))
+    amplitude = 10 ** rng.uniform(-3, -2)
+    obstacle: Any = mb.Wave(amplitude * u.length, u.length)
+    if seed % 2:
+        obstacle = mb.Rough(period=u.length, slope=0.02, waves=(2, 16), seed=seed)
+    body = mb.HalfPlane(solid_of(rng, u, classical), period=u.length)
+    problem = mb.Contact(body, obstacle, law_of(rng, classical))
+    return "period", lambda: problem.solve(load=load)
 
 
-def in_space(rng: np.random.Generator, classical: bool) -> Drawn:
-    load, nodes = 10 ** rng.uniform(-1, 0), rng.choice(np.array([None, 48, 64], object))
-    period, state = rng.uniform() < 0.3, rng.bit_generator.state
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, law, obstacle = solid_of(rng, u, classical), law_of(rng, classical), surface_of(rng, u)
-        if period:
-            obstacle = u.height(lambda x, y: 1e-3 * (2 - np.cos(2 * np.pi * x) - np.cos(2 * np.pi * y)))
-        fixed = isinstance(obstacle, mb.FlatPunch) or nodes  # edges of punches take many cells
-        method = mb.Cells(nodes=nodes or 48) if fixed else None
-        body = mb.HalfSpace(solid, period=u.length if period else None)
-        problem = mb.Contact(body, obstacle, law, method)
-        share = 0.1 if period else 1.0
-        return lambda: problem.solve(load=share * load * u.stress * u.length**2)
-
-    return f"space{', period' * period}, {'classical' if classical else 'blocks'}, {nodes} nodes", made
+def on_block(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    load = 10 ** rng.uniform(-1, 0) * u.force(flat=True)
+    size = float(rng.choice([np.inf, 5.0]))
+    rtol = 10 ** -rng.uniform(2, 3)
+    body = mb.Block(solid_of(rng, u, classical), size * u.length)
+    problem = mb.Contact(body, mb.Cylinder(R=10 * u.length), law_of(rng, classical))
+    return f"block of {size:g}", lambda: problem.solve(load=load, rtol=rtol)
 
 
-def on_solid_mesh(rng: np.random.Generator, classical: bool) -> Drawn:
-    load, state = 10 ** rng.uniform(-1, 0), rng.bit_generator.state
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, law = solid_of(rng, u, classical, ell=0.2), law_of(rng, classical)
-        x = meshes3d.graded(reach=0.6 * u.length, step=0.2 * u.length, far=3.0 * u.length, growth=2.0)
-        mesh = meshes3d.block(x, x, -x[::-1], reach=0.6 * u.length)
-        fixed = meshes3d.supports("bottom", x1="left", x2="front")
-        problem = mb.Contact(mb.Body(mesh, solid, order=1, fixed=fixed), mb.Sphere(R=10 * u.length), law)
-        return lambda: problem.solve(load=load * u.stress * u.length**2)
-
-    return f"mesh in space, {'classical' if classical else 'blocks'}", made
-
-
-def by_friction(rng: np.random.Generator, classical: bool) -> Drawn:
-    load, share, friction = 10 ** rng.uniform(-1, 0), rng.uniform(0.2, 0.9), rng.uniform(0.1, 0.8)
-    equal, state = classical and rng.uniform() < 0.4, rng.bit_generator.state
-
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, obstacle = solid_of(rng, u, classical), mb.Cylinder(R=10 * u.length)
-        law = (mb.Unilateral if classical else mb.Microblock)(friction=friction)
-        pressed: Any = mb.Deformable(mb.HalfPlane(solid), obstacle) if equal else obstacle
-        problem = mb.Contact(mb.HalfPlane(solid), pressed, law)
-        P = load * u.stress * u.length
-        return lambda: problem.history([(P, 0), (P, share * friction * P)], rtol=0.1).states[-1]
-
-    return f"friction, {'classical' if classical else 'blocks'}{', equal bodies' * equal}", made
+def on_mesh(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    load = 10 ** rng.uniform(-1, 0) * u.force(flat=True)
+    order = int(rng.integers(1, 4))
+    rtol = rng.choice([None, 5e-2])
+    method = rng.choice(np.array([None, mb.Newton()], object))
+    solid = solid_of(rng, u, classical, ell=0.2)
+    across = u.length * np.linspace(-2, 2, 17)
+    up = u.length * np.linspace(-2, 0, 9)
+    mesh = meshes.rectangles(across, up, True, ("bottom", "right", "contact", "left"))
+    body = mb.Body(mesh, solid, order=order, fixed="bottom")
+    problem = mb.Contact(body, mb.Cylinder(R=10 * u.length), law_of(rng, classical), method)
+    words = f"mesh of order {order}, {method}, {rtol}"
+    return words, lambda: problem.solve(load=load, rtol=None if method else rtol)
 
 
-def along_path(rng: np.random.Generator, classical: bool) -> Drawn:
-    state = rng.bit_generator.state
+def in_space(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    load = 10 ** rng.uniform(-1, 0) * u.force(flat=False)
+    nodes = rng.choice(np.array([None, 48, 64], object))
+    periodic = rng.uniform() < 0.3
+    solid = solid_of(rng, u, classical)
+    law = law_of(rng, classical)
+    obstacle = surface_of(rng, u)
+    body = mb.HalfSpace(solid)
+    if periodic:
+        load *= 0.1
+        body = mb.HalfSpace(solid, period=u.length)
+        obstacle = u.height(lambda x, y: 1e-3 * (2 - np.cos(2 * np.pi * x) - np.cos(2 * np.pi * y)))
+    fixed = isinstance(obstacle, mb.FlatPunch) or nodes  # edges of punches take many cells
+    problem = mb.Contact(body, obstacle, law, mb.Cells(nodes=nodes or 48) if fixed else None)
+    return f"space{', period' * periodic}, {nodes} nodes", lambda: problem.solve(load=load)
 
-    def made(u: Units) -> Answer:
-        rng.bit_generator.state = state
-        solid, apart = solid_of(rng, u, classical), rng.uniform(0.3, 1)
-        twins = u.height(lambda x: np.minimum((x - apart) ** 2, (x + apart) ** 2 + 1e-3) / 20)
-        law = mb.Unilateral() if classical else mb.Microclamped()
-        path = mb.Contact(mb.HalfPlane(solid), twins, law, mb.Panels()).path(load=0.1 * u.stress * u.length)
-        return lambda: path.at(0.05 * u.stress * u.length)
 
-    return f"path, {'classical' if classical else 'blocks'}", made
+def on_solid_mesh(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    load = 10 ** rng.uniform(-1, 0) * u.force(flat=False)
+    solid = solid_of(rng, u, classical, ell=0.2)
+    x = meshes3d.graded(reach=0.6 * u.length, step=0.2 * u.length, far=3.0 * u.length, growth=2.0)
+    mesh = meshes3d.block(x, x, -x[::-1], reach=0.6 * u.length)
+    body = mb.Body(mesh, solid, order=1, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+    problem = mb.Contact(body, mb.Sphere(R=10 * u.length), law_of(rng, classical))
+    return "mesh in space", lambda: problem.solve(load=load)
 
 
-KINDS: tuple[Callable[[np.random.Generator], Drawn], ...] = (
-    lambda rng: on_line(rng, True),
-    lambda rng: on_line(rng, False),
-    lambda rng: on_line(rng, True, mb.Cells()),
-    lambda rng: on_line(rng, False, mb.Cells(nodes=512)),
-    lambda rng: on_line(rng, True, mb.Panels(order=8)),
-    lambda rng: on_line(rng, bool(rng.integers(2)), second=True),
-    lambda rng: on_period(rng, bool(rng.integers(2))),
-    lambda rng: on_block(rng, bool(rng.integers(2))),
-    lambda rng: on_mesh(rng, bool(rng.integers(2))),
-    lambda rng: in_space(rng, True),
-    lambda rng: in_space(rng, False),
-    lambda rng: on_solid_mesh(rng, bool(rng.integers(2))),
-    lambda rng: by_friction(rng, bool(rng.integers(2))),
-    lambda rng: along_path(rng, bool(rng.integers(2))),
+def by_friction(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    load = 10 ** rng.uniform(-1, 0) * u.force(flat=True)
+    share = rng.uniform(0.2, 0.9)
+    friction = rng.uniform(0.1, 0.8)
+    equal = classical and rng.uniform() < 0.4
+    body = mb.HalfPlane(solid_of(rng, u, classical))
+    obstacle: Any = mb.Cylinder(R=10 * u.length)
+    if equal:
+        obstacle = mb.Deformable(body, obstacle)
+    law = mb.Unilateral(friction=friction) if classical else mb.Microblock(friction=friction)
+    problem = mb.Contact(body, obstacle, law)
+    pairs = [(load, 0), (load, share * friction * load)]
+    return f"friction{', equal bodies' * equal}", lambda: problem.history(pairs, rtol=0.1).states[-1]
+
+
+def along_path(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
+    body = mb.HalfPlane(solid_of(rng, u, classical))
+    apart = rng.uniform(0.3, 1)
+    twins = u.height(lambda x: np.minimum((x - apart) ** 2, (x + apart) ** 2 + 1e-3) / 20)
+    problem = mb.Contact(body, twins, mb.Unilateral() if classical else mb.Microclamped(), mb.Panels())
+    load = 0.1 * u.force(flat=True)
+    return "path", lambda: problem.path(load=load).at(load / 2)
+
+
+# kind, whether the solid is classical (None: drawn), and its options
+KINDS: tuple[tuple[Callable[..., Drawn], bool | None, dict[str, Any]], ...] = (
+    (on_line, True, {}),
+    (on_line, False, {}),
+    (on_line, True, {"method": mb.Cells()}),
+    (on_line, False, {"method": mb.Cells(nodes=512)}),
+    (on_line, True, {"method": mb.Panels(order=8)}),
+    (on_line, None, {"second": True}),
+    (on_period, None, {}),
+    (on_block, None, {}),
+    (on_mesh, None, {}),
+    (in_space, True, {}),
+    (in_space, False, {}),
+    (on_solid_mesh, None, {}),
+    (by_friction, None, {}),
+    (along_path, None, {}),
 )
+
+
+def systems(rng: np.random.Generator) -> list[Units]:
+    """Returns the units of the problem and others."""
+    powers = rng.uniform(-1, 1, (SYSTEMS, 2)) * (9, 12)
+    return [Units(), *(Units(10.0**length, 10.0**stress) for length, stress in powers)]
+
+
+def drawn(k: int, u: Units) -> Drawn:
+    """Problem k in these units."""
+    rng = np.random.default_rng((SEED, 30, k))
+    systems(rng)
+    kind, classical, options = KINDS[k % len(KINDS)]
+    if classical is None:
+        classical = bool(rng.integers(2))
+    words, solve = kind(rng, u, classical, **options)
+    return f"{words}, {'classical' if classical else 'blocks'}", solve
 
 
 def numbers(state: Any, u: Units, places: np.ndarray) -> dict[str, np.ndarray]:
     """Returns what a state says, over its units; `places` are points of a surface over the unit of length."""
-    flat = state.flat
-    force = u.stress * u.length ** (1 if flat else 2)
+    force = u.force(state.flat)
     values = {
         "load": [state.load / force],
-        "area": [state.contact_area / u.length ** (1 if flat else 2)],
+        "area": [state.contact_area * u.stress / force],
         "pressure": state.pressure_at(places * u.length) / u.stress,
         "moment": np.ravel(state.micromoment) / (u.stress * u.length),
         "psi": np.ravel(state.psi),
     }
-    if state.zones:
-        for name, intervals in state.zones.items():
-            values[name] = np.ravel(intervals) / u.length
-    return {name: np.asarray(value, float) for name, value in values.items()}
+    zones = {name: np.ravel(intervals) / u.length for name, intervals in (state.zones or {}).items()}
+    return {name: np.asarray(value, float) for name, value in (values | zones).items()}
 
 
 def places_of(state: Any) -> np.ndarray:
@@ -268,33 +275,33 @@ def difference(first: dict[str, np.ndarray], second: dict[str, np.ndarray]) -> f
     return float(np.max(np.divide(changes, sizes)))
 
 
+def answer(k: int, u: Units) -> Any:
+    """The State of problem k in these units, or its error."""
+    try:
+        return drawn(k, u)[1]()
+    except mb.MicroblockError as failure:
+        return failure
+
+
 def case(k: int) -> Case:
     """Problem k: its error is the largest difference between its own units and three others."""
-    rng = np.random.default_rng((SEED, 30, k))
-    systems = [
-        Units(10.0**length, 10.0**stress) for length, stress in rng.uniform(-1, 1, (SYSTEMS, 2)) * (9, 12)
-    ]
-    words, made = KINDS[k % len(KINDS)](rng)
+    units = systems(np.random.default_rng((SEED, 30, k)))
 
     def solve() -> list[Any]:
-        answers = []
-        for u in (Units(), *systems):
-            try:
-                answers.append(made(u)())
-            except mb.MicroblockError as failure:
-                answers.append(failure)
-        failures = [str(answer) for answer in answers if isinstance(answer, mb.MicroblockError)]
-        if len(failures) == len(answers):  # in all of them
-            raise next(answer for answer in answers if isinstance(answer, mb.MicroblockError))
+        answers = [answer(k, u) for u in units]
+        failures = [failure for failure in answers if isinstance(failure, mb.MicroblockError)]
+        if len(failures) == len(answers):
+            raise failures[0]
         if failures:
             raise ValueError(f"refused in {len(failures)} of {len(answers)} systems of units: {failures[0]}")
         return answers
 
     def verify(states: list[Any]) -> tuple[float, float, float]:
         places = places_of(states[0])
-        first = numbers(states[0], Units(), places)
-        worst = max(difference(first, numbers(state, u, places)) for state, u in zip(states[1:], systems))
-        worst = worst if len({state.method for state in states}) == 1 else np.inf
+        first, *others = (numbers(state, u, places) for state, u in zip(states, units))
+        worst = max(difference(first, other) for other in others)
+        if len({state.method for state in states}) > 1:
+            worst = np.inf
         return worst, (states[0].error_estimate or 0.0) / 10, 0.0
 
-    return Case(words, ROUNDING, solve, verify)
+    return Case(drawn(k, Units())[0], ROUNDING, solve, verify)
