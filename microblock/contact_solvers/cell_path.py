@@ -15,7 +15,6 @@ from ..model.periodic import EQUAL
 from ..model.progress import counted
 from ..model.refinement import FEWEST, GeometricSeries
 from .cell_solver import spots
-from .fft_compliance import Grid
 
 STEP = 1.5  # from load to load of the scan
 BRACKET = 2e-4  # of a load, between which an event lies
@@ -60,7 +59,8 @@ class _Followed:
     """Zones at loads on one grid: {name: labels of connected cells} of each load."""
 
     def __init__(self, solver, window, count):
-        self.solver, self.grid = solver, Grid(count, window.side / count, window.middle)
+        self.solver = solver
+        self.grid = window.of(count)
         self.states, self.zones, self.periodic = {}, {}, solver.period is not None
 
     def down_from(self, last):

@@ -162,8 +162,9 @@ class CellSolver(Solver):
     def _grids(self, window, load, approach, goal, missed, initial):
         """Yields the RefinementLevels of `within`."""
         nodes, least = self.options.nodes, np.inf
-        finer = np.log2(self.most / self.coarsest / len(window.grids) ** 0.5)
-        sizes = halvings(nodes, self.few) if nodes else [self.coarsest * 2**n for n in range(1 + int(finer))]
+        coarsest = self.first_cells(window)
+        finer = np.log2(self.most / coarsest / len(window.grids) ** 0.5)
+        sizes = halvings(nodes, self.few) if nodes else [coarsest * 2**n for n in range(1 + int(finer))]
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
 
@@ -203,6 +204,10 @@ class CellSolver(Solver):
                 self.cannot_reach(changes, before, goal, sizes[-1] // count, least),
                 margin=fall ** (0.75 * np.log2(count / sizes[-1])),
             )
+
+    def first_cells(self, window):
+        """Returns the number of cells along an axis of the first grid in a window."""
+        return self.coarsest
 
     def coarse_residual(self, count):
         """The residual of so many cells along an axis of a grid that is not the last, or of a window that is

@@ -12,7 +12,7 @@ direction e of a wave R is [[U, V e], [V e, W_par + (W - W_par) e e]], where W_p
 Without images R is that of cells in a period of twice the length.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -66,7 +66,7 @@ class Grid:
 
     def of(self, count):
         """Returns the same square of so many cells a side."""
-        return Grid(count, self.side / count, self.middle)
+        return replace(self, count=count, width=self.side / count)
 
     def beyond(self, *x):
         """Returns how far places are outside (length, the largest along an axis)."""

@@ -1,6 +1,5 @@
 """Contact on uniform cells, matrix-free: large rough problems, and periodic ones."""
 
-import math
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -29,6 +28,7 @@ from .kinks import corrections, logarithms
 from .sampling_uncertainty import EXHAUSTED, sampling_uncertainty, with_sampling_note
 from .second_half_plane import SecondHalfPlane
 from .transmitted_singularities import sizes_at
+from .window import COARSEST, Window, window_about
 
 
 class LineCells(CellSolution, LineSolution):
@@ -140,12 +140,10 @@ class LineSolver(CellSolver):
     """States of a half-plane on uniform cells."""
 
     counter_bodies = (HalfPlane,)
-    dimensions, coarsest, most, few, loose, solution = 1, 128, 2**21, 1024, 1e-4, LineCells
+    dimensions, coarsest, most, few, loose, solution = 1, COARSEST, 2**21, 1024, 1e-4, LineCells
     followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
     rate, usual_history_rtol = "cells", 5e-2
-    sites = None  # of the picture of the obstacle, array (n,), where there is one
-    steps = ()  # places at which its height jumps, or ends unnamed
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -243,15 +241,15 @@ class LineSolver(CellSolver):
         return state if self.options.nodes else with_sampling_note(self, state, goal)
 
     def window_of(self, load):
-        """The given window, or that of all that may touch, with first cells that see its features."""
-        window = self.given_window()
-        if window is None:
-            found = self.candidates(load)
-            window, self.coarsest = around(found, self.solid.ell), self._coarsest(found)
-            self.sites = found.sites
-            hidden = set(found.ends) - {*self.ends, -np.inf, np.inf}
-            self.steps = (*found.steps, *sorted(hidden))
-        return window
+        """Returns the given Window, or that of all that may touch, with first cells that see its features."""
+        return self.given_window() or window_about(self.candidates(load), self.solid.ell, self.ends)
+
+    def given_window(self):
+        grid = super().given_window()
+        return grid and Window(grid.count, grid.width, grid.middle)
+
+    def first_cells(self, window):
+        return window.coarsest
 
     def predicted(self, load, approach, rtol):
         if self.options.nodes is not None:
@@ -264,7 +262,9 @@ class LineSolver(CellSolver):
         sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
         most = 4 * self.cheap if sampled else np.inf
         # every second sample is left out once
-        expected = cells_cost(known, rtol, 4 * self._coarsest(known), most, 1 + sampled)
+        expected = cells_cost(
+            known, rtol, 4 * window_about(known, self.solid.ell).coarsest, most, 1 + sampled
+        )
         if isinstance(rtol, Usual) and expected.unknowns > self.most:
             return cost.predict("cells", len(self.offsets) * self.most)._replace(misses=True)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
@@ -284,12 +284,6 @@ class LineSolver(CellSolver):
             raise BadArgument("window", None, words)
         return contact_candidates.find_candidates(self.problem, load)
 
-    def _coarsest(self, found):
-        """Number of the first cells: a feature shows on some of 12 on the shortest piece."""
-        side = around(found, self.solid.ell).side
-        least = 12 * side / min(found.lengths.min(initial=np.inf), side)
-        return LineSolver.coarsest * 2 ** max(0, math.ceil(math.log2(least / LineSolver.coarsest)) - 2)
-
     def enough(self, goal, state):
         """The error that suffices: on many cells what samples leave open, any if that is EXHAUSTED."""
         many = state.grid.count / self.cheap
@@ -305,13 +299,13 @@ class LineSolver(CellSolver):
         x = grid.axes[0]
         if self.period is not None:
             x = self.shape.original(x, self.shape.windows[0])
-        ends = (*(self.ends or (-np.inf, np.inf)), *self.steps)
+        ends = (*(self.ends or (-np.inf, np.inf)), *grid.jumps)
         return distance_to_ends(x, ends, self.blocks.shifts)
 
     def estimate(self, changes, before, state):
         """Error from the residual and the changes from grid to grid, a geometric series."""
         # next to ends and steps errors fall by the root of the cells
-        series = GeometricSeries(1.4, 1.4, 1.4 if self.ends or self.steps else 1.75)
+        series = GeometricSeries(1.4, 1.4, 1.4 if self.ends or state.grid.jumps else 1.75)
         return float(series.error(changes[-4:])) + 10 * state.residual + state.in_doubt / 2
 
     def cannot_reach(self, changes, before, goal, finer, least):
@@ -357,18 +351,12 @@ class LineSolver(CellSolver):
         is given many, and slope discontinuities.
         """
         left, right = grid.axes[0][[0, -1]]
-        if self.sites is None:
+        if grid.sites is None:
             x = np.linspace(left, right, PLACES if grid.count < PLACES else 0)
         else:
-            x = self.sites + self.problem.shifts[corner]
+            x = grid.sites + self.problem.shifts[corner]
         x = np.union1d(x, self.kinks[0])
         return x[(x >= left) & (x <= right)]
 
     def completed(self, state, H, found):
         return state if H.counter is None else replace(state, opposite=H.counter @ found.forces)
-
-
-def around(found, ell):
-    """The window around all low stretches of the candidates, a Grid of one cell."""
-    left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
-    return Grid(1, 1.1 * (right - left), ((left + right) / 2,))

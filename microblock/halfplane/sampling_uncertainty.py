@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..contact_solvers.fft_compliance import Grid
 from ..model.deformable import shape_of
 from ..model.obstacles import Samples
+from .window import Window
 
 EXHAUSTED = 0.5  # of a pressure, above which cells go on no more: 10 000 samples with noise would take 26 s
 COMPARED_CELLS = 2048  # for pressures: of 10 000 samples these see that they leave all uncertain
@@ -24,7 +24,7 @@ def sampling_uncertainty(solver: Any, state: Any) -> float:
         return cached.get(state.load, 0.0)
     left, right = np.reshape(state.zones_by_name["contact"], -1)[[0, -1]]
     side = 1.1 * (right - left) + 2 * solver.solid.ell
-    window = solver.given_window() or Grid(1, side, ((left + right) / 2,))
+    window = solver.given_window() or Window(1, side, ((left + right) / 2,))
     arguments = window.of(COMPARED_CELLS), state.load, None, solver.loose / COMPARED_CELLS
     reference = solver.solved(*arguments)
     changes = []
