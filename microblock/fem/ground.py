@@ -58,7 +58,7 @@ class GroundSolver(Solver):
 
     body: Block
     verifies = True
-    candidates: ContactCandidates | None = None
+    candidates: Any = None  # ContactCandidates at a load, or None
 
     def set_up(self) -> None:
         self.has_level = self.domain < math.inf
