@@ -82,7 +82,7 @@ def available() -> float:
         return 8e9  # of a system that does not tell
 
 
-def factor_bytes(rows: float, entries: float) -> float:
+def plane_factor_bytes(rows: float, entries: float) -> float:
     """Returns bytes to factorise the matrix of a plane body with so many rows and entries.
 
     Factors have 0.31 to 0.46 of the entries times log2 of the rows; three of them are held at a time.

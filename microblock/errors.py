@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-LONGEST = 80  # characters of a value in a message
+LONGEST_SHOWN = 80  # characters of a value in a message
 NOT_YET = "must be larger: the obstacle touches no node or cell of the body yet"  # of an approach
 BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period= a surface that repeats"
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
@@ -225,9 +225,9 @@ def shown(value: Any) -> str:
 
 
 def shortened(words: str) -> str:
-    """Returns words on one line of at most LONGEST characters."""
+    """Returns words on one line of at most LONGEST_SHOWN characters."""
     line = " ".join(words.split())
-    return line if len(line) <= LONGEST else line[: LONGEST - 4] + " ..."
+    return line if len(line) <= LONGEST_SHOWN else line[: LONGEST_SHOWN - 4] + " ..."
 
 
 def _require(holds: Callable[[Any], object], words: str, arguments: dict[str, Any]) -> None:

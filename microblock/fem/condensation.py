@@ -104,7 +104,7 @@ class CondensedNodes(ContactNodes):
         sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
         orders = body.order if body.element_orders is None else body.element_orders
         entries = mesh.ne * np.mean((len(body.spaces) * sides * orders) ** 2)
-        return cost.factor_bytes(rows, entries) + cost.dense_bytes(count)
+        return cost.plane_factor_bytes(rows, entries) + cost.dense_bytes(count)
 
     def response(self, rows: Any) -> Array:
         """Returns displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""

@@ -367,7 +367,7 @@ def _require_room(name: str, length: float, elements: Counts) -> None:
     def shortage(length: float) -> str:
         surface, count = elements(length)
         # a square of order 1 has 80 entries of a matrix
-        return str(cost.too_much(cost.dense_bytes(surface) + cost.factor_bytes(3 * count, 80 * count)))
+        return str(cost.too_much(cost.dense_bytes(surface) + cost.plane_factor_bytes(3 * count, 80 * count)))
 
     if words := shortage(length):
         least = length

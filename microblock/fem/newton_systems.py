@@ -44,7 +44,7 @@ class Direct:
         """
         system = (self.stiffness + tangent).CreateSparseMatrix()
         cost.require_room(
-            cost.factor_bytes(system.height, system.nze),
+            cost.plane_factor_bytes(system.height, system.nze),
             f"factors of {sum(free)} unknowns",
             "take longer elements or a lower order, or condense the body to its contact nodes: Condensed()",
         )

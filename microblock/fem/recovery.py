@@ -28,7 +28,7 @@ from .meshes import elements_at
 from .off_node_violations import missed_by_nodes
 
 PASSES = 40  # of refinement
-MOST = 300_000  # unknowns
+MOST_UNKNOWNS = 300_000  # unknowns
 SOON = 40_000  # unknowns, with which no mesh is cut any more if rtol is out of reach: some seconds
 
 
@@ -145,7 +145,7 @@ def refine_until(solver, load, approach, rtol):
     Raises
     ------
     NotConverged
-        Beyond MOST unknowns or PASSES passes, beyond SOON if MOST would miss rtol, or if PASSES would;
+        Beyond MOST_UNKNOWNS or PASSES, beyond SOON if MOST_UNKNOWNS would miss rtol, or if PASSES would;
         `rtol_reached` is 1.4 times the smallest estimate, or what a few more unknowns leave.
     """
 
@@ -187,7 +187,7 @@ def _meshes(solver, load, approach, rtol, passed):
         yield RefinementLevel(
             replace(found, error_estimate=parts.total),
             parts.total,
-            cannot_reach=found.unknowns > MOST or far or stuck or stalled,
+            cannot_reach=found.unknowns > MOST_UNKNOWNS or far or stuck or stalled,
             # a few more unknowns halve what is left, but at sharp places of the obstacle
             margin=0.7 if far and not len(_named(found)) else 1.4,
         )
@@ -199,13 +199,13 @@ def _meshes(solver, load, approach, rtol, passed):
 
 
 def _hopeless(rtol, passed):
-    """Whether a part of the estimate misses rtol with MOST unknowns, at twice the order from the first to the
+    """Whether a part of the estimate misses rtol with MOST_UNKNOWNS, at twice the order from the first to the
     last of passes, [(unknowns, parts of the estimate)].
     """
     (few, coarse), (more, fine) = passed[0], passed[-1]
     if more <= few:  # triangles of quadrilaterals may have as many, and a first pass has none before
         return False
-    ahead = 2 * math.log(MOST / more) / math.log(more / few)
+    ahead = 2 * math.log(MOST_UNKNOWNS / more) / math.log(more / few)
     return np.any(fine * (fine / np.maximum(coarse, 1e-300)) ** ahead > rtol)
 
 

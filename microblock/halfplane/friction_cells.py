@@ -32,7 +32,7 @@ def cells(
     """
     rows = []
     for left, right in problem.stretches:
-        breaks = [left, *(place for place in named_places(problem) if left < place < right), right]
+        breaks = [left, *(place for place in places_of_tips(problem) if left < place < right), right]
         x, size = _sampled_sizes(problem, fineness, breaks, features, reach)
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
         for pair in pairwise(breaks):
@@ -80,15 +80,15 @@ def _size(x: Array, a: float, fineness: float, features: Sequence[Feature], reac
     return size
 
 
-def named_places(problem: Problem) -> list[float]:
+def places_of_tips(problem: Problem) -> list[float]:
     """Returns contact points of corners under slope discontinuities or edges of the obstacle."""
     ends = np.ravel(list(problem.ends.values())).tolist()
     return sorted({*problem.kinks, *filter(np.isfinite, ends)})
 
 
 def first_features(problem: Problem, fineness: float) -> list[Feature]:
-    """Returns features at `named_places` and at the first touch of each corner."""
+    """Returns features at `places_of_tips` and at the first touch of each corner."""
     smallest = fineness**2 * problem.candidates.half_width / 4
     lowest = problem.candidates.lowest
     first = [Feature(lowest + shift, 0.0, smallest, True) for shift in problem.shifts]
-    return first + [Feature(x, 0.0, fineness**2 * smallest, True) for x in named_places(problem)]
+    return first + [Feature(x, 0.0, fineness**2 * smallest, True) for x in places_of_tips(problem)]

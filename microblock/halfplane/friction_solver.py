@@ -21,7 +21,7 @@ from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import FEWEST_GRADED, GeometricSeries, RefinementLevel, levels, refine
 from ..model.state import ErrorParts, State
-from .friction_cells import Feature, cells, first_features, named_places
+from .friction_cells import Feature, cells, first_features, places_of_tips
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_second_body
 
@@ -102,7 +102,7 @@ class FrictionCells(OfMoment):
             self.pressures,
             self.problem.law.friction * self.pressures.sum(axis=0),
             self.shear_traction,
-            named_places(self.problem),
+            places_of_tips(self.problem),
             self.problem.law.corners,
         )
 

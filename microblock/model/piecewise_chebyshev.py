@@ -1,6 +1,6 @@
 """A function known by its values alone: pieces on which a polynomial follows it, and its singular points.
 
-Pieces on which a polynomial of degree NODES - 1 does not follow are halved (as chebfun does: Battles and
+Pieces on which a polynomial through CHEBYSHEV_NODES does not follow are halved (as chebfun does: Battles and
 Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside none is short enough. What is
 narrower than the samples of the first intervals, and changes nothing at them, is not seen.
 """
@@ -14,15 +14,17 @@ from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
 from ..errors import require
 from .types import Array, Flags, Function
 
-NODES = 14
+CHEBYSHEV_NODES = 14
 LOST = 1e-5  # of all intervals: singular points nearer to each other are one
 HALF = 0.5137  # not 1/2: a singular point at a round number shall fall into one of the halves
 
-_points = chebpts2(NODES)
+_points = chebpts2(CHEBYSHEV_NODES)
 _places = np.concatenate((_points, (_points[1:] + _points[:-1]) / 2))  # samples of a piece, in [-1, 1]
 # of the polynomial through those at _points
-_coefficients = np.linalg.inv(chebvander(_points, NODES - 1))
-_between = chebvander(_places[NODES:], NODES - 1) @ _coefficients  # its values at the other samples
+_coefficients = np.linalg.inv(chebvander(_points, CHEBYSHEV_NODES - 1))
+_between = (
+    chebvander(_places[CHEBYSHEV_NODES:], CHEBYSHEV_NODES - 1) @ _coefficients
+)  # its values at the other samples
 
 
 class Proxy(NamedTuple):
@@ -153,8 +155,8 @@ def _rough(
     values = _values(function, _spread(left, right).ravel()).reshape(-1, len(_places))
     finite = np.isfinite(values)
     values[~finite] = 0.0
-    series = values[:, :NODES] @ _coefficients.T
-    error = np.abs(values[:, :NODES] @ _between.T - values[:, NODES:]).max(axis=1)
+    series = values[:, :CHEBYSHEV_NODES] @ _coefficients.T
+    error = np.abs(values[:, :CHEBYSHEV_NODES] @ _between.T - values[:, CHEBYSHEV_NODES:]).max(axis=1)
     error[~finite.all(axis=1)] = np.inf
     change = np.ptp(values, axis=1)
     length = right - left

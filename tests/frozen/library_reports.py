@@ -448,7 +448,7 @@ def parts():
         "longest element": [meshes.longest_element(SOLID, order) for order in orders],
         "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
         "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
-        "bytes": (cost.factor_bytes(1000, 50000), cost.dense_bytes(100)),
+        "bytes": (cost.plane_factor_bytes(1000, 50000), cost.dense_bytes(100)),
         "magnified": [
             blocks.magnification(*arguments)
             for arguments in ((0, 0), (0.1, 0.01), (0.001, 0.3), (1e-5, 1e-6))

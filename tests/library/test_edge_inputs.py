@@ -12,7 +12,7 @@ import pytest
 import microblock as mb
 from cases.__main__ import main
 from microblock.data.expressions import ALLOWED, FUNCTIONS, function_of_x
-from microblock.errors import LONGEST, replacing, shown
+from microblock.errors import LONGEST_SHOWN, replacing, shown
 from microblock.fem import meshes
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -85,7 +85,7 @@ def test_heights_that_return_lists_or_fractions_are_heights(height):
 )
 def test_values_are_shown_on_a_short_line(value, words):
     line = shown(value)
-    assert words in line and "\n" not in line and len(line) <= LONGEST
+    assert words in line and "\n" not in line and len(line) <= LONGEST_SHOWN
 
 
 def test_microclamped_constrains_psi_on_a_surface_named_like_another():
