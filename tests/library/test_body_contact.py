@@ -17,10 +17,11 @@ import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.contact_solvers.compliance import Compliance
 from microblock.contact_solvers.nodal import zones_of
-from microblock.fem import meshes, meshes3d, recovery
+from microblock.fem import mesh_cuts, meshes, meshes3d, recovery
 from microblock.fem.body import Loads
 from microblock.fem.condensation import CondensedNodes
 from microblock.fem.meshes import Ground
+from microblock.model.corner_geometry import Blocks
 from microblock.model.law import level_surface
 from tests.states import apart
 
@@ -318,7 +319,7 @@ def test_an_obstacle_deep_in_a_body_says_so_wherever_it_was_at_first(height):
 
 def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
     """All elements were cut alike for it: 2e-4 was said to be the smallest where 6e-6 was in reach."""
-    monkeypatch.setattr(recovery, "MOST", 10_000)  # so that it does not take long
+    monkeypatch.setattr(recovery, "MOST_UNKNOWNS", 10_000)  # so that it does not take long
     problem = mb.Contact(mb.Body(ground(6.0), UNIT, 5, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
     with pytest.raises(mb.NotConverged) as far:
         problem.solve(load=P, rtol=1e-9)
@@ -331,7 +332,7 @@ def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
 @pytest.mark.parametrize("slope", [2, -2])
 def test_sheared_quadrilaterals_are_cut_alike_whatever_the_side(slope):
     """Along the shorter diagonal, sqrt(2) here: along sqrt(10) refinement took twice as much."""
-    mesh = recovery.of_triangles(
+    mesh = mesh_cuts.of_triangles(
         MakeStructured2DMesh(nx=3, ny=2, mapping=lambda x, y: (3 * x + 2 * slope * y, 2 * y))
     )
     ends = np.array([[mesh[vertex].point for vertex in edge.vertices] for edge in mesh.edges])
@@ -353,8 +354,9 @@ def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
     """Corner A ends half a block later than the contact point, B earlier."""
     ends = {0: (-0.9, 1.1), 1: (-1.1, 0.9)}
     sampled = SimpleNamespace(ends=ends, pieces_of=lambda corner: np.reshape(ends[corner], (-1, 2)))
-    state = SimpleNamespace(law=BLOCKS, sampled=sampled)
-    squares = recovery._beyond(state, np.array([[3.0], [5.0]]), np.array([-1.2, -1.0, 0.0, 1.0, 1.2]))
+    blocks = Blocks(BLOCKS, SOLID.ell)
+    x = np.array([-1.2, -1.0, 0.0, 1.0, 1.2])
+    squares = recovery.pressed_beyond_ends(blocks, sampled, np.array([[3.0], [5.0]]), x)
     assert squares[0].tolist() == [34, 9, 0, 25, 34] and squares[1] == pytest.approx(squares[0] / 4)
 
 
@@ -694,10 +696,10 @@ def test_ends_of_a_height_that_is_infinite_beyond_are_those_of_a_punch():
 
 @pytest.mark.parametrize("squares", [10, 20])
 def test_triangles_at_a_vertex_are_cut_down_to_rounding_and_no_further(squares):
-    mesh = recovery.of_triangles(slab(squares))
+    mesh = mesh_cuts.of_triangles(slab(squares))
     for _ in range(60):
         corners = mesh.ngmesh.Coordinates()[mesh.ngmesh.Elements2D().NumPy()["nodes"][:, :3] - 1]
-        recovery.cut(mesh, np.abs(corners).sum(axis=2).min(axis=1) == 0)
+        mesh_cuts.cut(mesh, np.abs(corners).sum(axis=2).min(axis=1) == 0)
     meshes.require_sound(mesh)
     assert 1e-13 < np.ptp(corners, axis=1).max(axis=1).min() < 1e-11  # 1e4 eps of 2
 
