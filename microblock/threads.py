@@ -1,8 +1,8 @@
 """BLAS threads: one while the library works on small problems, those that were there for large matrices.
 
 From the outermost `bounded` entry on, BLAS (also NGSolve's own) and OpenMP have one thread; what was there
-before is given back afterwards, and inside to what is `released`. BLAS has one number of threads for the
-whole process, so that entries of all Python threads are counted together.
+before is given back afterwards, and inside to what runs `with_outer_threads`. BLAS has one number of threads
+for the whole process, so that entries of all Python threads are counted together.
 """
 
 import sys

@@ -59,7 +59,8 @@ def _refined(solver, problem, load, zones, rtol):
         besides = "fix the discretisation instead"
         return failure or out_of_reach(rtol, best.error, load=load, besides=besides, met_again=False)
 
-    state = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal).result
+    # paths and histories, which keep what they have, ask for states on the way
+    state = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal, keeps=False).result
     if state.estimate.total >= 1:
         raise NotConverged(f"errors are as large as the pressure at load {load:g}")
     return state

@@ -63,11 +63,12 @@ Refusal: TypeAlias = Callable[
 
 
 def refine(
-    levels: Iterable[RefinementLevel[Result]], rtol: float, refusal: Refusal[Result]
+    levels: Iterable[RefinementLevel[Result]], rtol: float, refusal: Refusal[Result], keeps: bool = True
 ) -> RefinementLevel[Result]:
     """Returns the first level, coarse to fine, whose error is at most rtol.
 
-    1. The level with the smallest error so far is the best, which an interruption returns.
+    1. The level with the smallest error so far is the best: an interruption returns it, unless nothing `keeps`
+       it, as the caller has more.
     2. A level with an error of at most rtol, or that suffices, is the answer.
     3. No finer level is solved where none would reach an rtol that was asked for; or, where none was asked
        for (`Usual`), where the next one is expected to take more than SECONDS.
@@ -81,7 +82,8 @@ def refine(
         for level in levels:
             if best is None or level.error <= best.error:
                 best = level
-                kept(best.result, error=best.error)
+                if keeps:
+                    kept(best.result, error=best.error)
             if level.suffices or level.error <= rtol:
                 return level
             if level.seconds > SECONDS if isinstance(rtol, Usual) else level.cannot_reach:
