@@ -67,8 +67,7 @@ def refine(
 ) -> RefinementLevel[Result]:
     """Returns the first level, coarse to fine, whose error is at most rtol.
 
-    1. The level with the smallest error so far is the best: an interruption returns it, unless nothing `keeps`
-       it, as the caller has more.
+    1. The level with the smallest error so far is the best; it `keeps` it for an interruption.
     2. A level with an error of at most rtol, or that suffices, is the answer.
     3. No finer level is solved where none would reach an rtol that was asked for; or, where none was asked
        for (`Usual`), where the next one is expected to take more than SECONDS.
