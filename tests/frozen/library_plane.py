@@ -58,7 +58,7 @@ def of_shear_kernels():
 
 
 def of_averages():
-    """Averages over cells of unlike widths, near and far, and the compliances that are made of them."""
+    """Averages over cells of unlike widths, near and far."""
     rows, edges = {}, cells_of()
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
     for name, moduli, which in (
@@ -81,6 +81,12 @@ def of_averages():
             f"normal averages {name} of a cell": normal[3, 3],
             f"normal averages {name} far": float(averages.averaged(solid, [40.0], 0.1, 0.2, (0,))[0, 0]),
         }
+    return rows | of_averaged_compliances(edges, middle, width)
+
+
+def of_averaged_compliances(edges, middle, width):
+    """The compliances that are made of averages over cells."""
+    rows = {}
     for name, law in LAWS.items():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
         corners, even = len(law.corners), np.linspace(-0.2, 0.2, 7)

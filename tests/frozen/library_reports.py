@@ -123,6 +123,7 @@ PROXIES = {
     "ends": lambda x: np.where(np.abs(x - 0.4) < 0.9, x**2, np.inf),
     "curved": lambda x: np.abs(x - 0.2) ** 1.5 + np.maximum(x - 1, 0) ** 2,
 }
+ORDERS = (1, 2, 4)
 IN_SPACE = {
     "sphere": mb.Sphere(10),
     "ellipsoid": mb.Ellipsoid(5.0, 20.0),
@@ -412,6 +413,18 @@ def solve(load: float, nodes=4, names: tuple[str, ...] = (), window: tuple[float
 
 def parts():
     """Rows of functions that take numbers and give numbers or words: samples, intervals, meshes, bytes."""
+    yield from of_sampled_functions()
+    for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):
+        ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
+        yield from of_meshes(half, tips, ground)
+    yield from table("of numbers", numbers_of_functions())
+    texts = texts_of_intervals() | texts_of_functions()
+    yield from table("in words", {name: str(value) for name, value in texts.items()})
+    yield from trials()
+
+
+def of_sampled_functions():
+    """Rows of heights where they are sampled, and of piecewise polynomials of functions."""
     for name, shape in SHAPES.items():
         x, heights = contact_candidates._everywhere(shape, 1e-4, 24, 1e4, (0.0,))
         yield from table(f"places {name}", {"count": str(len(x)), "x": np.tanh(x), "h": np.tanh(heights)})
@@ -423,29 +436,30 @@ def parts():
         }
         sizes = {"sizes": str({part: len(value) for part, value in properties.items()})}
         yield from table(f"proxy {name}", sizes | properties, READ)
-    for half, tips in ((True, (0.3,)), (False, (-0.2, 0.3))):
-        ground = meshes.Ground(far=4.0, reach=(0.0, 0.5) if half else (-0.6, 0.5), half=half)
-        finer = ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1))
-        graded = {
-            "even": meshes.fitted_triangles(ground, tips, spacings=((*ground.reach, 0.1),), levels=3),
-            "finer": meshes.fitted_triangles(ground, tips, spacings=finer, levels=3, sizes=((0.4, 0.01),)),
-        }
-        for name, mesh in graded.items():
-            orders = meshes.falling_orders(mesh, ground, tips, 7)
-            yield f"mesh {half} {name}", f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}", "outcome"
-        for quads in (True, False):
-            mesh = meshes.uniform(ground, 0.15, quads)
-            properties = {
-                "points": [vertex.point for vertex in mesh.vertices],
-                "sizes": f"{mesh.ne} {mesh.nv}",
-            }
-            above = mesh.Boundaries("contact")
-            properties["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
-            yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | properties)
-    stiff = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1)
-    orders = (1, 2, 4)
-    numbers = {
-        "longest element": [meshes.longest_element(SOLID, order) for order in orders],
+
+
+def of_meshes(half, tips, ground):
+    """Rows of meshes that are graded towards tips, and of uniform ones."""
+    finer = ((0.0, 0.2, 0.02), (0.2, 0.5, 0.1))
+    graded = {
+        "even": meshes.fitted_triangles(ground, tips, spacings=((*ground.reach, 0.1),), levels=3),
+        "finer": meshes.fitted_triangles(ground, tips, spacings=finer, levels=3, sizes=((0.4, 0.01),)),
+    }
+    for name, mesh in graded.items():
+        orders = meshes.falling_orders(mesh, ground, tips, 7)
+        yield f"mesh {half} {name}", f"{mesh.ne} {mesh.nv} {np.bincount(orders).tolist()}", "outcome"
+    for quads in (True, False):
+        mesh = meshes.uniform(ground, 0.15, quads)
+        properties = {"points": [vertex.point for vertex in mesh.vertices], "sizes": f"{mesh.ne} {mesh.nv}"}
+        above = mesh.Boundaries("contact")
+        properties["depths"] = meshes.elements_at(mesh, above), meshes.thicknesses(mesh, above)
+        yield from table(f"mesh {half} {quads}", {"names": str(mesh.GetBoundaries())} | properties)
+
+
+def numbers_of_functions():
+    """{function: its values} of lengths of elements, bytes of matrices, windows of pictures."""
+    return {
+        "longest element": [meshes.longest_element(SOLID, order) for order in ORDERS],
         "grades": meshes3d.graded(reach=0.7, step=0.15, far=3.0, growth=1.7),
         "lines": meshes.uniform_lines(0.5, 4.0, 0.12),
         "bytes": (cost.plane_factor_bytes(1000, 50000), cost.dense_bytes(100)),
@@ -457,13 +471,16 @@ def parts():
             blocks.window(0.1, arguments) for arguments in ([], [(-0.3, 0.2)], [(-9.0, 1.0), (2.0, 3.0)])
         ],
     }
+
+
+def texts_of_intervals():
+    """{function: its values as text} of the arithmetic of intervals."""
     pairs = [(-1.0, 0.0), (0.25, 0.5), (0.5, 1.0)]
     shifted_pairs = [(-1.5, -0.5), (0.0, 0.25), (0.75, 2.0)]
     near = [(left + 0.01, right + 0.02) for left, right in pairs]
     x = np.linspace(-1, 1, 9)
     flags = np.array([0, 1, 0, 0, 1, 1, 0, 1], bool)
-    low, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
-    texts = {
+    return {
         "over the end": [
             intervals.over_the_end(pairs[:n], period) for n in (2, 3) for period in (None, 1.5, 2.0)
         ],
@@ -480,12 +497,20 @@ def parts():
         "distance": intervals.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
         "moved": [intervals.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
         "moved of others": intervals.moved_on({0: pairs}, {0: shifted_pairs[:2]}, 0.5),
-        "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in orders],
+    }
+
+
+def texts_of_functions():
+    """{function: its values as text} of what is said of solids, samples, options, costs and docstrings."""
+    stiff = mb.Cosserat(E=100, nu=0.499, beta=1, ell=0.1)
+    low, same, higher = (mb.Obstacle.from_samples([0, 1], [0, z]) for z in (1, 1.0, 2))
+    texts = {
+        "locking": [meshes.locking(stiff, order, 0.3, 0.4) for order in ORDERS],
         "elastic": words(mb.Elastic(100, 0.3)),
         "alike": [low == same, hash(low) == hash(same), low == higher, low == "x"],
         "options": [
-            (approximation.name, approximation.kind.__name__, approximation.many, approximation.text)
-            for approximation in command.options(solve).values()
+            (option.name, option.kind.__name__, option.many, option.text)
+            for option in command.options(solve).values()
         ],
         "first cells": [
             library.refused(first_cells(*arguments))
@@ -498,6 +523,4 @@ def parts():
         head = "A head of ``x`` that goes on, and on."
         item = "label  its words, of which some\nare many more"
         texts["help"] = command._plain(f"{head}\n\n{item}\n:of: :math:`y` alone")
-    yield from table("of numbers", numbers)
-    yield from table("in words", {name: str(value) for name, value in texts.items()})
-    yield from trials()
+    return texts

@@ -75,36 +75,58 @@ def at_random(space, seed, size):
 # the term against the paper, by hand
 
 
+RHO = 7.0
+
+
+def term(lam, gap, reached=True):
+    """The augmented Lagrangian's energy of a corner, (38)."""
+    closed = reached and lam + RHO * gap <= 0
+    return (lam + RHO / 2 * gap) * gap if closed else -(lam**2) / (2 * RHO)
+
+
 def test_contact_term_is_that_of_the_paper_at_random_states(block):
     """(20)-(22) and (38) at all nodes, some of them out of reach, from fields where the nodes are."""
-    angle = 0.1
-    ell = SOLID.ell
-    rho = 7.0
     approach = 0.3
-    law = Microblock(lambda x: angle * x)
-    facets = ContactFacets(Body(block, SOLID, 3, fixed="bottom"), law, Punch(0.5))
+    facets = ContactFacets(Body(block, SOLID, 3, fixed="bottom"), Microblock(lambda x: 0.1 * x), Punch(0.5))
     space = facets.body.space * facets.multipliers * facets.multipliers
     trial, form = space.TrialFunction(), ng.BilinearForm(space)
-    form += ng.Variation(facets.contact(facets.g0, trial[:3], trial[3:], approach, rho))
+    form += ng.Variation(facets.contact(facets.g0, trial[:3], trial[3:], approach, RHO))
     state = at_random(space, 8, 0.1)
-    total = 0.0
-    n = np.array((0.0, 1.0))
     values = state.vec.FV().NumPy()
     ranges = [space.Range(number) for number in (3, 4)]
-    lams = np.array([facets.multiplier(values[unknowns.start : unknowns.stop]) for unknowns in ranges])
-    for x, weight, lam_A, lam_B in zip(facets.points, facets.weights, *lams):
+    multipliers = [facets.multiplier(values[unknowns.start : unknowns.stop]) for unknowns in ranges]
+    total = 0.0
+    for number, (x, weight) in enumerate(zip(facets.points, facets.weights)):
         u1, u2, psi = (component(block(*x, ng.BND)) for component in state.components[:3])
-        S = np.array((1.0, angle * x[0]))
-        N = np.array((-angle * x[0], 1.0))
-        centre = x - ell / 2 * N
-        for arm, lam in ((ell / 2 * (N - S), lam_A), (ell / 2 * (N + S), lam_B)):
+        arms = SOLID.ell / 2 * np.array([(-1 - 0.1 * x[0], 1 - 0.1 * x[0]), (1 - 0.1 * x[0], 1 + 0.1 * x[0])])
+        centre = x - SOLID.ell / 2 * np.array((-0.1 * x[0], 1.0))
+        for arm, lam in zip(arms, multipliers):
             corner = centre + arm
-            moved = np.array((u1, u2)) + psi * np.array((-arm[1], arm[0]))
-            g = -corner[1] - approach - moved @ n  # the face of the punch is at 0
-            closed = abs(corner[0]) <= 0.5 and lam + rho * g <= 0
-            total += weight * ((lam + rho / 2 * g) * g if closed else -(lam**2) / (2 * rho))
+            # the face of the punch is at 0, its normal e2
+            gap = -corner[1] - approach - (u2 + psi * arm[0])
+            total += weight * term(lam[number], gap, abs(corner[0]) <= 0.5)
     assert form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
     assert 0 < np.isfinite(facets.g0).sum() < 2 * len(facets.points)
+
+
+def quadratic(tensor, spherical, symmetric, skew):
+    """``spherical tr(T)^2 + symmetric |sym T|^2 + skew |skew T|^2``."""
+    parts = ((tensor + tensor.T) / 2, (tensor - tensor.T) / 2)
+    return (
+        spherical * np.trace(tensor) ** 2 + symmetric * np.sum(parts[0] ** 2) + skew * np.sum(parts[1] ** 2)
+    )
+
+
+def at_place(names, components, place, dim):
+    """Vector and gradient of each field at a place, {"u" or "psi": (vector (3,), gradient (3, 3))}."""
+    fields = {kind: (np.zeros(3), np.zeros((3, 3))) for kind in ("u", "psi")}
+    axes = {1: [1], 2: [0, 1], 3: [0, 1, 2]}[dim]  # x2 in one dimension
+    for name, component in zip(names, components):
+        row = int(name[-1]) - 1 if name[-1] != "i" else 2
+        vector, gradient = fields[name.rstrip("123")]
+        vector[row] = component(place)
+        gradient[row, axes] = ng.grad(component)(place)
+    return fields
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
@@ -115,34 +137,11 @@ def test_energy_is_10_to_12_at_random_states(block, dim):
     body = Body(mesh, solid, 2)
     place = mesh(*{1: (-0.3,), 2: (0.3, -0.2), 3: (0.3, 0.6, -0.2)}[dim])
     state = at_random(body.space, 9, 1.0)
-    u = np.zeros(3)
-    psi = np.zeros(3)
-    slopes = np.zeros((3, 3))
-    turns = np.zeros((3, 3))
-    axes = {1: [1], 2: [0, 1], 3: [0, 1, 2]}[dim]  # x2 in one dimension
-    for name, component in zip(body.names, state.components):
-        values = component(place)
-        into = (u, slopes)
-        where = int(name[-1]) - 1 if name[-1] != "i" else 2
-        into = (psi, turns) if name.startswith("psi") else into
-        into[0][where] = values
-        into[1][where, axes] = ng.grad(component)(place)
-    levi = np.zeros((3, 3, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        levi[i, j, k], levi[j, i, k] = 1, -1
-    gamma = slopes + np.einsum("ijk,k->ij", levi, psi)  # (1)
-    square = lambda tensor: np.sum(tensor**2)  # noqa: E731
-    sym, skew = ((lambda tensor, sign=sign: (tensor + sign * tensor.T) / 2) for sign in (1, -1))
-    W = (
-        solid.lam / 2 * np.trace(gamma) ** 2
-        + solid.mu * square(sym(gamma))
-        + solid.mu_c * square(skew(gamma))
-    )
-    a = solid.alpha_prime
-    b = solid.beta_prime
-    c = solid.curvature
-    bent = a * np.trace(turns) ** 2 + (c + b) * square(sym(turns)) + (c - b) * square(skew(turns))
-    W += solid.ell**2 * solid.mu / 2 * bent
+    fields = at_place(body.names, state.components, place, dim)
+    gamma = fields["u"][1] - np.cross(np.eye(3), fields["psi"][0])  # (1): u_i,j + eps_ijk psi_k
+    W = quadratic(gamma, solid.lam / 2, solid.mu, solid.mu_c)
+    b, c = solid.beta_prime, solid.curvature
+    W += solid.ell**2 * solid.mu / 2 * quadratic(fields["psi"][1], solid.alpha_prime, c + b, c - b)
     assert body.energy(*state.components)(place) == pytest.approx(W, rel=1e-12)  # rounding
 
 
@@ -152,32 +151,23 @@ def test_contact_term_in_space_with_given_multipliers(order):
     mesh = MakeStructured3DMesh(
         nx=2, mapping=lambda x, y, z: (x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1)
     )
-    body = Body(mesh, SOLID, order, fixed="bottom", contact="top")
-    (p1, p2) = (0.05, -0.03)
-    rho = 7.0
-    nodes = ContactFacets(body, Microblock((p1, p2)), lambda x1, x2: 0 * x1)
+    body, psi0 = Body(mesh, SOLID, order, fixed="bottom", contact="top"), np.array((0.05, -0.03, 0.0))
+    nodes = ContactFacets(body, Microblock(tuple(psi0[:2])), lambda x1, x2: 0 * x1)
     random = np.random.default_rng(3)
     g0, lams = random.normal(size=(2, 4, len(nodes.weights)))
     g0[random.random(g0.shape) < 0.2] = np.inf  # out of reach
     space = body.space * ng.NumberSpace(mesh, definedon=nodes.region)
     *trial, approach = space.TrialFunction()
     form = ng.BilinearForm(space)
-    form += ng.Variation(nodes.contact(g0, trial, [nodes.field(lam) for lam in lams], approach, rho))
+    form += ng.Variation(nodes.contact(g0, trial, [nodes.field(lam) for lam in lams], approach, RHO))
     state = at_random(space, 8, 0.1)
-    d = state.components[-1]
-    values = state.vec.FV().NumPy()[: body.space.ndof]
-    psi0 = np.array((p1, p2, 0.0))
-    e = np.eye(3)
-    total = 0.0
-    S1, S2, N = (axis + np.cross(psi0, axis) for axis in e)
+    sides = np.array(((-1, -1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, 1)))
+    arms = SOLID.ell / 2 * sides @ (np.eye(3) + np.cross(psi0, np.eye(3)))
     # a point of a bilinear facet is located by NGSolve to some digits alone
-    at_nodes = np.array([nodes.traces[name] @ values for name in body.names])
-    for i, (values, weight) in enumerate(zip(at_nodes.T, nodes.weights)):
-        for c, (a, b) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1))):
-            arm = SOLID.ell / 2 * (N + a * S1 + b * S2)
-            g = g0[c, i] - d.vec[0] - (values[:3] + np.cross(values[3:], arm))[2]
-            lam = lams[c, i]
-            total += weight * ((lam + rho / 2 * g) * g if lam + rho * g <= 0 else -(lam**2) / (2 * rho))
+    values = state.vec.FV().NumPy()[: body.space.ndof]
+    u, psi = np.array([nodes.traces[name] @ values for name in body.names]).reshape(2, 3, -1)
+    gaps = g0 - state.components[-1].vec[0] - u[2] - np.array([np.cross(psi.T, arm)[:, 2] for arm in arms])
+    total = sum(nodes.weights @ [*map(term, *corner)] for corner in zip(lams, gaps))
     assert form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
     assert np.ptp(nodes.weights / nodes.shares) > (1e-3 if order == 1 else -1)
 
