@@ -16,6 +16,7 @@ from microblock import threads
 from microblock.contact_solvers.cell_solver import CellSolver
 from microblock.contact_solvers.event_driven import EventDrivenContact
 from microblock.fem import meshes
+from microblock.fem.fitted import FittedSolver
 from microblock.halfplane.panel_solver import PanelSolver
 from microblock.model.progress import counted, counting
 
@@ -130,6 +131,14 @@ def test_an_interrupted_path_on_cells_leaves_no_state_for_events(body, obstacle,
     interrupting(monkeypatch, CellSolver, "solved", calls)
     with pytest.raises(mb.Interrupted, match=f"^load path: interrupted, {told}") as stop:
         path.events
+    assert stop.value.reached is None
+
+
+def test_an_interrupted_mesh_leaves_no_state_of_its_first_zones(monkeypatch):
+    """Panels find them."""
+    interrupting(monkeypatch, FittedSolver, "_settled", 0)
+    with pytest.raises(mb.Interrupted, match=r"^solve by Fitted\(\): interrupted, at the beginning") as stop:
+        mb.Contact(mb.Block(SOLID), CYLINDER, LAW).solve(load=1.0)
     assert stop.value.reached is None
 
 
