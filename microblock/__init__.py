@@ -7,6 +7,8 @@ import re
 from importlib import import_module
 from pathlib import Path
 
+from .model import views
+
 __version__ = "0.3.0"
 
 # {public name: its module}; type checkers read the same lines
@@ -19,6 +21,21 @@ _RENAMED = {
 }
 
 __all__ = sorted(_HOME)
+
+
+def _pictures() -> views.Pictures:
+    from .view import pictures
+
+    return pictures
+
+
+def _tables() -> views.Tables:
+    from .data import labelled
+
+    return labelled
+
+
+views.offer(_pictures, _tables)
 
 
 def __getattr__(name: str) -> object:

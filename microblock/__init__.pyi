@@ -1,6 +1,7 @@
 from .contact import Contact as Contact
 from .data.export import to_csv as to_csv
 from .data.export import to_vtk as to_vtk
+from .data.files import load as load
 from .data.sweeps import sweep as sweep
 from .errors import BadArgument as BadArgument
 from .errors import Interrupted as Interrupted
@@ -10,7 +11,6 @@ from .errors import NotConverged as NotConverged
 from .fem.body import Body as Body
 from .halfplane.kernels import HalfPlane as HalfPlane
 from .halfspace.half_space import HalfSpace as HalfSpace
-from .model.archive import load as load
 from .model.bodies import Block as Block
 from .model.deformable import Deformable as Deformable
 from .model.events import Event as Event

@@ -127,7 +127,7 @@ def table(result: dict[str, Any]) -> dict[str, Any]:
             "load": state.load,
             "contact_length": state.contact_area,
             "zones": len(state.zones["contact"]),
-            "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
+            "pressure_max": "unbounded" if unbounded(state.solution) else float(state.pressure.max()),
             "error_estimate": state.error_estimate,
         }
         for state in result["states"]

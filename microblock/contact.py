@@ -262,12 +262,12 @@ class Contact:
             solver = candidate.solver
 
             def given(solution: Any) -> State:
-                return solver.state(solution).noting("interrupted: rtol was not reached")
+                return solution.state().noting("interrupted: rtol was not reached")
 
             with counting(f"solve by {type(solver.options).__name__}()", progress, given=given):
                 if candidate.cost:
                     counted(0, expected=f"{candidate.cost.seconds:.2g} s")
-                state = solver.state(solver.solve(load, approach, goal, start))
+                state = solver.solve(load, approach, goal, start).state()
             if approach is not None:
                 depth = np.abs(state.displacement).max() if state.load > 0 else 0.0
                 require_depth(approach, depth, np.abs(state.points).max())

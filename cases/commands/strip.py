@@ -148,7 +148,7 @@ def level(options):
     delta_fc = strip.full_contact(contact)
     # not `Contact.solve`, which refuses planes that do not touch
     solution = contact.solver.solve(None, options["delta_over_H"], None)
-    return contact.solver.state(solution), delta_fc
+    return solution.state(), delta_fc
 
 
 def rule(state):

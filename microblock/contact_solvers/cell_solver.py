@@ -12,8 +12,8 @@ from ..model.deformable import shape_of
 from ..model.intervals import distance
 from ..model.periodic import EQUAL, Repeated, agree_at_ends
 from ..model.refinement import RefinementLevel, levels, refine
+from ..model.solution import Solution
 from ..model.solver import Solver
-from ..model.state import Solution
 from ..model.types import AnyArray as Array
 from . import projected_gradients
 from .fft_compliance import Grid

@@ -14,8 +14,8 @@ from ..model.intervals import borders, contact_zones, interrupted, runs, zone_ch
 from ..model.problem import Problem
 from ..model.progress import counted, kept
 from ..model.refinement import FEWEST
+from ..model.solution import PlaneSolution, Solution
 from ..model.solver import Solver
-from ..model.state import Solution
 from . import active_set
 
 
@@ -91,7 +91,7 @@ class OfNodes(Solution):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NodalSolution(OfNodes):
+class NodalSolution(OfNodes, PlaneSolution):
     """A solution at nodes in the plane, ascending in x1.
 
     Attributes

@@ -1,6 +1,6 @@
 """Friction at the corners of a body on a mesh: histories on its condensed contact nodes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,6 @@ from ..model.history import History, OfMoment, change
 from ..model.intervals import borders
 from ..model.progress import kept
 from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
-from ..model.state import State
 from .body import Body
 from .condensation import condensed
 from .facet_rules import ROUNDED
@@ -158,7 +157,7 @@ class FollowsFriction:
         require(rtol is None, "rtol", rtol, words)
         contact = self.frictional.contact(coupled)
         path = EventDrivenContact(contact)
-        states = [State(self.frictional.solution(self, path.to(*map(float, pair)))) for pair in pairs]
+        states = [self.frictional.solution(self, path.to(*map(float, pair))).state() for pair in pairs]
         ends = borders(states[-1].x)
         edges = np.column_stack((ends[:-1], ends[1:]))
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))
@@ -186,7 +185,7 @@ def history_to(rtol, solvers, pairs, coupled):
                 continue
             ratio = series.ratio([change.max() for change in all_changes[-2:]])
             errors = series.error(all_changes[-2:], ratio)
-            states = [State(one.solution, error_estimate=float(e)) for one, e in zip(finer.states, errors)]
+            states = [replace(state, error_estimate=float(e)) for state, e in zip(finer.states, errors)]
             yield RefinementLevel(History(finer.problem, states, finer.events), float(max(errors)))
 
     def refusal(best, last, failure):

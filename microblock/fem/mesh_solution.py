@@ -14,7 +14,7 @@ from ..model.intervals import contact_zones, distance, distance_to_ends, joined
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.refinement import FEWEST
-from ..model.state import ErrorParts
+from ..model.solution import ErrorParts
 from ..model.types import Array, CornerZones, Flags, Integers, Interval, Zones
 from . import mesh_fields, meshes, off_node_violations, supports
 from .body_fields import BodyFields, Reaction

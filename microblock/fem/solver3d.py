@@ -11,7 +11,6 @@ from ..errors import NOT_YET, require
 from ..model.corner_geometry import CornerGeometry
 from ..model.obstacles import heights
 from ..model.solver import SOLVED
-from ..model.state import State, in_space
 from ..model.types import Array, Flags
 from . import factors
 from .condensation import Flexibility3D
@@ -107,13 +106,6 @@ class Solver3D(OnGivenMesh):
         words = f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}"
         require(inside <= SOLVED * np.abs(u).max(), "obstacle", self.obstacle, words)
         return solution
-
-    def state(self, solution: Any) -> State:
-        nodes = solution.nodes
-        x1, x2, _ = nodes.points.T
-        return in_space(
-            solution, nodes.points, nodes.weights, x1=x1, x2=x2, triangles=nodes.triangles, opposite=None
-        )
 
     def geometry(self, points: Array) -> CornerGeometry:
         """Returns the corners of blocks at points, array (n, 3)."""

@@ -5,12 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ..model.solution import SpaceSolution
 from ..model.types import Array, Integers
 from .mesh_solution import OnMesh
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class SurfaceNodes(OnMesh):
+class SurfaceNodes(OnMesh, SpaceSolution):
     """A solution on the contact nodes of a body in space, or of a part of a symmetric one.
 
     Attributes
@@ -20,6 +21,12 @@ class SurfaceNodes(OnMesh):
 
     _: KW_ONLY
     closed: Integers
+
+    def state(self):
+        """Returns the State at the contact nodes."""
+        points = self.nodes.points
+        x1, x2 = points.T[:2]
+        return self.state_at(points, self.nodes.weights, x1=x1, x2=x2, triangles=self.nodes.triangles)
 
     @cached_property
     def micromoment(self) -> Array:

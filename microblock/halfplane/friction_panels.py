@@ -17,7 +17,6 @@ from ..model.history import History, with_stick
 from ..model.intervals import common, contains
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
-from ..model.state import State
 from ..model.types import Array, Interval, ZoneErrors, Zones
 from .kernels import kernels
 from .loading_history import LoadingHistory
@@ -71,7 +70,7 @@ class FrictionPanels:
         try:
             for before, after in pairwise(self.loadings):
                 dissipation += self._dissipated(before, after)
-                states.append(State(self._solution(after, dissipation)))
+                states.append(self._solution(after, dissipation).state())
             self._require_growing()
         except NotConverged as failure:
             if failure.rtol_reached is None:
@@ -250,6 +249,15 @@ class PanelFriction(OnPanels):
     @cached_property
     def shear_traction(self) -> Array:
         return self.shear_at(self.x)
+
+    def with_friction(self) -> dict[str, Any]:
+        """Returns the fields of a State that friction adds."""
+        return {
+            "shear": self.shear,
+            "shear_traction": self.shear_traction,
+            "dissipation": self.dissipation,
+            "zone_errors": self.zone_errors,
+        }
 
     def shear_at(self, x: Array) -> Array:
         """Returns q at x, arrays (n,)."""

@@ -20,7 +20,7 @@ from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import FEWEST_GRADED, GeometricSeries, RefinementLevel, levels, refine
-from ..model.state import ErrorParts, State
+from ..model.solution import ErrorParts
 from .friction_cells import Feature, cells, first_features, places_of_tips
 from .friction_edges import zones_on_cells
 from .shear_cells import frictional_contact, surface, with_second_body
@@ -68,8 +68,8 @@ class FrictionCells(OfMoment):
     displacement: np.ndarray
     psi: np.ndarray
     micromoment: np.ndarray
-    opposite: np.ndarray
     unknowns: int
+    opposite: np.ndarray
     estimate: Errors | None = None
     notes: tuple = ()
 
@@ -90,8 +90,20 @@ class FrictionCells(OfMoment):
         return self.moment.closed.reshape(-1, len(self.x))
 
     @property
+    def load(self):
+        return self.moment.load
+
+    @property
     def approach(self):
         return self.moment.approach
+
+    @property
+    def residual(self):
+        return self.moment.residual
+
+    @property
+    def iterations(self):
+        return self.moment.iterations
 
     @cached_property
     def _fitted(self):
@@ -240,7 +252,8 @@ class FrictionSolver:
             errors = _estimates(changes, finer)
             least = min(least, max(errors))
             if max(errors) == np.inf:
-                kept(History(self.solver.contact, list(map(State, finer.solutions)), finer.events))
+                states = [solution.state() for solution in finer.solutions]
+                kept(History(self.solver.contact, states, finer.events))
                 continue
             left = numbers[-1] - number
             yield HistoryLevel(
@@ -257,7 +270,7 @@ class FrictionSolver:
         """Returns the History of the finer of two Levels, with its errors."""
         parts = zip(finer.solutions, coarser.solutions, map(Errors, errors))
         states = [
-            State(replace(one, estimate=error), zone_errors=_zone_errors(one, other))
+            replace(replace(one, estimate=error).state(), zone_errors=_zone_errors(one, other))
             for one, other, error in parts
         ]
         return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))

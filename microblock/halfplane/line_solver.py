@@ -20,7 +20,7 @@ from ..model.periodic import EQUAL
 from ..model.problem import Problem
 from ..model.refinement import GeometricSeries, Usual
 from ..model.scales import classical_rise
-from ..model.state import LineSolution
+from ..model.solution import LineSolution
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol

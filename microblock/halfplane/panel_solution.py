@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ..model.fields import grid_below
 from ..model.intervals import contains, distance, without, zone_edges
 from ..model.law import level_surface
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
-from ..model.state import ErrorParts, LineSolution, Surface
+from ..model.solution import ErrorParts, LineSolution
+from ..model.surface import Surface
 from ..model.types import Array, CornerZones, Integers, Interval
 from ..threads import bounded
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
@@ -227,9 +229,7 @@ class PanelSolution(OnPanels):
 
     def fields_below(self, box: tuple[Interval, float]) -> tuple[Any, ...]:
         """Returns points, psi and stresses in a box ((left, right), depth) below the surface."""
-        from ..view.below import half_plane_grid
-
-        x1, x2, triangles = half_plane_grid(box)
+        x1, x2, triangles = grid_below(box)
         below = self.fields(x1, x2)
         return x1, x2, triangles, below.psi, below.stress
 

@@ -17,8 +17,8 @@ from ..model.methods import Cells
 from ..model.obstacles import Samples
 from ..model.problem import Problem
 from ..model.refinement import Usual
+from ..model.solution import Solution
 from ..model.solver import Solver
-from ..model.state import Solution
 from ..model.types import Array, ContactLike
 from . import zone_search
 from .forecast import panels_cost

@@ -51,7 +51,7 @@ class ZonePath(LoadPath):
     def at(self, load: float) -> State:
         require_on_path(load, self.last)
         nearest = min(self._scan, key=lambda state: abs(np.log(state.load / load)))
-        return State(self._solver.at(load, self.rtol, near=nearest))
+        return self._solver.at(load, self.rtol, near=nearest).state()
 
     @cached_property
     @following  # here: whatever is read first, `first` or `events`, begins with it

@@ -23,7 +23,7 @@ from ..model.intervals import distance_to_edges
 from ..model.material import joint_modulus
 from ..model.progress import counting
 from ..model.refinement import FEWEST, GeometricSeries
-from ..model.state import in_space
+from ..model.solution import SpaceSolution
 from . import square_search
 from .candidate_squares import FINE, CandidateSquares
 from .half_space import HalfSpace
@@ -47,7 +47,7 @@ class ContactLeavesWindow(Exception):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class SurfaceCells(CellSolution):
+class SurfaceCells(CellSolution, SpaceSolution):
     """A solution on square cells, with pressures of least norm.
 
     Attributes
@@ -60,6 +60,17 @@ class SurfaceCells(CellSolution):
 
     closed: object = None
     seen_width: float | None = None
+
+    def state(self):
+        """Returns the State on cells, square after square and row after row."""
+        grids = self.grid.grids
+        points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
+        areas = np.repeat([grid.area for grid in grids], grids[0].count ** 2)
+        cells = {"squares": grids, "seen_width": self.seen_width}
+        if len(grids) == 1:
+            x1, x2 = grids[0].axes
+            cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": float(grids[0].width)}
+        return self.state_at(points.reshape(-1, 3), areas, **cells)
 
     @property
     def touching(self):
@@ -173,17 +184,6 @@ class SurfaceSolver(CellSolver):
         reaches = [np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)]
         low, high = np.min(reaches, axis=0), np.max(reaches, axis=0)
         return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
-
-    def state(self, solution):
-        """Returns the State on cells, square after square and row after row."""
-        grids, second = solution.grid.grids, self.second is not None
-        points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
-        cells = {"squares": grids, "opposite": solution.opposite.ravel() if second else None}
-        if len(grids) == 1:
-            (x1, x2), width = grids[0].axes, float(grids[0].width)
-            cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": width}
-        areas = np.repeat([grid.area for grid in grids], grids[0].count ** 2)
-        return in_space(solution, points.reshape(-1, 3), areas, **cells)
 
     def missed(self, picture, state):
         """Returns what a fixed window leaves out, and whether a place between cells would touch; raises

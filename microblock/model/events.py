@@ -13,6 +13,7 @@ from .progress import counting
 from .refinement import Usual
 from .results import PlainData, line, number, saved
 from .types import Axes, ContactLike, Figure, Target
+from .views import pictures
 
 if TYPE_CHECKING:
     from .state import State
@@ -121,6 +122,9 @@ class LoadPath(PlainData):
         @property
         def events(self) -> Sequence[Event]: ...
 
+    def parts_to_save(self) -> tuple[type, dict[str, Any]]:
+        return LoadPath, {name: getattr(self, name) for name in ("problem", *self._keys)}
+
     def at(self, load: float) -> State:
         """Returns the State at a load on the path (force per thickness); raises BadArgument of others, and
         NotConverged as `Contact.solve`.
@@ -143,9 +147,7 @@ class LoadPath(PlainData):
         >>> path = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
         >>> figure = path.plot("path.pdf")
         """
-        from ..view.history_figure import draw_path  # here: whoever does not draw does not load matplotlib
-
-        return saved(draw_path(self, ax), file, ax, self.warnings)
+        return saved(pictures().draw_path(self, ax), file, ax, self.warnings)
 
     def __repr__(self) -> str:
         known = "events" in vars(self)  # which are searched for when they are asked for

@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_numbers
-from .types import Array, Integers
+from .types import Array, Integers, Interval
+
+# of the depth: the uppermost row of a grid; nearer to the surface a stress may have no bound
+FIRST_ROW = 0.02
 
 Fields = TypeVar("Fields", bound="PointFields")
 
@@ -79,3 +82,14 @@ def squares(numbers: Integers) -> Integers:
 def halves(numbers: Integers) -> Integers:
     """Returns the same of the triangles that these squares are cut into: array (2 m, 3)."""
     return squares(numbers)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
+
+
+def grid_below(box: tuple[Interval, float]) -> tuple[Array, Array, Integers]:
+    """Returns x1 and x2 of points in a box ((left, right), depth), arrays (n,), denser towards the surface,
+    and the `halves` of the rectangles between them.
+    """
+    (left, right), depth = box
+    down = -depth * (FIRST_ROW + (1 - FIRST_ROW) * np.linspace(0, 1, 25) ** 2)
+    x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
+    # not Delaunay's, which rounding chooses: the corners of a rectangle lie on a circle
+    return x1.ravel(), x2.ravel(), halves(np.arange(x1.size).reshape(x1.shape))

@@ -12,18 +12,21 @@ from ..errors import require, require_floats
 from .events import Event
 from .intervals import common, distance, without
 from .results import PlainData, line, saved
-from .state import Solution, State
+from .solution import PlaneSolution
+from .state import State
 from .types import Array, Axes, ContactLike, Figure, Interval, Target, Zones
+from .views import pictures
 
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
 
-class OfMoment(Solution):
+class OfMoment(PlaneSolution):
     """Base of solutions at a pair of loads, with shear and energies of a `moment` of a path: energy and work
     up to a constant where the rigid motion is arbitrary.
     """
 
     moment: Any
+    tangential_approach: Any = None  # a float, where it is known
 
     @property
     def energy(self) -> float:
@@ -33,9 +36,25 @@ class OfMoment(Solution):
     def shear_traction(self) -> Array:
         return self.moment.tangential / self.weights
 
+    @property
+    def slip(self) -> Array:
+        return self.moment.slip
 
-def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:
-    """Returns the largest relative L2 change of pressure, M/ell and q/f from one Solution to a finer one,
+    @property
+    def work(self) -> float:
+        return self.moment.work
+
+    def with_friction(self) -> dict[str, Any]:
+        return {
+            "shear": self.moment.shear,
+            "shear_traction": self.shear_traction,
+            "dissipation": self.moment.dissipation,
+            "tangential_approach": self.tangential_approach,
+        }
+
+
+def change(finer: OfMoment, coarser: OfMoment, weights: Array, ell: float, friction: float) -> float:
+    """Returns the largest relative L2 change of pressure, M/ell and q/f from one solution to a finer one,
     with its weights, array (n,) (lengths).
     """
     fields = [
@@ -82,6 +101,9 @@ class History(PlainData):
     def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[Event]) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
 
+    def parts_to_save(self) -> tuple[type, dict[str, Any]]:
+        return History, {"problem": self.problem, "states": self.states, "events": self.events}
+
     def noting(self, sentence: str) -> History:
         """Returns the history with one more sentence among the warnings of each state."""
         return History(self.problem, [state.noting(sentence) for state in self.states], self.events)
@@ -111,10 +133,7 @@ class History(PlainData):
         >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
         >>> figure = problem.history([(1.0, 0.0), (1.0, 0.3)], rtol=0.05).plot("history.pdf")
         """
-        from ..view.history_figure import draw_history, draw_loop
-
-        drawing = draw_loop(ax, self.states) if ax is not None else draw_history(self.states)
-        return saved(drawing, file, ax, self.warnings)
+        return saved(pictures().draw_history(self.states, ax), file, ax, self.warnings)
 
     def __repr__(self) -> str:
         return line("History", f"{len(self.states)} pairs, {len(self.events)} events", self.warnings)

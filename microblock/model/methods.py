@@ -2,8 +2,8 @@
 
 A method of a user's own is any object whose attribute `solver` is a class derived from
 `microblock.model.solver.Solver`, or its dotted path below microblock. A body names the class of the method in
-its `methods`. The solver's ``solve`` returns a `microblock.model.state.Solution`, whose docstring lists what
-a `State` takes from it.
+its `methods`. The solver's ``solve`` returns a `microblock.model.solution.Solution`, whose docstring lists
+what a `State` is filled with.
 """
 
 from dataclasses import dataclass, field

@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
-from os import PathLike
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -15,7 +14,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..errors import require_place, writing
+from .archive import Saved
 from .types import Axes, Figure, Interval, Target
+from .views import tables
 
 if TYPE_CHECKING:
     import xarray
@@ -36,7 +37,7 @@ LISTED = {
 }  # fmt: skip
 
 
-class PlainData:
+class PlainData(Saved):
     """Base of results as plain data; `_keys` names the attributes."""
 
     _keys: ClassVar[tuple[str, ...]] = ()
@@ -81,37 +82,7 @@ class PlainData:
         >>> data.pressures.dims, data.pressures.units, round(float(data.weights @ data.pressure), 9)
         (('corner', 'x'), 'stress', 1.0)
         """
-        from .archive import data_set  # here: whoever does not ask for it does not load it
-
-        return data_set(self)
-
-    def save(self, file: str | PathLike[str]) -> None:
-        """Writes the result to a file, from which `load` brings it back digit by digit, functions and meshes
-        as their names. `pressure_at`, `micromoment_at`, `gap_at` and `fields` of what is loaded raise
-        BadArgument.
-
-        Parameters
-        ----------
-        file : str or path
-            An archive of numpy's arrays (NPZ), without pickles, whatever the ending.
-
-        Raises
-        ------
-        BadArgument
-            If no file can be there.
-
-        Examples
-        --------
-        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
-        >>> state = problem.solve(load=1.0)
-        >>> state.save("state.npz")
-        >>> mb.load("state.npz").to_dict() == state.to_dict()
-        True
-        """
-        from .archive import save
-
-        save(self, file)
+        return tables().data_set(self)
 
 
 def plain_data(value: Any) -> Any:

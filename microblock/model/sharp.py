@@ -3,41 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from .deformable import shape_of
 from .intervals import contains
 from .obstacles import Samples, jumps_of
-from .types import Array, Flags
-
-if TYPE_CHECKING:
-    from .state import State
+from .problem import Problem
+from .types import Array, Flags, Zones
 
 
-def touched(state: State, places: Sequence[float], within: float = 0.0) -> list[float]:
+class PlaneContact(Protocol):
+    """Zones of a contact in the plane, and under what obstacle: a solution.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the places of the obstacle that nobody has named.
+    solver : Solver
+        With the obstacle that was given.
+    x : array (n,)
+        Points of the surface (lengths).
+    zones_by_name : dict of lists of (left, right)
+    period : float or None
+    """
+
+    problem: Any
+    solver: Any
+    x: Any
+    zones_by_name: Any
+    period: Any
+
+
+def touched(contact: PlaneContact, places: Sequence[float], within: float = 0.0) -> list[float]:
     """Returns the contact points x1, ascending, with a corner closed at one of the obstacle's places, up to
     `within` (length) beside a zone.
     """
-    points, closed = _closed(state, places, within)
+    points, closed = _closed(contact, places, within)
     return sorted(set(points[closed].tolist()))
 
 
-def _closed(state: State, places: Sequence[float], within: float) -> tuple[Array, Flags]:
+def _closed(contact: PlaneContact, places: Sequence[float], within: float) -> tuple[Array, Flags]:
     """Returns the contact points of places, array (corners, n), and whether the corner is closed there."""
-    law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
-    margin = max(1e-6 * ell, within) * np.array((-1, 1))
-    points = np.add.outer(state.problem.blocks.shifts, places)
-    names = law.corners if len(law.corners) == 2 else ["contact"] * len(law.corners)
-    closed = [contains(np.reshape(zones[name], (-1, 2)) + margin, own) for name, own in zip(names, points)]
+    problem: Problem = contact.problem
+    zones: Zones = contact.zones_by_name
+    corners = problem.law.corners
+    margin = max(1e-6 * problem.ell, within) * np.array((-1, 1))
+    points = np.add.outer(problem.shifts, places)
+    names = corners if len(corners) == 2 else ["contact"] * len(corners)
+    closed = [contains(np.reshape(zones[name], (-1, 2)) + margin, row) for name, row in zip(names, points)]
     return points, np.array(closed)
 
 
-def unbounded(state: State) -> list[float]:
+def unbounded(contact: PlaneContact) -> list[float]:
     """Returns the places x1 in contact at which the pressure is infinite."""
-    seen = state.solution.problem.obstacle  # with the places that nobody has named
-    return touched(state, (*_peaks(seen), *getattr(seen, "ends", ())))
+    obstacle = contact.problem.obstacle
+    return touched(contact, (*_peaks(obstacle), *getattr(obstacle, "ends", ())))
 
 
 def _peaks(obstacle: Any) -> list[float]:
@@ -45,11 +67,11 @@ def _peaks(obstacle: Any) -> list[float]:
     return [place for place, jump in jumps_of(obstacle) if jump > 0]
 
 
-def of_samples(state: State) -> list[str]:
+def of_samples(contact: PlaneContact) -> list[str]:
     """Returns sentences on heights that are NaN, and on a contact with the last sample or with edges between
     lines.
     """
-    samples = shape_of(state.obstacle)
+    samples = shape_of(contact.solver.obstacle)
     if not isinstance(samples, Samples):
         return []
     sentences = []
@@ -59,21 +81,22 @@ def of_samples(state: State) -> list[str]:
         )
     if not np.any(samples.jumps):  # a level or tilted face is a punch
         return sentences
-    period = state.solution.period
+    period = contact.period
+    x = contact.x
     if period is not None:
         samples = samples.closed(period)
     edges = samples.ends
     if period is not None and np.ptp(edges) >= period * (1 - 1e-6):
         edges = edges[1:-1]  # over a whole period the next one begins there
     for edge in _seen(edges, period):
-        after = int(np.clip(np.searchsorted(state.x, edge), 1, len(state.x) - 1))
-        if touched(state, (edge,), state.x[after] - state.x[after - 1]):
+        after = int(np.clip(np.searchsorted(x, edge), 1, len(x) - 1))
+        if touched(contact, (edge,), x[after] - x[after - 1]):
             sentences.append(
                 f"the contact reaches the last sample at x = {edge:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
             )
     peaks = _seen(_peaks(samples), period)
-    sharp = np.count_nonzero(_closed(state, peaks, 0.0)[1].any(axis=0))
+    sharp = np.count_nonzero(_closed(contact, peaks, 0.0)[1].any(axis=0))
     if sharp:
         words = (
             f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {sharp} of "

@@ -14,7 +14,7 @@ from .events import LoadPath
 from .law import require_shifts
 from .obstacles import check_lowest, heights, scales
 from .refinement import Usual
-from .state import Solution, State
+from .solution import Solution
 from .types import Array, ContactLike
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
@@ -141,9 +141,6 @@ class Solver:
         MicroblockError where it cannot answer.
         """
         return None
-
-    def state(self, solution: Any) -> State:
-        return State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
         """Raises NotConverged unless a state has the load or approach that was asked for, its pressures carry

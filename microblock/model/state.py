@@ -1,26 +1,30 @@
-"""The contact state, and what a method gives for it."""
+"""The contact state: its data, and what its interpolant answers."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from copy import copy
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from inspect import getattr_static
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import Named, require, require_choice, require_floats, require_numbers, require_pair, shown
-from . import law as laws
-from .deformable import body_of
-from .intervals import contact_zones, over_the_end
-from .material import Cosserat, Elastic
-from .obstacles import gap, returned
+from ..errors import (
+    BadArgument,
+    plain,
+    require,
+    require_choice,
+    require_floats,
+    require_numbers,
+    require_pair,
+    shown,
+)
+from .archive import Absent
+from .interpolant import Interpolant, SurfaceResponse, set_read_only
+from .material import Cosserat
 from .results import LISTED, PlainData, intervals, line, number, plain_data, saved
-from .sharp import of_samples
+from .surface import Surface
 from .types import (
     Array,
     Axes,
@@ -35,226 +39,12 @@ from .types import (
     ZoneErrors,
     Zones,
 )
+from .views import pictures
 
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 
 
-@dataclass(frozen=True)
-class Surface:
-    """A state along the surface, at points in the order of x1; what is not said here is as of `State`.
-
-    Attributes
-    ----------
-    points : array (n, 2)
-        Points of the undeformed surface (lengths).
-    pressures, gaps : arrays (corners, n)
-        Stresses and lengths; a gap is inf where there is no obstacle over the corner.
-    obstacle : array (n,)
-        Height of the obstacle over the undeformed surface, along n (length).
-    """
-
-    points: Array
-    normals: Array
-    pressures: Array
-    gaps: Array
-    micromoment: Array
-    psi: Array
-    rotation: Array
-    displacement: Array
-    obstacle: Array
-    corners: tuple[str, ...]
-    ell: float
-    apart: Flags | None = None
-
-    @property
-    def x(self) -> Array:
-        """Abscissae x1 of the points, array (n,)."""
-        return self.points[:, 0]
-
-
-class ErrorParts:
-    """Base of parts of the relative L2 error; `total` is their sum."""
-
-    @property
-    def total(self) -> float | None:
-        """The sum; None where a part is unknown."""
-        parts = astuple(cast(Any, self))
-        return None if None in parts else sum(parts)
-
-
-class Solution:
-    """What a method computes, from which a State takes its fields.
-
-    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
-    `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns`, `displacement`, in the plane
-    `x`, and of a corner (number) at x, array (n,), ``pressure(corner, x)`` and ``gap(corner, x)``; with
-    friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
-    `tangential_approach` and `zone_errors`; what it has not itself its `moment` gives, where it has one.
-
-    Attributes
-    ----------
-    estimate : ErrorParts or None
-        Parts of the error estimate.
-    notes : tuple of str
-        Sentences on the computation, such as a fallback that was taken.
-    data_exhausted : bool
-        Whether the notes say that the data mean no more, and no rtol helps.
-    has_edges : bool
-        Whether the contact ends somewhere.
-    apart : boolean array (n - 1,) or None
-        As of `State`.
-    period : float or None
-        Length after which the surface repeats.
-    method : str
-        Name of the method, without another word that of its class in small letters.
-    """
-
-    estimate: ErrorParts | None = None
-    notes: tuple[str, ...] = ()
-    data_exhausted: bool = False
-    has_edges: bool = True
-    apart: Flags | None = None
-    period: float | None = None
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """What a method gives."""
-
-    @property
-    def method(self) -> str:
-        return type(self.solver.options).__name__.lower()
-
-    @property
-    def error_estimate(self) -> float | None:
-        return None if self.estimate is None else self.estimate.total
-
-    @property
-    def points(self) -> Array:
-        """Points of the surface, array (n, 2)."""
-        return laws.level_surface(self.x)[0]
-
-    @property
-    def normals(self) -> Array:
-        """Outward normals there, array (n, 2)."""
-        return laws.level_surface(self.x)[1]
-
-    def surface(self, window: Interval | None = None) -> Surface:
-        """Returns the Surface at `x`; a window (left, right) is for methods that know what lies between."""
-        fields = self.pressures, self.micromoment, self.psi, self.displacement
-        return self.surface_at(self.points, self.normals, *fields)
-
-    def surface_at(
-        self,
-        points: Array,
-        normals: Array,
-        pressures: Array,
-        micromoment: Array,
-        psi: Array,
-        displacement: Array,
-    ) -> Surface:
-        """Returns the Surface of fields at points."""
-        problem, (x, upwards) = self.problem, (points[:, 0], normals[:, 1])
-        lifted = (self.counter_displacement(x) - self.approach) * upwards
-        return Surface(
-            points,
-            normals,
-            pressures,
-            self.corner_gaps(points, normals, displacement, psi),
-            micromoment,
-            psi,
-            problem.blocks.rotation(x) + psi,
-            displacement,
-            gap(problem.obstacle, points, normals) + lifted,
-            problem.law.corners,
-            problem.ell,
-            self.apart,
-        )
-
-    def corner_gaps(self, points: Array, normals: Array, displacement: Array, psi: Array) -> Array:
-        """Returns the gaps (22) of all corners at points, array (corners, n)."""
-        geometry = self.problem.blocks.under(self.problem.obstacle, points, normals)
-        return geometry.gaps(displacement, psi, self.approach, self.counter_displacement)
-
-    def gap(self, corner: int, x: Array) -> Array:
-        """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
-        are `interpolated`; raises BadArgument of places that the solution does not reach.
-        """
-        whole = "" if self.apart is None or not self.apart.any() else " without its interruptions"
-        words = f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}{whole}"
-        require(np.all(self.reaches(x)), "x", x, words)
-        x2, n1, n2, displacement, psi = (
-            self.interpolated(values, x)
-            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
-        )
-        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
-        return self.corner_gaps(points, normals, displacement, psi)[corner]
-
-    def remarks(self) -> list[str]:
-        """Returns sentences on what this method does not resolve."""
-        return []
-
-    def counter_displacement(self, x: Array) -> Array:
-        """Returns the displacement along x2 of a second body's surface at x, array (n,) (length): between
-        those under the corners, `opposite`, array (corners, n), of a solution that has them.
-        """
-        opposite = getattr(self, "opposite", None)
-        if opposite is None:
-            return np.zeros(len(x))
-        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
-        order = np.argsort(places)
-        return np.interp(x, places[order], opposite.ravel()[order], period=self.period)
-
-    def shear_at(self, x: Array) -> Array:
-        """Returns q at x, array (n,), linear between the points, within what friction allows."""
-        pressures = sum(self.pressure(corner, x) for corner in range(len(self.pressures)))
-        bound = self.problem.law.friction * np.maximum(pressures, 0.0)  # a polynomial may fall below 0
-        return np.clip(np.interp(x, self.x, self.shear_traction), -bound, bound)
-
-    def moment_at(self, x: Array) -> Array:
-        """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
-        prescribed.
-        """
-        pressed = sum(self.pressure(corner, x) for corner in range(len(self.pressures))) > 0
-        return np.where(
-            pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
-        )
-
-
-class LineSolution(Solution):
-    """Base of solutions along x1 with zones by the number of the corner."""
-
-    def changed(self, **fields: Any) -> Any:
-        """Returns a copy with other fields, of which nothing that was computed before depends."""
-        found = copy(self)
-        vars(found).update(fields)
-        return found
-
-    @cached_property
-    def zones_by_name(self) -> Zones:
-        return contact_zones(self.all_zones, self.problem.law.corners)
-
-    @cached_property
-    def micromoment(self) -> Array:
-        return self._moment(self.x, self.pressures)
-
-    def moment_at(self, x: Array) -> Array:
-        return self._moment(x, [self.pressure(corner, x) for corner in range(len(self.pressures))])
-
-    def _moment(self, x: Array, pressures: ArrayLike) -> Array:
-        """Returns M of (29) at x, array (n,), or the reaction."""
-        if self.problem.law.clamps_rotation:
-            return self.reaction(x)
-        return self.problem.ell / 2 * np.sum(self.problem.levers(x) * pressures, axis=0)
-
-    @cached_property
-    def energy(self) -> float:
-        """Elastic energy per thickness, half the work of the corners."""
-        depth = np.where(self.pressures != 0, self.approach - self.problem.initial_gaps(self.x), 0.0)
-        return float(np.sum((self.pressures * depth) @ self.weights) / 2)
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class State(PlainData):
     """A contact state, of whatever body, law and method.
 
@@ -376,141 +166,126 @@ class State(PlainData):
     (0.15, True)
     """
 
-    solution: Any
+    solution: Interpolant
+    problem: ContactLike
+    solid: Cosserat
     obstacle: ObstacleLike
     law: LawLike
-    solid: Cosserat
+    method: str
     load: float
+    approach: float | None
+    error_estimate: float | None
+    error_parts: Any  # ErrorParts, or None
     residual: float
     iterations: int
     unknowns: int
-    method: str
-    energy: float
-    x: Array
-    weights: Array
+    notes: tuple[str, ...]
+
     points: Array
     normals: Array
-    micromoment: Array
-    psi: Array
-    displacement: Array
+    weights: Array
+    pressure: Array
+    pressures: dict[str, Array]
+    closed: Integers
+    contact_area: float
+
+    # of the plane, None in space
+    x: Array
+    zones: Zones
+    half_width: float
     apart: Flags | None
-    shape: tuple[int, int] | None
-    x1: Array | None
-    x2: Array | None
-    triangles: Integers | None
-    squares: tuple[Any, ...] | None
-    width: float | None
-    seen_width: float | None
-    error_estimate: float | None
-    shear: float | None
-    dissipation: float | None
-    work: float | None
-    tangential_approach: float | None
-    zone_errors: ZoneErrors | None
-    shear_traction: Array | None
-    slip: Array | None
 
-    def __init__(self, solution: Any, **given: Any) -> None:
-        vars(self).update({name: _to_read(value) for name, value in given.items()}, solution=solution)
+    # with friction
+    shear: float | None = None
+    shear_traction: Array | None = None
+    dissipation: float | None = None
+    tangential_approach: float | None = None
+    zone_errors: ZoneErrors | None = None
 
-    if not TYPE_CHECKING:
+    # of cells or nodes in space
+    squares: tuple[Any, ...] | None = None
+    triangles: Integers | None = None
+    shape: tuple[int, int] | None = None
+    x1: Array | None = None
+    x2: Array | None = None
+    width: float | None = None
+    seen_width: float | None = None
 
-        def __getattr__(self, name):
-            entry, own = self.__dataclass_fields__.get(name), getattr_static(type(self), name, None)
-            if isinstance(own, (property, cached_property)):  # which failed: once more for its own words
-                return own.__get__(self)
-            if entry is None or "solution" not in vars(self):
-                raise AttributeError(f"a State has no {name}")
-            of_problem, own = name in ("obstacle", "law", "solid"), self.solution
-            holders = (self.problem,) if of_problem else (own, getattr(own, "moment", None))
-            known = [one for one in holders if getattr_static(one, name, None) is not None]
-            if not known and "None" not in entry.type:
-                raise AttributeError(f"{type(self.solution).__name__} has no {name}")
-            value = _to_read(getattr(known[0], name)) if known else None
-            vars(self)[name] = value.item() if isinstance(value, np.generic) else value
-            return vars(self)[name]
+    def __post_init__(self) -> None:
+        set_read_only(self)
 
     def noting(self, sentence: str) -> State:
         """Returns the state with one more sentence among its `warnings`."""
-        return State(**vars(self) | {"warnings": [*self.warnings, sentence]})
-
-    @classmethod
-    def names(cls) -> tuple[str, ...]:
-        computed = (name for name, own in vars(cls).items() if isinstance(own, cached_property))
-        return (*(entry.name for entry in fields(cls)), *computed)
+        return replace(self, notes=(*self.notes, sentence))
 
     @property
     def flat(self) -> bool:
         """Whether the state is one of the plane."""
-        return "zones" not in vars(self) or self.zones is not None
+        return self.zones is not None
+
+    @property
+    def _rules(self) -> _InPlane | _InSpace:
+        """What differs between the plane and space."""
+        return IN_PLANE if self.flat else IN_SPACE
 
     @property
     def listed(self) -> tuple[str, ...]:
         """Names of what `to_dict` has."""
-        if not self.flat:
-            return LISTED["all"] + LISTED["space"]
-        return LISTED["all"] + LISTED["plane"] + LISTED["friction"] * (self.shear is not None)
+        return self._rules.listed(self)
+
+    # what the interpolant evaluates when it is first read
 
     @cached_property
-    def problem(self) -> ContactLike:
-        return self.solution.solver.contact
+    def _response(self) -> SurfaceResponse:
+        return self.solution.response()
 
-    @cached_property
-    def approach(self) -> float | None:
-        return float(self.solution.approach) if self.solution.solver.has_level else None
+    @property
+    def micromoment(self) -> Array:
+        return self._response.micromoment
 
-    @cached_property
-    def error_parts(self) -> ErrorParts | None:
-        return self.solution.estimate
+    @property
+    def psi(self) -> Array:
+        return self._response.psi
 
-    @cached_property
-    def pressures(self) -> dict[str, Array]:
-        return Named("corner", zip(self.law.corners, map(_to_read, self.solution.pressures)))
+    @property
+    def displacement(self) -> Array:
+        return self._response.displacement
 
-    @cached_property
-    def pressure(self) -> Array:
-        return _to_read(np.sum(list(self.pressures.values()), axis=0))
-
-    @cached_property
-    def closed(self) -> Integers:
-        return np.sum([own > 0 for own in self.pressures.values()], axis=0)
-
-    @cached_property
-    def zones(self) -> Zones:
-        zones, period = self.solution.zones_by_name, self.solution.period
-        return Named("zone", {name: over_the_end(pairs, period) for name, pairs in zones.items()})
-
-    @cached_property
-    def half_width(self) -> float:
-        """Half of the width of the contact at the middles of blocks (length)."""
-        return float(np.ptp(self.zones["contact"] or 0)) / 2
-
-    @cached_property
-    def contact_area(self) -> float:
-        """Length of the contact.
-
-        Examples
-        --------
-        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
-        >>> state.contact_area == 2 * state.half_width      # one zone
-        True
-        """
-        return sum(right - left for left, right in self.zones["contact"])
-
-    @cached_property
-    def rotation(self) -> Array:
-        return self.psi + self.problem.blocks.rotation(self.x)
-
-    @cached_property
+    @property
     def opposite(self) -> Array | None:
-        return None if body_of(self.obstacle) is None else self.solution.counter_displacement(self.x)
+        return self._response.opposite
+
+    @property
+    def slip(self) -> Array | None:
+        return self._response.slip
+
+    @property
+    def rotation(self) -> Array | None:
+        return self._response.rotation
+
+    @cached_property
+    def energy(self) -> float:
+        return plain(self.solution.energy)
+
+    @cached_property
+    def work(self) -> float | None:
+        return plain(self.solution.work)
 
     @cached_property
     def warnings(self) -> list[str]:
-        known = [*self.solution.remarks(), *self.solution.notes]
-        own = (*_beyond_small_strain(self), *of_samples(self)) if self.flat else _far_off(self)
-        return [*own, *known]
+        return [*self.solution.warnings(self), *self.notes]
+
+    def parts_to_save(self) -> tuple[type, dict[str, Any]]:
+        parts = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        stored = Stored(
+            "what lies between the points of a state",
+            self._response,
+            self.energy,
+            self.work,
+            self.warnings[: len(self.warnings) - len(self.notes)],
+            self.solution.surface(None) if self.flat else None,
+        )
+        return State, parts | {"solution": stored}
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -539,9 +314,10 @@ class State(PlainData):
         >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
         [2.01, 0.0]
         """
-        places = self._places(x)
+        places = self._rules.places(x)
         numbers = range(len(self.pressures)) if corner is None else [self._number(corner)]
-        return self._like(x, sum(self.solution.pressure(number, places) for number in numbers))
+        pressures: Any = sum(self.solution.pressure(number, places) for number in numbers)
+        return self._rules.shaped(pressures, x)
 
     def shear_traction_at(self, x: ArrayLike) -> Array:
         """Returns the shear traction along x1 at x, of a state of a history.
@@ -570,7 +346,7 @@ class State(PlainData):
         [0.6, 0.0]
         """
         require(self.shear is not None, "law", self.law, "has no friction, and so no shear traction")
-        return self._like(x, self.solution.shear_at(self._places(x)))
+        return self._rules.shaped(self.solution.shear_at(self._rules.places(x)), x)
 
     def micromoment_at(self, x: ArrayLike) -> Array:
         """Returns the micromoment (29) at x, or the reaction to psi where the law prescribes it.
@@ -593,10 +369,7 @@ class State(PlainData):
         >>> state.micromoment_at([-0.2, 0.2, 1.0]).round(4).tolist()
         [-0.0712, 0.0712, 0.0]
         """
-        places = self._places(x)
-        if self.flat:
-            return self._like(x, self.solution.moment_at(places))
-        return np.column_stack([self.solution.between(one, places) for one in self.solution.micromoment])
+        return self._rules.shaped(self.solution.moment_at(self._rules.places(x)), x)
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.
@@ -625,7 +398,8 @@ class State(PlainData):
         True
         """
         self._require_flat("gap between its points")
-        return self._like(x, self.solution.gap(self._number(corner), self._places(x)))
+        places = self._rules.places(x)
+        return self._rules.shaped(self.solution.gap(self._number(corner), places), x)
 
     def counter_displacement(self, x: ArrayLike) -> Array:
         """Returns the displacement along x2 (in three dimensions x3) of the surface of a second body,
@@ -650,24 +424,11 @@ class State(PlainData):
         >>> bool(state.counter_displacement(0.0) > state.counter_displacement(1.0))
         True
         """
-        return self._like(x, self.solution.counter_displacement(self._places(x)))
+        return self._rules.shaped(self.solution.counter_displacement(self._rules.places(x)), x)
 
     def _require_flat(self, what: str) -> None:
+        """Raises BadArgument in three dimensions."""
         require(self.flat, "method", self.method, f"has no {what} in three dimensions")
-
-    def _places(self, x: ArrayLike) -> Array:
-        """Returns abscissae, array (n,), or places in space, array (n, 2) or (n, 3)."""
-        if self.flat:
-            return require_numbers(x=x)
-        words = "must be an array (k, 2) or (k, 3) of finite numbers"
-        places = require_floats(words, points=x)
-        good = places.ndim == 2 and places.shape[1] in (2, 3) and np.isfinite(places).all()
-        require(good, "points", x, words)
-        return places
-
-    def _like(self, x: ArrayLike, found: Any) -> Array:
-        """Returns what was found at x in the shape of x, in three dimensions as it is."""
-        return np.reshape(found, np.shape(x))[()] if self.flat else found
 
     def along(self, direction: str) -> dict[str, Array]:
         """Returns a state on cells in three dimensions along a line through the middle of the cells, in the
@@ -692,14 +453,15 @@ class State(PlainData):
         require(self.squares, "direction", direction, "belongs to cells in three dimensions")
         squares: Any = self.squares
         fields = np.array([self.pressure, *self.micromoment.T, *self.psi.T])
-        (first, second), cuts = np.mean([square.middle for square in squares], axis=0), []
+        first, second = np.mean([square.middle for square in squares], axis=0)
+        cuts = []
         for square, values in zip(squares, np.split(fields, len(squares), axis=1)):
             x1 = square.axes[0]
             x2 = second + (x1 - first if direction == "diagonal" else 0 * x1)
             inside = square.beyond(x1, x2) <= 0
             grids = values.reshape(-1, square.count, square.count)
-            own = [square.interpolated(one, False, x1[inside], x2[inside]) for one in grids]
-            cuts.append([x1[inside], *own])
+            on_line = [square.interpolated(grid, False, x1[inside], x2[inside]) for grid in grids]
+            cuts.append([x1[inside], *on_line])
         along = np.hstack(cuts)
         names = "x1", "pressure", "m1", "m2", "psi1", "psi2"
         return dict(zip(names, along[:, np.argsort(along[0], kind="stable")]))
@@ -725,12 +487,10 @@ class State(PlainData):
         >>> state.fields([-0.1, 0.1], -0.2).psi.shape
         (2,)
         """
-        return self._offered("fields", "method", self.method, NO_FIELDS)
-
-    def _offered(self, name: str, *refusal: Any) -> Any:
-        """Returns what the solutions of some methods have; raises BadArgument of others."""
-        require(hasattr(self.solution, name), *refusal)
-        return getattr(self.solution, name)
+        fields = self.solution.fields
+        if fields is None:
+            raise BadArgument("method", self.method, NO_FIELDS)
+        return fields
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
         """Returns what the supports of a body on a boundary exert on it.
@@ -759,8 +519,7 @@ class State(PlainData):
         >>> round(float(problem.solve(load=1.0).reaction(".*").force[1]), 6)
         1.0
         """
-        words = "belongs to a body on a mesh"
-        return self._offered("reaction_on", "boundary", boundary, words)(boundary)
+        return self.solution.reaction_on(boundary)
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface of a state of the plane on an interval (left, right) of x1, without it around
@@ -794,18 +553,10 @@ class State(PlainData):
         (1.0, None, True)
         """
         data = {name: plain_data(getattr(self, name)) for name in self.listed}
-        if not self.flat:
-            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.squares else {}
-            return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
-        profile = {"x": data["x"], "weight": data["weights"], "pressure": data["pressure"]}
-        profile |= {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
-        profile |= {"micromoment": data["micromoment"], "psi": data["psi"]}
-        if "slip" in data:
-            profile |= {"shear": data["shear_traction"], "slip": data["slip"]}
-        return {**data, "profile": profile}
+        return {**data, "profile": self._rules.profile(self, data)}
 
     def __repr__(self) -> str:
-        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
+        contact = self._rules.contact(self)
         words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
         return line("Contact state", words, self.warnings)
 
@@ -831,14 +582,7 @@ class State(PlainData):
         >>> figure = state.plot("state.pdf")
         >>> _ = state.plot(ax=figure.axes[0])
         """
-        from ..view import state_figure, surface_figure  # here: not without a picture
-
-        if not self.flat:
-            drawing = surface_figure.draw(self, ax)
-        elif ax is None:
-            drawing = state_figure.draw(self)
-        else:
-            drawing = state_figure.draw_curves(ax, self)
+        drawing = pictures().draw_state(self, ax)
         return saved(drawing, file, ax, self.warnings, self.caption)
 
     def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
@@ -856,9 +600,7 @@ class State(PlainData):
         BadArgument
             In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
-        from ..view.blocks import draw
-
-        return saved(draw(ax, self), file, ax, self.warnings, self.caption)
+        return saved(pictures().draw_blocks(self, ax), file, ax, self.warnings, self.caption)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -876,54 +618,92 @@ class State(PlainData):
             If the state is one on cells or in three dimensions, or the field unknown.
         """
         self._require_flat("picture below the surface (to_vtk writes the fields of a mesh)")
-        self._offered("fields_below", "method", self.method, NO_FIELDS)
-        from ..view.below import draw_below
-
+        require(self.solution.fields is not None, "method", self.method, NO_FIELDS)
         caption = f"{self.caption}\ncontact in black"
-        return saved(draw_below(self, field, ax), file, ax, self.warnings, caption)
+        return saved(pictures().draw_below(self, field, ax), file, ax, self.warnings, caption)
 
 
-def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
-    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,)."""
-    names, count = solution.solver.blocks.names, len(points)
-    given |= dict.fromkeys(("zones", "half_width", "x", "rotation"))
-    given |= {"points": points, "normals": np.tile([0.0, 0.0, 1.0], (count, 1)), "weights": weights}
-    given |= {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}
-    given |= {name: getattr(solution, name).ravel() for name in ("displacement", "closed")}
-    pressures = Named("corner", zip(names, map(_to_read, solution.pressures.reshape(-1, count))))
-    return State(
-        solution, **given, pressures=pressures, contact_area=float(weights[given["closed"] > 0].sum())
-    )
+@dataclass(frozen=True, eq=False, repr=False)
+class Stored(Absent):
+    """Interpolant of a state from a file: it has what was evaluated at the points, and refuses the rest."""
+
+    computed: SurfaceResponse
+    energy: float
+    work: float | None
+    sentences: list[str]
+    along: Surface | None
+
+    def response(self) -> SurfaceResponse:
+        """Returns the response of the bodies at the points."""
+        return self.computed
+
+    def warnings(self, state: State) -> list[str]:
+        """Returns the sentences of the state that was saved."""
+        return self.sentences
+
+    def surface(self, window: Interval | None) -> Any:
+        """Returns the Surface of the state that was saved, whatever the window."""
+        return self.along
 
 
-def _to_read(value: Any) -> Any:
-    """Returns an array as one that cannot be written to: states share values."""
-    if isinstance(value, np.ndarray):
-        value = value.view()
-        value.flags.writeable = False
-    return value
+class _InPlane:
+    """Rules of states in the plane."""
+
+    def places(self, x: ArrayLike) -> Array:
+        """Returns abscissae as an array (n,)."""
+        return require_numbers(x=x)
+
+    def shaped(self, values: Array, x: ArrayLike) -> Array:
+        """Returns values at x in the shape of x."""
+        return np.reshape(values, np.shape(x))[()]
+
+    def listed(self, state: State) -> tuple[str, ...]:
+        """Returns names of what `State.to_dict` has."""
+        friction = LISTED["friction"] if state.shear is not None else ()
+        return LISTED["all"] + LISTED["plane"] + friction
+
+    def profile(self, state: State, data: dict[str, Any]) -> dict[str, Any]:
+        """Returns columns of plain data over x."""
+        profile = {"x": data["x"], "weight": data["weights"], "pressure": data["pressure"]}
+        profile |= {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
+        profile |= {"micromoment": data["micromoment"], "psi": data["psi"]}
+        if "slip" in data:
+            profile |= {"shear": data["shear_traction"], "slip": data["slip"]}
+        return profile
+
+    def contact(self, state: State) -> str:
+        """Returns the contact in words."""
+        return intervals(state.zones["contact"])
 
 
-def _far_off(state: State) -> list[str]:
-    error = state.error_estimate or 0.0
-    words = f"the error estimate is {error:.1e}: pressures and edges are rough"
-    return [words] * (error > 0.1 and not state.solution.data_exhausted)
+class _InSpace:
+    """Rules of states in space."""
+
+    def places(self, x: ArrayLike) -> Array:
+        """Returns places as an array (n, 2) or (n, 3)."""
+        words = "must be an array (k, 2) or (k, 3) of finite numbers"
+        places = require_floats(words, points=x)
+        good = places.ndim == 2 and places.shape[1] in (2, 3) and np.isfinite(places).all()
+        require(good, "points", x, words)
+        return places
+
+    def shaped(self, values: Array, x: ArrayLike) -> Array:
+        """Returns values as they are."""
+        return values
+
+    def listed(self, state: State) -> tuple[str, ...]:
+        """Returns names of what `State.to_dict` has."""
+        return LISTED["all"] + LISTED["space"]
+
+    def profile(self, state: State, data: dict[str, Any]) -> dict[str, Any]:
+        """Returns the state on cells along the axis x1 and the diagonal."""
+        cuts = {"axis": "x1", "diagonal": "diagonal"} if state.squares else {}
+        return {name: plain_data(state.along(cut)) for name, cut in cuts.items()}
+
+    def contact(self, state: State) -> str:
+        """Returns the contact in words."""
+        return f"area {number(state.contact_area)}"
 
 
-def _beyond_small_strain(state: State) -> list[str]:
-    """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
-    ell = 0.0 if isinstance(state.solid, Elastic) else state.solid.ell
-    angle = math.degrees(np.abs(state.rotation).max(initial=0.0))
-    edges = np.ravel(state.zones["contact"] if state.solution.has_edges else [])
-    width = float(np.ptp(edges)) if len(edges) else math.inf
-    sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
-    beside = returned(state.solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
-    known = np.isfinite(beside).all(axis=0)
-    slope = np.abs(np.diff(beside[:, known], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
-    return [
-        # where the small-angle form misses 1.5 %
-        *[f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)"] * (angle > 10),
-        *[f"slope {slope:.2g} at the edge of the contact: beyond small strain"] * bool(slope > 0.2),
-        *_far_off(state),
-        *["blocks are larger than the half-width of the contact"] * (width < 2 * ell),
-    ]
+IN_PLANE = _InPlane()
+IN_SPACE = _InSpace()

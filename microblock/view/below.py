@@ -5,7 +5,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from ..errors import require_choice
-from ..model.fields import halves, largest_shear
+from ..model.fields import FIRST_ROW, largest_shear
 from . import plots
 
 QUANTITIES = {
@@ -15,7 +15,6 @@ QUANTITIES = {
     "skew": r"$\sigma_{12} - \sigma_{21}$ (stress)",
     "shear": "largest shear stress (stress)",
 }
-FIRST = 0.02  # of the depth: the uppermost row; nearer to the surface a stress may have no bound
 
 
 @plots.styled
@@ -33,7 +32,7 @@ def draw_below(state, quantity, axis):
     known = {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}
     known["shear"] = largest_shear(stress)
     triangulation, field = Triangulation(x1, x2, triangles), known[quantity]
-    deep = field[x2 <= -FIRST * depth]  # edges of the contact and corners of a body may have no bound
+    deep = field[x2 <= -FIRST_ROW * depth]  # edges of the contact and corners of a body may have no bound
     low, high = np.quantile(deep, (2e-3, 1 - 2e-3))
     signed, size = quantity in ("psi", "skew"), max(abs(low), abs(high))
     levels = MaxNLocator(20).tick_values(*((-size, size) if signed else (low, high)))
@@ -49,12 +48,3 @@ def draw_below(state, quantity, axis):
     axis.set_ylim(max(x2.min(), -depth), max(0.03 * depth, x2.max()))
     drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75)
     return drawing
-
-
-def half_plane_grid(box):
-    """x1 and x2 of points, arrays (n,), denser towards the surface, and halves of the rectangles between."""
-    (left, right), depth = box
-    down = -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, 25) ** 2)
-    x1, x2 = np.meshgrid(np.linspace(left, right, 61), down)
-    # not Delaunay's, which rounding chooses: the corners of a rectangle lie on a circle
-    return x1.ravel(), x2.ravel(), halves(np.arange(x1.size).reshape(x1.shape))

@@ -14,7 +14,7 @@ from ..errors import require
 from ..model import intervals
 from ..model.law import level_surface, tangents
 from ..model.obstacles import heights
-from ..model.state import Surface
+from ..model.surface import Surface
 from . import plots
 
 MOST, LEAST = 25, 10  # blocks in a picture, side by side
@@ -120,7 +120,7 @@ def section(state):
 
 
 @plots.styled
-def draw(axis, state):
+def draw_blocks(state, axis):
     """The figure of an axis, or a new one, with the rotated blocks."""
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=3.3)
     row, contact, where = (None, state.zones["contact"], "") if state.flat else section(state)

@@ -9,8 +9,12 @@ MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
 
 
 @plots.styled
-def draw_history(states):
-    """The figure of a history: shear traction of the last state (a), and the way there (b)."""
+def draw_history(states, axis):
+    """The figure of a history: shear traction of the last state (a), and the way there (b); of an axis with
+    the way alone.
+    """
+    if axis is not None:
+        return draw_loop(axis, states)
     drawing, (tractions, loop) = plots.figure(2, 1)
     state = states[-1]
     bound, x = state.law.friction * state.pressure, state.x

@@ -32,7 +32,7 @@ def draw(state):
     for name in ("pressure", "micromoment", "gap", "turn", "zones"):
         axes[name].set(xlim=surface.x[[0, -1]], xlabel="$x_1$ (length)" * (name in ("turn", "zones")))
         axes[name].tick_params(labelbottom=name in ("turn", "zones"))
-    blocks.draw(axes["blocks"], state)
+    blocks.draw_blocks(state, axes["blocks"])
     return drawing
 
 

@@ -10,7 +10,6 @@ from microblock.contact_solvers.event_driven import EventDrivenContact, Friction
 from microblock.data import export
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.history import History
-from microblock.model.state import State
 
 from . import library
 from . import problems as given
@@ -181,7 +180,7 @@ def history_of(problem):
     for number in range(problem.get("levels", 0)):
         level = solver.level(number, level)
     level = level or solver.on(cells_of(*problem["cells"]))
-    return History(contact, [State(solution) for solution in level.solutions], level.events)
+    return History(contact, [solution.state() for solution in level.solutions], level.events)
 
 
 def cells_of(reach, number):

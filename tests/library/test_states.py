@@ -76,7 +76,7 @@ def test_warnings_stand_in_what_a_state_says_of_itself(kind):
     tilted = PROBLEMS[kind].with_(law=mb.Microblock(psi0=0.3))  # 17 degrees: beyond small angles
     state = tilted.solve(load=1.0 if kind == "fitted" else 1e-3)
     if kind == "half-space":  # which warns of nothing there
-        state = mb.State(**{**vars(state), "warnings": ["cells are few"]})
+        state = replace(state, notes=("cells are few",))
     above = " ".join(state.plot().get_suptitle().split())
     assert state.warnings
     for text in state.warnings:

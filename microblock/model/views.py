@@ -1,0 +1,46 @@
+"""Figures and data sets of results, which the rooms above the model offer: it knows none of them by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from .types import Axes, Figure
+
+
+class Pictures(Protocol):
+    """Figures of results, new ones or those of an axis."""
+
+    def draw_state(self, state: Any, ax: Axes | None, /) -> Figure: ...
+
+    def draw_blocks(self, state: Any, ax: Axes | None, /) -> Figure: ...
+
+    def draw_below(self, state: Any, field: str, ax: Axes | None, /) -> Figure: ...
+
+    def draw_history(self, states: Sequence[Any], ax: Axes | None, /) -> Figure: ...
+
+    def draw_path(self, path: Any, ax: Axes | None, /) -> Figure: ...
+
+
+class Tables(Protocol):
+    """Results as labelled data sets."""
+
+    def data_set(self, result: Any, /) -> Any: ...
+
+
+_offers: dict[str, Callable[[], Any]] = {}
+
+
+def offer(pictures: Callable[[], Pictures], tables: Callable[[], Tables]) -> None:
+    """Takes the functions that load pictures and tables when they are first asked for."""
+    _offers.update(pictures=pictures, tables=tables)
+
+
+def pictures() -> Pictures:
+    """Returns the Pictures, which load matplotlib."""
+    return _offers["pictures"]()
+
+
+def tables() -> Tables:
+    """Returns the Tables."""
+    return _offers["tables"]()

@@ -1,0 +1,19 @@
+"""Figures of results, as `microblock.model.views.Pictures` names them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..model.types import Axes, Figure
+from . import state_figure, surface_figure
+from .below import draw_below as draw_below
+from .blocks import draw_blocks as draw_blocks
+from .history_figure import draw_history as draw_history
+from .history_figure import draw_path as draw_path
+
+
+def draw_state(state: Any, axis: Axes | None) -> Figure:
+    """Returns the figure of a state; of an axis with pressures, in the plane also micromoment."""
+    if not state.flat:
+        return surface_figure.draw(state, axis)
+    return state_figure.draw(state) if axis is None else state_figure.draw_curves(axis, state)
