@@ -169,7 +169,7 @@ class CellSolver(Solver):
         near = initial if similar else None
 
         def solved(count, before):
-            grid, last = window.of(count), count == sizes[-1]
+            grid, last = window.with_count(count), count == sizes[-1]
             # rounding may keep a coarse grid from what it would gain from, where ell is very small
             coarse = self.coarse_residual(count), 100 * self.coarse_residual(count)
             for residual in (self.options.residual,) if last else coarse:
@@ -253,7 +253,7 @@ class CellSolver(Solver):
             H, g0, load=load, approach=approach, start=start, rtol=residual
         )
         surface, half = H.surface(found.forces), self.solid.ell / 2
-        phi, m = H.turned(found.forces, surface)
+        phi, m = H.rotations_and_moments(found.forces, surface)
         state = self.solution(
             self,
             grid,

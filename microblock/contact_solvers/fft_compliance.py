@@ -1,4 +1,4 @@
-"""Corner forces to corner gaps on equal cells of a half-plane or of a half-space, matrix-free.
+"""FFT compliance from corner forces to gaps on a uniform grid, of a half-plane or of a half-space.
 
 With the normal displacement u, rotations phi times ell/2, corners at s and tilts t over ell/2 of the blocks,
 
@@ -12,283 +12,439 @@ direction e of a wave R is [[U, V e], [V e, W_par + (W - W_par) e e]], where W_p
 Without images R is that of cells in a period of twice the length.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
+from typing import Protocol, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 from scipy.ndimage import map_coordinates
 
+from ..model.types import Array, Flags, Integers
 from .convolution import FourierOperator, circulant_spectrum
+from .projected_gradients import MatrixFree
 from .rounding import EPS_PIVOT
 
-TWIST_MODE = np.array(
-    (1.0, -1.0, -1.0, 1.0)
-)  # forces on four corners that have neither a resultant nor a moment
+Operator = Callable[[Array], Array]
+
+# forces on four corners that have neither a resultant nor a moment
+TWIST_MODE = np.array((1.0, -1.0, -1.0, 1.0))
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Equal cells, as many along each axis: number, width and middle."""
+    """Equal cells, as many along each of d axes: number, width and middle."""
 
     count: int
     width: float
     middle: tuple[float, ...] = (0.0, 0.0)
 
     @cached_property
-    def axes(self):
+    def axes(self) -> tuple[Array, ...]:
         """Centres along each axis, arrays (count,)."""
-        x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
+        x = self.width * np.asarray(np.arange(self.count) - (self.count - 1) / 2, float)
         return tuple(middle + x for middle in self.middle)
 
     @property
-    def places(self):
+    def places(self) -> tuple[Array, ...]:
         """Coordinates of all centres, arrays (count, ...)."""
-        return np.meshgrid(*self.axes, indexing="ij")
+        return tuple(np.meshgrid(*self.axes, indexing="ij"))
 
     @property
-    def side(self):
+    def side(self) -> float:
         """Of all cells together (length)."""
         return self.count * self.width
 
     @property
-    def area(self):
+    def area(self) -> float:
         """Of a cell (length or length^2)."""
         return float(self.width ** len(self.middle))
 
     @property
-    def grids(self):
+    def grids(self) -> tuple["Grid", ...]:
         return (self,)
 
-    def near(self, grid, *x):
+    def nearest_images(self, grid: "Grid", *x: Array | float) -> Array:
         """Returns places, which have no images, array (d, ...)."""
         return np.array(x)
 
-    def of(self, count):
+    def with_count(self, count: int) -> "Grid":
         """Returns the same square of so many cells a side."""
         return replace(self, count=count, width=self.side / count)
 
-    def beyond(self, *x):
+    def distance_outside(self, *x: Array | float) -> Array:
         """Returns how far places are outside (length, the largest along an axis)."""
-        apart = [np.abs(along - middle) for along, middle in zip(x, self.middle)]
-        return np.asarray(np.max(apart, axis=0) - self.side / 2)
+        offsets = [np.abs(along - middle) for along, middle in zip(x, self.middle)]
+        return np.asarray(np.max(offsets, axis=0) - self.side / 2)
 
-    def steps(self, *x):
+    def steps(self, *x: Array | float) -> Array:
         """Returns places in cells from the first one on, array (d, ...)."""
-        apart = [one - own[0] for one, own in zip(x, self.axes)]
-        return np.array(np.broadcast_arrays(*apart)) / self.width
+        offsets = [along - axis[0] for along, axis in zip(x, self.axes)]
+        return np.array(np.broadcast_arrays(*offsets)) / self.width
 
-    def nearest(self, *x):
-        """Returns the numbers of the nearest cells, array (d, ...) of int."""
+    def nearest(self, *x: Array | float) -> Integers:
+        """Returns the numbers of the nearest cells, array (d, ...)."""
         return np.clip(np.rint(self.steps(*x)).astype(int), 0, self.count - 1)
 
-    def interpolated(self, values, periodic, *x):
+    def interpolated(self, values: Array, periodic: bool, *x: Array | float) -> Array:
         """Returns values on cells, array (n, ...), between their centres; 0 outside."""
-        places, n = self.steps(*x), self.count
-        found = map_coordinates(values, places, order=1, mode="grid-wrap" if periodic else "nearest")
-        return np.where(periodic | np.all(np.abs(places - (n - 1) / 2) <= n / 2, axis=0), found, 0.0)
+        steps = self.steps(*x)
+        n = self.count
+        between = map_coordinates(values, steps, order=1, mode="grid-wrap" if periodic else "nearest")
+        inside = periodic | np.all(np.abs(steps - (n - 1) / 2) <= n / 2, axis=0)
+        return np.where(inside, between, 0.0)
 
 
-class Flexibility:
-    """H on cells as a product, and a preconditioner for it.
+@dataclass(frozen=True, eq=False)
+class CellResponse:
+    """The response (u, phi) of a surface to loads (p, m) on count cells along each axis.
 
-    Parameters
+    Attributes
+    ----------
+    symbol : function of wavenumbers k, array (n,), that returns U, V, W and W_par, or U, V, W
+    averages : function that returns averages of the response over cells 0, 1, ... cells away, arrays
+        (count, ...), the upper triangle of R, or where psi = 0 its first column
+    count, width : number of cells along an axis, and their width
+    dimensions : number of axes
+    clamped : whether psi = 0 on the whole surface
+    mean_rotation : float or None, W on a period for k -> 0; None without images
+    """
+
+    symbol: Callable[[Array], ArrayLike]
+    averages: Callable[[], ArrayLike]
+    count: int
+    width: float
+    dimensions: int
+    clamped: bool
+    mean_rotation: float | None
+
+    @property
+    def near(self) -> int:
+        """Cells of the period of the preconditioner."""
+        return self.count if self.mean_rotation is not None else next_fast_len(self.count, real=True)
+
+    @property
+    def length(self) -> tuple[int, ...]:
+        """Cells along each axis of the transforms."""
+        length = self.near if self.mean_rotation is not None else 2 * self.near
+        return (length,) * self.dimensions
+
+    @property
+    def rotations(self) -> range:
+        """Rows of phi and m in R."""
+        return range(1, 1 + self.dimensions)
+
+    def spectrum(self) -> list[list[Array]]:
+        """Returns R on the waves of a period of `length` cells; where psi = 0 its first row and column, with
+        moments in the place of rotations.
+        """
+        return self._window_spectrum() if self.mean_rotation is None else self._periodic_spectrum()
+
+    def _periodic_spectrum(self) -> list[list[Array]]:
+        """Returns R from the symbol, without a mean displacement."""
+        R = self.smooth_spectrum(self.length[0])
+        R[0, 0][(0,) * self.dimensions] = 0
+        return [list(row) for row in (exchanged(R, self.rotations) if self.clamped else R)]
+
+    def _window_spectrum(self) -> list[list[Array]]:
+        """Returns R from averages over cells, which have no images in a period of twice the length."""
+        size = 1 + self.dimensions
+        averages = iter(cast(Array, self.averages()))
+        R = [[np.empty(0)] * size for _ in range(size)]
+        for i in range(1 if self.clamped else size):
+            for j in range(i, size):
+                odd = [(i == axis) != (j == axis) for axis in self.rotations]
+                R[i][j] = R[j][i] = circulant_spectrum(next(averages), self.length[0], *odd)
+        return R
+
+    def smooth_spectrum(self, length: int) -> Array:
+        """Returns R of the symbol on a period, positive definite: array (1 + d, 1 + d, ...)."""
+        d = self.dimensions
+        ways, k = wavenumbers(length, self.width, d)
+        values = np.reshape(self.symbol(k.ravel()), (-1, *k.shape)) / self.width**d
+        U, V = values[:2]
+        W, W_par = values[2], values[-1]
+        mean = (0,) * d
+        V[mean] = 0
+        rotations = values[2:].T[mean]
+        rotations[:] = rotations.mean() if self.mean_rotation is None else self.mean_rotation / self.width**d
+        # of the shortest wave cells see no odd part
+        sees_odd = np.pi / self.width * (1 - 0.5 / length)
+        odd = np.array([np.where(np.abs(way) < sees_odd, way / k, 0.0) for way in ways])
+        difference = W - W_par
+        R = np.empty((1 + d, 1 + d, *k.shape))
+        R[0, 0] = U
+        R[0, 1:] = R[1:, 0] = V * odd
+        R[1:, 1:] = difference * odd[:, None] * odd
+        for axis in range(d):
+            R[1 + axis, 1 + axis] = W_par + difference * (ways[axis] / k) ** 2
+        return R
+
+    def short_wave(self) -> tuple[float, float]:
+        """Returns k U and k W of the shortest wave of the cells."""
+        k = np.pi / self.width
+        displacement, _, rotation = k * np.ravel(self.symbol(np.array([k])))[:3]
+        return float(displacement), float(rotation)
+
+
+class SecondBody(Protocol):
+    """What a second body adds to the gaps of corners on cells.
+
+    Attributes
+    ----------
+    smooth : array (length, ...), positive response of the second body on the waves of the preconditioner
+    """
+
+    smooth: Array
+
+    def __matmul__(self, forces: Array) -> Array: ...
+
+    def added(self, R: Array, displaced: float) -> Array:
+        """Returns R of both bodies from that of the first, whose short waves displace by `displaced`."""
+
+
+class TwistingBody(SecondBody, Protocol):
+    """A second body under four corners of a block, which forces 1, -1, -1, 1 twist.
+
+    Attributes
+    ----------
+    twisted : float, most twist of a block (length per force)
+    """
+
+    twisted: float
+
+    def with_short(self, short: Array, displaced: float) -> Array:
+        """Returns what short waves displace, twist and turn, over the first body's displacement."""
+
+
+class Flexibility(MatrixFree):
+    """H on cells as a product, and a preconditioner for it. Arrays of cells are (..., n), (..., n, n), or of
+    several squares (..., squares, n, n).
+
+    Attributes
     ----------
     offsets : array (corners, d), signs s; 0 of one corner. d is 1 on a half-plane, 2 on a half-space
     tilt : array (d, ...), t at the cells; (0, ...) for one corner
     clamped : whether psi = 0 on the whole surface
-    width : float, of a cell
-    rest : float or None, W on a period for k -> 0; None without images
-    symbol : function of wavenumbers k, array (n,), that returns U, V, W and W_par, or U, V, W
-    cells : function that returns averages of the response over cells 0, 1, ... cells away, arrays
-        (count, ...), the upper triangle of R, or where psi = 0 its first column
-    counter : second body or None, added to the gaps by ``@`` and known to `back`
-
-    Attributes
-    ----------
-    response : function of arrays (1 + d, ...), from (p, m) to (u, phi); of one corner from p to u
-    back : function that returns an approximate inverse of `response`
-    aside : function, of one corner from p to phi, or to the m of psi = 0; else None
-    short : array (1 + d,), or (2 + d,) with a counter
-        Of four corners, displacement, twist of the second body, and rotations under short waves.
+    second : second body, whose gaps are added, or None
+    twist : of four corners on a second body its `twisted`, else None
     """
 
-    def __init__(self, offsets, tilt, clamped, width, rest, symbol, cells, counter):
-        self.offsets, self.tilt, self.clamped, self.counter = offsets, tilt, clamped, counter
-        count, d, one, periodic = tilt.shape[-1], tilt.ndim - 1, len(offsets) == 1, rest is not None
-        near = count if periodic else next_fast_len(count, real=True)
-        length = near if periodic else 2 * near
-        turns = range(1, 1 + d)
-        if periodic:
-            whole = smooth(symbol, length, width, d, rest)
-            whole[0, 0][(0,) * d] = 0
-            whole = exchanged(whole, turns) if clamped else whole
-        else:
-            parts, odd = iter(cells()), [[row == axis for axis in turns] for row in range(1 + d)]
-            whole = [[None] * (1 + d) for _ in odd]
-            for i in range(1 if clamped else 1 + d):
-                for j in range(i, 1 + d):
-                    whole[i][j] = whole[j][i] = circulant_spectrum(
-                        next(parts), length, *np.not_equal(odd[i], odd[j])
-                    )
-        self.aside = (
-            FourierOperator((length,) * d, [row[:1] for row in whole[1:]], even=(0, 1)) if one else None
-        )
-        self.response = FourierOperator((length,) * d, [whole[0][:1]] if one else whole)
-        shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
-        displaced, _, rotated = np.ravel(shortest * symbol(shortest)[:3])
-        self.short = np.array((1.0, *[rotated / displaced] * d))
-        if self.settling_displaces:
-            self.short = counter.with_short(self.short, displaced)
+    offsets: Array
+    tilt: Array
+    clamped: bool
+    second: "Product | None"
+    twist: "float | Array | None"
 
-        @cache
-        def back():
-            R = smooth(symbol, near, width, d, rest)
-            if one:
-                own = (exchanged(R, turns) if clamped else R)[0, 0]
-                return FourierOperator(
-                    (near,) * d, [[1 / (own if counter is None else own + counter.smooth)]]
-                )
-            R = R if counter is None else counter.added(R, displaced)
-            return FourierOperator((near,) * d, exchanged(R, range(len(R))), (len(R) - d,) * 2)
+    def response(self, loads: Array) -> Array:
+        """Returns (u, phi) under (p, m), arrays (1 + d, ...), of one corner u under p."""
+        raise NotImplementedError
 
-        self.back = back
+    def beside(self, forces: Array) -> Array:
+        """Returns, of one corner, phi under p, or the m of psi = 0: array (d, ...)."""
+        raise NotImplementedError
 
-    def __matmul__(self, forces):
-        """Gaps from forces, arrays (corners, ...)."""
-        found = np.tensordot(self._rows, surface := self.surface(forces), 1)
-        found += (self.tilt * surface[1:]).sum(axis=0)
-        return found if self.counter is None else found + self.counter @ forces
+    def inverse(self) -> Operator:
+        """Returns an approximate inverse of the response, a function."""
+        raise NotImplementedError
+
+    def lifts_of(self, face: Flags) -> Array:
+        """Returns B of `on_face` for the closed ones of four corners: array (3 or 4, corners, ...)."""
+        raise NotImplementedError
+
+    @property
+    def one_corner(self) -> bool:
+        return len(self.offsets) == 1
+
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps from forces, arrays (corners, ...)."""
+        surface = self.surface(forces)
+        gaps = np.tensordot(self.rows, surface, 1)
+        gaps += (self.tilt * surface[1:]).sum(axis=0)
+        return gaps if self.second is None else gaps + self.second @ forces
 
     @cached_property
-    def _rows(self):
+    def rows(self) -> Array:
         """(1, -s) of the corners, array (corners, 1 + d); of one corner (1,)."""
         ones = np.ones((len(self.offsets), 1))
-        return ones if len(ones) == 1 else np.hstack((ones, -self.offsets))
+        return ones if self.one_corner else np.hstack((ones, -self.offsets))
 
-    def surface(self, forces):
-        """(u, phi), or u of one corner, array (1 + d or 1, ...)."""
+    def surface(self, forces: Array) -> Array:
+        """Returns (u, phi), or u of one corner, array (1 + d or 1, ...)."""
         return self.response(self.resultants(forces))
 
-    def resultants(self, forces):
-        """(p, m), or p of one corner, array (1 + d or 1, ...)."""
-        found = np.tensordot(self._rows.T, forces, 1)
-        found[1:] += self.tilt * found[0]
-        return found
+    def resultants(self, forces: Array) -> Array:
+        """Returns (p, m), or p of one corner, array (1 + d or 1, ...)."""
+        loads = np.tensordot(self.rows.T, forces, 1)
+        loads[1:] += self.tilt * loads[0]
+        return loads
 
-    def turned(self, forces, surface):
-        """phi and m, arrays (d, ...), from forces and their `surface`."""
-        if self.aside is None:
+    def rotations_and_moments(self, forces: Array, surface: Array) -> tuple[Array, Array]:
+        """Returns phi and m, arrays (d, ...), from forces and their `surface`."""
+        if not self.one_corner:
             return surface[1:], self.resultants(forces)[1:]
-        beside = self.aside(forces)
-        both = np.zeros_like(beside), beside
-        return both if self.clamped else both[::-1]
+        beside = self.beside(forces)
+        zeros = np.zeros_like(beside)
+        return (zeros, beside) if self.clamped else (beside, zeros)
 
-    def on_face(self, there):
+    def on_face(self, face: Flags) -> Operator:
         """From gaps to forces of least norm on some corners, boolean (corners, ...); of
         fewer than four on all.
 
         C^-1 acts between B = D E^T (E D E^T)^+ and its transpose, E = (1, -s) of these corners, or with a
         second body (1, a b, -a, -b) for s = (a, b).
         """
-        inverse = self.back()
-        if len(self.offsets) == 1:
+        inverse = self.inverse()
+        if self.one_corner:
             return inverse
-        back = np.linalg.inv(self._rows) if len(there) < len(TWIST_MODE) else self._backs_of(there)
+        lifts = np.linalg.inv(self.rows) if len(face) < len(TWIST_MODE) else self.lifts_of(face)
+        d = len(self.tilt)
 
-        def precondition(gaps):
-            surface = np.einsum("sc...,c...->s...", back, gaps)
-            surface[0] -= (self.tilt * surface[-len(self.tilt) :]).sum(axis=0)
-            found = inverse(surface)
-            found[-len(self.tilt) :] -= self.tilt * found[0]
-            return np.einsum("sc...,s...->c...", back, found)
+        def precondition(gaps: Array) -> Array:
+            surface = np.einsum("sc...,c...->s...", lifts, gaps)
+            surface[0] -= (self.tilt * surface[-d:]).sum(axis=0)
+            loads = inverse(surface)
+            loads[-d:] -= self.tilt * loads[0]
+            return np.asarray(np.einsum("sc...,s...->c...", lifts, loads))
 
         return precondition
 
-    def _backs_of(self, there):
-        return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
-
-    @cached_property
-    def _backs(self):
-        """B of each set of corners: array (3 or 4, corners, 16)."""
-        sets = np.arange(16)[:, None] >> np.arange(4) & 1
-        return np.stack([self._back(there) for there in sets], axis=2)
-
-    def _back(self, there):
-        rows = self._rows if self.counter is None else np.insert(self._rows, 1, TWIST_MODE, axis=1)
-        D, E = np.diag(self.short), rows * there[:, None]
-        return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
-
     @property
-    def settling_displaces(self):
+    def settling_displaces(self) -> bool:
         """Whether `settled` displaces a second body."""
-        return self.counter is not None and len(self.offsets) == len(TWIST_MODE)
+        return self.twist is not None
 
-    def settled(self, forces, g0, slope):
-        """Forces with the same resultants and the least work on the initial gaps: "--" or "++" of a block is
-        open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a second body
-        the forces 1, -1, -1, 1 take a step down the slope.
+    def settled(self, forces: Array, g0: Array, slope: Array) -> Array:
+        """Returns forces with the same resultants and the least work on the initial gaps: "--" or "++" of a
+        block is open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a
+        second body the forces 1, -1, -1, 1 take a step down the slope.
         """
         if len(forces) != len(TWIST_MODE):
             return forces
         with np.errstate(invalid="ignore"):
             work = np.tensordot(TWIST_MODE, g0, 1)
-        known = np.isfinite(work)
-        if self.settling_displaces:
-            return twisted(forces, -np.tensordot(TWIST_MODE, slope, 1) / (16 * self.counter.twisted), known)
-        size = EPS_PIVOT * np.abs(g0[:, known]).max(initial=0.0)
-        down = np.where(np.abs(work) > size, -np.copysign(np.inf, work), of_least_norm(forces))
-        return twisted(forces, down, known)
+        all_touch = np.isfinite(work)
+        if self.twist is not None:
+            return twisted(forces, -np.tensordot(TWIST_MODE, slope, 1) / (16 * self.twist), all_touch)
+        rounding = EPS_PIVOT * np.abs(g0[:, all_touch]).max(initial=0.0)
+        share = np.where(np.abs(work) > rounding, -np.copysign(np.inf, work), of_least_norm(forces))
+        return twisted(forces, share, all_touch)
 
 
-def of_least_norm(forces):
-    """The share of NONE that leaves forces of the least norm."""
-    return -np.tensordot(TWIST_MODE, forces, 1) / len(TWIST_MODE)
+class Product(Protocol):
+    """What has a product with corner forces."""
+
+    def __matmul__(self, forces: Array) -> Array: ...
 
 
-def twisted(forces, share, where):
-    """Forces, array (4, ...), plus a share of NONE at some blocks, cut where a force becomes 0."""
+class CellFlexibility(Flexibility):
+    """The flexibility of corners on the cells of one grid.
+
+    Parameters
+    ----------
+    offsets, tilt : arrays, as of `Flexibility`
+    cells : CellResponse
+    second : SecondBody or None
+    """
+
+    def __init__(self, offsets: Array, tilt: Array, cells: CellResponse, second: SecondBody | None) -> None:
+        self.offsets = offsets
+        self.tilt = tilt
+        self.clamped = cells.clamped
+        self.cells = cells
+        self.second = self._second = second
+        self.twist = None
+        self._displaced, rotated = cells.short_wave()
+        # displacement, twist of the second body, and rotations under short waves
+        self._short = np.array((1.0, *[rotated / self._displaced] * cells.dimensions))
+        if second is not None and len(offsets) == len(TWIST_MODE):
+            second = cast(TwistingBody, second)
+            self.twist = second.twisted
+            self._short = second.with_short(self._short, self._displaced)
+        R = cells.spectrum()
+        if self.one_corner:
+            self._response = FourierOperator(cells.length, [R[0][:1]])
+            self._beside = FourierOperator(cells.length, [row[:1] for row in R[1:]], even=(0, 1))
+        else:
+            self._response = FourierOperator(cells.length, R)
+
+    def response(self, loads: Array) -> Array:
+        return self._response(loads)
+
+    def beside(self, forces: Array) -> Array:
+        return self._beside(forces)
+
+    def inverse(self) -> Operator:
+        return self._inverse
+
+    @cached_property
+    def _inverse(self) -> FourierOperator:
+        R = self.cells.smooth_spectrum(self.cells.near)
+        d = self.cells.dimensions
+        period = (self.cells.near,) * d
+        if self.one_corner:
+            if self.clamped:
+                R = exchanged(R, self.cells.rotations)
+            both = R[0, 0] if self._second is None else R[0, 0] + self._second.smooth
+            return FourierOperator(period, [[1 / both]])
+        if self._second is not None:
+            R = self._second.added(R, self._displaced)
+        return FourierOperator(period, list(exchanged(R, range(len(R)))), (len(R) - d,) * 2)
+
+    def lifts_of(self, face: Flags) -> Array:
+        return np.take(self._lifts, np.tensordot(2 ** np.arange(len(face)), face, 1), axis=2)
+
+    @cached_property
+    def _lifts(self) -> Array:
+        """B of each set of corners: array (3 or 4, corners, 16)."""
+        faces = np.arange(16)[:, None] >> np.arange(4) & 1
+        return np.stack([self._lift(face) for face in faces], axis=2)
+
+    def _lift(self, face: Integers) -> Array:
+        rows = self.rows if self.second is None else np.insert(self.rows, 1, TWIST_MODE, axis=1)
+        D = np.diag(self._short)
+        E = rows * face[:, None]
+        return np.asarray(D @ E.T @ np.linalg.pinv(E @ D @ E.T))
+
+
+def of_least_norm(forces: Array) -> Array:
+    """Returns the share of TWIST_MODE that leaves forces, array (4, ...), of the least norm."""
+    return np.asarray(-np.tensordot(TWIST_MODE, forces, 1) / len(TWIST_MODE))
+
+
+def twisted(forces: Array, share: Array, where: Flags) -> Array:
+    """Returns forces, array (4, ...), plus a share of TWIST_MODE at some blocks, cut where a force becomes
+    0.
+    """
     share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
     return np.maximum(forces + np.multiply.outer(TWIST_MODE, np.where(where, share, 0.0)), 0.0)
 
 
-def wavenumbers(length, width, d):
-    """Returns wavenumbers along each axis of a period, and k, array (length, ..., length//2 + 1); at k = 0
-    half of the smallest stands for the mean.
+def wavenumbers(length: int, width: float, d: int) -> tuple[tuple[Array, ...], Array]:
+    """Returns wavenumbers along each of d axes of a period, and k, array (length, ..., length//2 + 1); at
+    k = 0 half of the smallest stands for the mean.
     """
     step = 2 * np.pi / (length * width)
     along = [np.fft.fftfreq(length, 1 / length) * step] * (d - 1) + [np.arange(length // 2 + 1) * step]
-    ways = np.meshgrid(*along, indexing="ij", sparse=True)
+    ways = tuple(np.meshgrid(*along, indexing="ij", sparse=True))
     k = np.sqrt(sum(way**2 for way in ways))
     k[(0,) * d] = step / 2
     return ways, k
 
 
-def smooth(symbol, length, width, d, rest):
-    """R of the symbol on a period, positive definite: array (1 + d, 1 + d, ...)."""
-    ways, k = wavenumbers(length, width, d)
-    U, V, *W = values = np.reshape(symbol(k.ravel()), (-1, *k.shape)) / width**d
-    mean = ..., *(0,) * d
-    values[1][mean], values[2:][mean] = 0, values[2:][mean].mean() if rest is None else rest / width**d
-    below = np.pi / width * (1 - 0.5 / length)  # of the shortest wave cells see no odd part
-    odd = np.array([np.where(np.abs(way) < below, way / k, 0.0) for way in ways])
-    apart, R = W[0] - W[-1], np.empty((1 + d, 1 + d, *k.shape))
-    R[0, 0], R[0, 1:], R[1:, 0] = U, V * odd, V * odd
-    R[1:, 1:] = apart * odd[:, None] * odd
-    for axis in range(d):
-        R[1 + axis, 1 + axis] = W[-1] + apart * (ways[axis] / k) ** 2
-    return R
-
-
-def exchanged(R, which):
-    """The matrices R, array (m, m, ...), with the numbered loads in place of what they displace, by pivots:
-    of all numbers the inverse.
+def exchanged(R: Array, numbers: range) -> Array:
+    """Returns the matrices R, array (m, m, ...), with the numbered loads in place of what they displace, by
+    pivots: of all numbers the inverse.
     """
     R = np.array(R)
-    for j in which:
-        pivot, column = R[j, j].copy(), R[:, j].copy()
+    for j in numbers:
+        pivot = R[j, j].copy()
+        column = R[:, j].copy()
         row = R[j] / pivot
         R -= column[:, None] * row
-        R[j], R[:, j] = -row, column / pivot
+        R[j] = -row
+        R[:, j] = column / pivot
         R[j, j] = 1 / pivot
     return R

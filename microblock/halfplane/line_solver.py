@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.cell_solver import CellSolution, CellSolver
-from ..contact_solvers.fft_compliance import Flexibility, Grid
+from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
 from ..contact_solvers.rounding import EPS_PIVOT
 from ..errors import SMALLEST, BadArgument, NotConverged
 from ..model import contact_candidates
@@ -207,7 +207,7 @@ class LineSolver(CellSolver):
         return tilts[:1]
 
     def flexibility(self, grid):
-        """The `Flexibility` of the law's corners on a Grid, with the second body."""
+        """The `CellFlexibility` of the law's corners on a Grid, with the second body."""
         body, solid, count, width = self.body, self.solid, grid.count, grid.width
         counter, periodic, clamped = self.problem.counter, self.period is not None, self.law.clamps_rotation
         other = counter and SecondHalfPlane(counter, self.problem.shifts, width, count, periodic)
@@ -218,8 +218,9 @@ class LineSolver(CellSolver):
                 found[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
             return found
 
-        rest, waves = at_rest(solid) if periodic else None, partial(plane_symbol, solid)
-        return Flexibility(self.offsets, self.tilt(*grid.axes), clamped, width, rest, waves, cells, other)
+        mean_rotation = at_rest(solid) if periodic else None
+        response = CellResponse(partial(plane_symbol, solid), cells, count, width, 1, clamped, mean_rotation)
+        return CellFlexibility(self.offsets, self.tilt(*grid.axes), response, other)
 
     def turned(self, own):
         return own[0]
@@ -359,4 +360,4 @@ class LineSolver(CellSolver):
         return x[(x >= left) & (x <= right)]
 
     def completed(self, state, H, found):
-        return state if H.counter is None else replace(state, opposite=H.counter @ found.forces)
+        return state if H.second is None else replace(state, opposite=H.second @ found.forces)

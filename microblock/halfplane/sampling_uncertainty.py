@@ -25,7 +25,7 @@ def sampling_uncertainty(solver: Any, state: Any) -> float:
     left, right = np.reshape(state.zones_by_name["contact"], -1)[[0, -1]]
     side = 1.1 * (right - left) + 2 * solver.solid.ell
     window = solver.given_window() or Window(1, side, ((left + right) / 2,))
-    arguments = window.of(COMPARED_CELLS), state.load, None, solver.loose / COMPARED_CELLS
+    arguments = window.with_count(COMPARED_CELLS), state.load, None, solver.loose / COMPARED_CELLS
     reference = solver.solved(*arguments)
     changes = []
     for alike in samples.alike():

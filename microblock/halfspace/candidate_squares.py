@@ -11,19 +11,27 @@ forces is convex in P.
 Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random.
 """
 
+from collections.abc import Callable, Sequence
+from typing import NoReturn
+
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from ..contact_solvers.fft_compliance import Grid
 from ..errors import BOUNDED, BadArgument, require
 from ..model.periodic import EQUAL
 from ..model.quadrature import gauss_rule
+from ..model.types import Array
+from .squares import Squares
 
-NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
-WIDEST = 1e15  # of ell: squares beyond it are not looked at
-COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
+SMALLEST_SQUARE = 1e-6  # of ell: side of the first square
+LARGEST_SQUARE = 1e4  # of ell, and of the disc's radius: side of the last one
+SEARCH_LIMIT = 1e15  # of ell: squares beyond it are not looked at
+COARSE_ROWS = 32  # rows and columns of squares
+CONTACT_ROWS = 320  # of those about the contact
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
-SAME = 0.25  # of the disc's radius, between two valleys
-INSIDE = 4  # rows and columns of a square to an edge of the obstacle: fewer do not show how far it is
+VALLEY_DISTANCE = 0.25  # of the disc's radius, between two valleys
+ROWS_INSIDE = 4  # of a square to an edge of the obstacle: fewer do not show how far it is
 
 RISES = "rise in every direction"
 UNSEEN = (
@@ -62,187 +70,253 @@ class CandidateSquares:
         If the obstacle is nowhere, or falls or could touch without end.
     """
 
-    def __init__(self, gaps, ell, needed, obstacle, window=None, repeats=False):
-        self.gaps, self.ell, self.needed, self.obstacle, self.repeats = gaps, ell, needed, obstacle, repeats
-        self.samples, self.valleys, self._starts = np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 4))
-        self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
-        self._draw, self._widest = np.random.default_rng(0), 0.0
-        self._middle, self._half_width = None, 0.0  # of an obstacle with edges
-        if window is not None:
-            for times in 2.0 ** np.arange(2, 1 if repeats else 7):
-                self.look(window.middle, times * window.side, COARSE)
-            self.look_about(window)
-            require(
-                len(self.samples),
-                "obstacle",
-                obstacle,
-                "must have a finite height within the window: no sample has one",
-            )
-            self._bound(window.side)
+    def __init__(
+        self,
+        gaps: Callable[[Array, Array], Array],
+        ell: float,
+        needed: tuple[float, float] | float,
+        obstacle: object,
+        window: Grid | None = None,
+        repeats: bool = False,
+    ) -> None:
+        self.gaps = gaps
+        self.ell = ell
+        self.needed = needed
+        self.obstacle = obstacle
+        self.repeats = repeats
+        self.samples = np.empty((0, 3))
+        self.valleys = np.empty((0, 3))
+        self.bound = np.inf
+        self.radius = 0.0
+        self.seen = 0.0
+        self._starts = np.empty((0, 4))  # of valleys: x1, x2, f and the step of their samples
+        self._random = np.random.default_rng(0)
+        self._widest = 0.0  # square whose discs were looked at
+        self._inner_place: tuple[float, float] | None = None  # farthest from the edges of an obstacle
+        self._edge_distance = 0.0
+        if window is None:
+            self._search_everywhere()
+            self._search_beside_valleys()
         else:
-            self._everywhere()
-            self._beside_valleys()
+            self.radius = window.side / CONTACT_ROWS
+            self._search_about(window)
 
     @property
-    def lowest(self):
+    def lowest(self) -> Array:
         """x1, x2 and f of the lowest sample."""
-        return self.samples[np.argmin(self.samples[:, 2])]
+        return np.asarray(self.samples[np.argmin(self.samples[:, 2])])
 
     @property
-    def deepest(self):
+    def deepest(self) -> Array:
         """Places as low as the lowest one, array (k, 2)."""
-        least = self.lowest[2]
-        return np.vstack((self.lowest, self.low(least + EQUAL * (self.bound - least))))[:, :2]
+        f = self.lowest[2]
+        return np.vstack((self.lowest, self.low(f + EQUAL * (self.bound - f))))[:, :2]
 
-    def low(self, approach):
+    def low(self, approach: float) -> Array:
         """Returns the samples below an approach, array (m, 3)."""
         return self.samples[self.samples[:, 2] < approach]
 
-    def separate(self, approach):
+    def separate(self, approach: float) -> Array:
         """Returns separate valleys below an approach, array (k, 2)."""
-        low, found = self.valleys[np.argsort(self.valleys[:, 2])], []
+        low = self.valleys[np.argsort(self.valleys[:, 2])]
         low = low[low[:, 2] < approach, :2]
+        separate = []
         while len(low):
-            found.append(low[0])
-            low = low[np.abs(low - low[0]).max(axis=1) > SAME * self.radius]
-        return np.array(found).reshape(-1, 2)
+            separate.append(low[0])
+            low = low[np.abs(low - low[0]).max(axis=1) > VALLEY_DISTANCE * self.radius]
+        return np.array(separate).reshape(-1, 2)
 
-    def spread(self, approach, window):
+    def spread(self, approach: float, window: Grid | None) -> tuple[int, float]:
         """Returns the number of separate valleys below an approach, and the length of what is below, or the
         side of the window, over its width; inside the window if there is one.
         """
-        found, low = self.separate(approach), self.low(approach)[:, :2]
+        valleys = self.separate(approach)
+        low = self.low(approach)[:, :2]
         if window:
-            found, low = (own[window.beyond(*own.T) <= 0] for own in (found, low))
+            valleys = valleys[window.distance_outside(*valleys.T) <= 0]
+            low = low[window.distance_outside(*low.T) <= 0]
+        count = max(len(valleys), 1)
         if len(low) < 9:
-            return max(len(found), 1), 1.0
+            return count, 1.0
         width, length = np.sort(np.ptp(low @ np.linalg.eigh(np.cov(low.T))[1], axis=0))
-        return max(len(found), 1), (window.side if window else length) / width
+        return count, float((window.side if window else length) / width)
 
-    def look(self, middle, side, count):
-        """Adds samples of a square."""
-        rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
+    def sample_square(self, middle: Array | Sequence[float], side: float, count: int) -> None:
+        """Adds samples of a square in `count` rows and columns:
+
+        1. f at random places of rows and columns;
+        2. the place farthest from where there is no obstacle;
+        3. samples below the bound, and starts of valleys, which no neighbour undercuts.
+        """
+        rows = (np.arange(count) + self._random.random(count)) / count - 0.5
+        columns = (np.arange(count) + self._random.random(count)) / count - 0.5
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
-        f = self._least(x1, x2)
-        depths = distance_transform_edt(np.isfinite(f))
-        deepest = np.unravel_index(np.argmax(depths), depths.shape)
-        half_width = depths[deepest] * side / count
-        if np.isinf(f).any() and depths[deepest] >= INSIDE and half_width > self._half_width:
-            self._middle, self._half_width = (x1[deepest], x2[deepest]), half_width
-        padded, lower = np.pad(f, 1, constant_values=np.inf), np.isfinite(f)
+        f = self._least_gap(x1, x2)  # 1
+        if np.isinf(f).any():
+            self._note_inner_place(f, x1, x2, side / count)  # 2
+        below = f < self.bound  # 3
+        self.samples = np.vstack((self.samples, np.column_stack((x1[below], x2[below], f[below]))))
+        padded = np.pad(f, 1, constant_values=np.inf)
+        undercut_by_none = np.isfinite(f)
         for number in np.delete(np.arange(9), 4):  # of a level face one sample, or few
-            other = padded[number // 3 :, number % 3 :][:count, :count]
-            lower &= (f < other) if number < 4 else (f <= other)
-        low, starts = (np.column_stack((x1[there], x2[there], f[there])) for there in (f < self.bound, lower))
+            neighbour = padded[number // 3 :, number % 3 :][:count, :count]
+            undercut_by_none &= (f < neighbour) if number < 4 else (f <= neighbour)
+        starts = np.column_stack((x1[undercut_by_none], x2[undercut_by_none], f[undercut_by_none]))
         starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
-        self.samples = np.vstack((self.samples, low))
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
-    def look_about(self, window):
-        """Looks at squares, and as far again on all sides, and follows what is low."""
-        times = 1 if self.repeats and not np.ndim(window.side) else 3
-        rows = int(FINE / np.sqrt(len(window.grids)))
-        for grid in window.grids:
-            self.look(grid.middle, times * grid.side, times * rows)
-        self.follow()
-        self.seen = float(8**0.5 * np.max(window.side) / rows)  # in a disc of so many rows there is a sample
+    def _note_inner_place(self, f: Array, x1: Array, x2: Array, step: float) -> None:
+        """Keeps the place farthest from the edges of the obstacle."""
+        rows = distance_transform_edt(np.isfinite(f))
+        farthest = np.unravel_index(np.argmax(rows), rows.shape)
+        edge_distance = rows[farthest] * step
+        if rows[farthest] >= ROWS_INSIDE and edge_distance > self._edge_distance:
+            self._inner_place = (x1[farthest], x2[farthest])
+            self._edge_distance = edge_distance
 
-    def follow(self):
+    def look_about(self, window: Grid | Squares) -> None:
+        """Looks at squares, and as far again on all sides, and follows what is low."""
+        times = 1 if self.repeats and isinstance(window, Grid) else 3
+        rows = int(CONTACT_ROWS / np.sqrt(len(window.grids)))
+        for grid in window.grids:
+            self.sample_square(grid.middle, times * grid.side, times * rows)
+        self._follow_valleys()
+        # in a disc of so many rows there is a sample
+        self.seen = float(8**0.5 * np.max(window.side) / rows)
+
+    def _follow_valleys(self) -> None:
         """Adds the valleys below samples that no neighbour undercuts."""
-        places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
-        ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
-        ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
+        places = self._starts[:, :3]
+        step = self._starts[:, 3]
+        rows = np.arange(len(self._starts))
+        directions = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
+        # shorter ones turn across a valley that falls along it
+        directions = np.vstack((directions, directions / 4))
         for _ in range(200):  # at most, a quarter of the one before once less is nearer
             if not np.any(step > 1e-5 * self.radius):
                 break
-            around = places[:, None, :2] + step[:, None, None] * ways
-            f = self._least(around[..., 0], around[..., 1])
-            best = rows, np.argmin(f, axis=1)
-            lower = f[best] < places[:, 2]
-            places = np.where(lower[:, None], np.column_stack((around[best], f[best])), places)
-            step = np.where(lower & (best[1] < len(ways) // 2), step, step / 4)
-        self.samples, self.valleys = (np.vstack((all, places)) for all in (self.samples, self.valleys))
+            around = places[:, None, :2] + step[:, None, None] * directions
+            f = self._least_gap(around[..., 0], around[..., 1])
+            lowest = np.argmin(f, axis=1)
+            best = rows, lowest
+            falls = f[best] < places[:, 2]
+            places = np.where(falls[:, None], np.column_stack((around[best], f[best])), places)
+            step = np.where(falls & (lowest < len(directions) // 2), step, step / 4)
+        self.samples = np.vstack((self.samples, places))
+        self.valleys = np.vstack((self.valleys, places))
         self._starts = self._starts[:0]
 
-    def _least(self, x1, x2):
+    def _least_gap(self, x1: Array, x2: Array) -> Array:
+        """Returns f, array like x1."""
         with np.errstate(all="ignore"):  # far away heights overflow
-            return self.gaps(x1, x2).min(axis=0)
+            return np.asarray(self.gaps(x1, x2).min(axis=0))
 
-    def _everywhere(self, count=COARSE):
-        side, inside = NEAREST * self.ell, False
-        while not inside or side < FARTHEST * max(self.ell, self.radius):
-            self.look(np.zeros(2), side, count)
+    def _search_about(self, window: Grid) -> None:
+        """Looks at a window, and beside it, and bounds the approach."""
+        for times in 2.0 ** np.arange(2, 1 if self.repeats else 7):
+            self.sample_square(window.middle, times * window.side, COARSE_ROWS)
+        self.look_about(window)
+        require(
+            len(self.samples),
+            "obstacle",
+            self.obstacle,
+            "must have a finite height within the window: no sample has one",
+        )
+        self._bound_approach(window.side)
+
+    def _search_everywhere(self, rows: int = COARSE_ROWS) -> None:
+        """Looks at squares about (0, 0), each twice as wide, until the lowest place is well inside, then
+        about that place.
+        """
+        side = SMALLEST_SQUARE * self.ell
+        inside = False
+        while not inside or side < LARGEST_SQUARE * max(self.ell, self.radius):
+            self.sample_square(np.zeros(2), side, rows)
             side *= 2
-            if len(self.samples) and side > FARTHEST * self.ell:
-                self._bound(side)
+            if len(self.samples) and side > LARGEST_SQUARE * self.ell:
+                self._bound_approach(side)
                 inside = 8 * np.hypot(*self.lowest[:2]) < side
-            if side > WIDEST * self.ell:
-                if count == COARSE and not len(self.samples):
-                    return self._everywhere(FINE)
+            if side > SEARCH_LIMIT * self.ell:
+                if rows == COARSE_ROWS and not len(self.samples):
+                    self._search_everywhere(CONTACT_ROWS)
+                    return
                 self._refuse(RISES if inside else FALLS if len(self.samples) else UNSEEN)
-        self.follow()
+        self._follow_valleys()
         if side < 8 * np.hypot(*self.lowest[:2]):
             self._refuse(FALLS)
-        self._bound(side)
-        away = 0.0
-        while True:  # about what is lower still, and farther while it could touch there
-            (*middle, least), reach = self.lowest, FARTHEST * max(self.ell, self.radius, away)
-            self.look(middle, 8 * self.radius, FINE)
-            for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
-                self.look(middle, side, COARSE)
-            self.follow()
-            self._bound(reach)
-            away = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
-            if max(reach, np.hypot(*self.lowest[:2])) > WIDEST * self.ell:
-                falls = least - self.lowest[2] > EQUAL * (self.bound - least)
-                self._refuse(FALLS if falls else f"{RISES}: at a distance of {away:.2g} it could still touch")
-            if reach > 8 * away:
-                break
+        self._bound_approach(side)
+        self._search_about_lowest()
 
-    def _refuse(self, what):
-        least = FARTHEST / WIDEST * self.radius
+    def _search_about_lowest(self) -> None:
+        """Looks about what is lower still, and farther while it could touch there."""
+        distance = 0.0
+        reach = 0.0
+        while reach <= 8 * distance:
+            *middle, least = self.lowest
+            reach = LARGEST_SQUARE * max(self.ell, self.radius, distance)
+            self.sample_square(middle, 8 * self.radius, CONTACT_ROWS)
+            for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
+                self.sample_square(middle, side, COARSE_ROWS)
+            self._follow_valleys()
+            self._bound_approach(reach)
+            distance = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
+            if max(reach, np.hypot(*self.lowest[:2])) > SEARCH_LIMIT * self.ell:
+                falls = least - self.lowest[2] > EQUAL * (self.bound - least)
+                touches = f"{RISES}: at a distance of {distance:.2g} it could still touch"
+                self._refuse(FALLS if falls else touches)
+
+    def _refuse(self, what: str) -> NoReturn:
+        least = LARGEST_SQUARE / SEARCH_LIMIT * self.radius
         words = f"must be at least {least:.2g} for a contact of radius {self.radius:.2g}"
         # a flat obstacle has the widest disc of all that were looked at
         require(what != RISES or self.ell > least or self.radius > self._widest / 8, "ell", self.ell, words)
-        raise BadArgument("obstacle", self.obstacle, f"must {what}" + f"; {BOUNDED}" * (what != UNSEEN))
+        bounded = "" if what == UNSEEN else f"; {BOUNDED}"
+        raise BadArgument("obstacle", self.obstacle, f"must {what}{bounded}")
 
-    def _beside_valleys(self):
-        seen = self.lowest[None, :2]
-        while len(seen) <= VALLEYS:
+    def _search_beside_valleys(self) -> None:
+        """Looks about valleys that are farther than VALLEY_DISTANCE from all before, up to VALLEYS."""
+        places = self.lowest[None, :2]
+        while len(places) <= VALLEYS:
             low = self.separate(self.bound)
-            new = low[np.abs(low[:, None] - seen).max(axis=2).min(axis=1) > SAME * self.radius][:VALLEYS]
+            distances = np.abs(low[:, None] - places).max(axis=2).min(axis=1)
+            new = low[distances > VALLEY_DISTANCE * self.radius][:VALLEYS]
             if not len(new):
                 return
             for place in new:
-                apart = np.abs(place - seen[0]).max()
-                for side in self.radius * 2.0 ** np.arange(np.ceil(np.log2(4 * apart / self.radius) + 1)):
-                    self.look(place, side, COARSE)
-            seen = np.vstack((seen, new))
-            self.follow()
+                distance = np.abs(place - places[0]).max()
+                for side in self.radius * 2.0 ** np.arange(np.ceil(np.log2(4 * distance / self.radius) + 1)):
+                    self.sample_square(place, side, COARSE_ROWS)
+            places = np.vstack((places, new))
+            self._follow_valleys()
 
-    def _bound(self, widest):
+    def _bound_approach(self, widest: float) -> None:
         """Sets bound and radius by discs up to a width about the lowest place, which may be at an edge of the
         obstacle, and about the place farthest from all edges.
         """
-        self._widest, lowest = widest, self.lowest
-        radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)
-        (z, weights), turns = gauss_rule(8), 2 * np.pi * (np.arange(16) + 0.5) / 16
-        r, shares = np.sqrt(1 - z**2), np.repeat(weights, len(turns)) / len(turns)
-        middles = np.array([lowest[:2], *([self._middle] if self._middle else [])])
+        self._widest = widest
+        lowest = self.lowest
+        radii = widest / 2 * 2.0 ** (-np.arange(CONTACT_ROWS) / 2)
+        middles = [lowest[:2]] if self._inner_place is None else [lowest[:2], np.array(self._inner_place)]
+        z, weights = gauss_rule(8)
+        angles = 2 * np.pi * (np.arange(16) + 0.5) / 16
+        r = np.sqrt(1 - z**2)
+        shares = np.repeat(weights, len(angles)) / len(angles)
         x1, x2 = (
-            middles[:, axis, None, None] + radii[:, None] * np.outer(r, way(turns)).ravel()
-            for axis, way in enumerate((np.cos, np.sin))
+            np.array(middles)[:, axis, None, None] + radii[:, None] * np.outer(r, direction(angles)).ravel()
+            for axis, direction in enumerate((np.cos, np.sin))
         )
         with np.errstate(all="ignore"):
             means = self.gaps(x1, x2) @ shares - lowest[2]
-        corners = len(means) > 1
-        means = np.array((means.mean(axis=0), means.min(axis=0))).min(axis=1)  # of the better disc
-        if np.ndim(self.needed):
-            sums = (np.array(self.needed)[:, None] / radii + means).min(axis=0)
+        corners = len(means)
+        of_all, of_one = (mean.min(axis=0) for mean in (means.mean(axis=0), means.min(axis=0)))
+        if isinstance(self.needed, tuple):
+            all_alike, one_alone = self.needed
+            sums = np.minimum(all_alike / radii + of_all, one_alone / radii + of_one)
             best = int(np.argmin(sums))
-            above = (1 + corners) * float(sums[best])
+            above = float(sums[best]) * (1 if corners == 1 else 2)
         else:
-            enough = np.flatnonzero(means[1] < self.needed - lowest[2])
-            best = max(int(enough[0]) - 1, 0) if len(enough) else FINE - 1
-            above = self.needed - lowest[2]
-        self.radius, self.bound = float(radii[best]), float(lowest[2] + above)
+            above = self.needed - float(lowest[2])
+            enough = np.flatnonzero(of_one < above)
+            best = max(int(enough[0]) - 1, 0) if len(enough) else CONTACT_ROWS - 1
+        self.radius = float(radii[best])
+        self.bound = float(lowest[2] + above)

@@ -7,11 +7,13 @@ less their long waves, and of these as a Fourier series: both converge.
 import numpy as np
 
 from ..halfplane.kernels import at_rest
+from ..model.material import Cosserat
 from ..model.quadrature import in_blocks
-from .kernels import Radial, along_axes, kernels, spectra
+from ..model.types import Array
+from .kernels import Radial, along_axes, spectra, surface_kernels
 
-LONG = 20.0  # over the period, wavenumber up to which waves are summed
-NEAREST = 1e-6  # of the period, distance within which long waves do not change
+LONGEST_SUMMED = 20.0  # over the period, wavenumber up to which waves are summed
+LONG_WAVE_LIMIT = 1e-6  # of the period, distance within which long waves do not change
 
 
 class PeriodicGreen:
@@ -19,46 +21,50 @@ class PeriodicGreen:
 
     Parameters
     ----------
+    solid : Cosserat
     clamped : bool
         Whether psi = 0 everywhere.
     period : float or None
     """
 
-    def __init__(self, solid, clamped, period):
-        self.alone, self.clamped, self.period = kernels(solid), clamped, period
+    def __init__(self, solid: Cosserat, clamped: bool, period: float | None) -> None:
+        self.without_images = surface_kernels(solid)
+        self.clamped = clamped
+        self.period = period
         if period is None:
             return
 
-        def long(k):
-            return spectra(solid, k) * np.exp(-((k * period / LONG) ** 8))
+        def long_waves(k: Array) -> Array:
+            return np.asarray(spectra(solid, k) * np.exp(-((k * period / LONGEST_SUMMED) ** 8)))
 
-        self._long = Radial(long, period)
-        ways = 2 * np.pi / period * (np.indices((11, 11)).reshape(2, -1) - 5)
-        self.ways = ways[:, : ways.shape[1] // 2]  # the others are their opposites
-        self.spectrum = (2 + 0j) * along_axes(long(np.hypot(*self.ways)), self.ways[0], self.ways[1], clamped)
+        self._long_waves = Radial(long_waves, period)
+        waves = 2 * np.pi / period * (np.indices((11, 11)).reshape(2, -1) - 5)
+        self.waves = waves[:, : waves.shape[1] // 2]  # the others are their opposites
+        spectrum = long_waves(np.hypot(*self.waves))
+        self.spectrum = (2 + 0j) * along_axes(spectrum, self.waves[0], self.waves[1], clamped)
         self.spectrum[1:3] *= -1j  # odd
         mean = (0, 0, 0) if clamped else (0, 0, 0, 1, 0, 1)
         self.mean = np.array(mean)[:, None] * at_rest(solid)  # its integral over a period
 
-    def __call__(self, x, y, itself):
-        """Returns components at distances, array (parts, ...), on a period with images; of a square and
-        `itself` only these.
+    def __call__(self, x: Array, y: Array, images_alone: bool) -> Array:
+        """Returns components at distances, array (components, ...), on a period with images, or with these
+        alone, at distances within a square.
         """
         if self.period is None:
-            return along_axes(self.alone(np.hypot(x, y)), x, y, self.clamped)
-        shape, away = np.shape(x), np.array((np.ravel(x), np.ravel(y)))
-        if not itself:
-            away -= self.period * np.rint(away / self.period)
-        found = np.zeros((len(self.mean), away.shape[1])) + self.mean
-        for block in in_blocks(away.shape[1], self.ways.shape[1]):
-            phases, spectrum = self.ways.T @ away[:, block], self.spectrum
-            found[:, block] += spectrum.real @ np.cos(phases) - spectrum.imag @ np.sin(phases)
-        found /= self.period**2
+            return along_axes(self.without_images(np.hypot(x, y)), x, y, self.clamped)
+        distances = np.array((np.ravel(x), np.ravel(y)))
+        if not images_alone:
+            distances -= self.period * np.rint(distances / self.period)
+        components = np.zeros((len(self.mean), distances.shape[1])) + self.mean
+        for block in in_blocks(distances.shape[1], self.waves.shape[1]):
+            phases = self.waves.T @ distances[:, block]
+            components[:, block] += self.spectrum.real @ np.cos(phases) - self.spectrum.imag @ np.sin(phases)
+        components /= self.period**2
         for image in np.ndindex(3, 3):
-            x, y = away - self.period * (np.array(image)[:, None] - 1)
-            r = np.hypot(x, y)
-            values = -self._long(np.maximum(r, NEAREST * self.period))
-            if not itself or image != (1, 1):
-                values += self.alone(r)
-            found += along_axes(values, x, y, self.clamped)
-        return found.reshape(len(found), *shape)
+            shifted = distances - self.period * (np.array(image)[:, None] - 1)
+            r = np.hypot(*shifted)
+            values = -self._long_waves(np.maximum(r, LONG_WAVE_LIMIT * self.period))
+            if not images_alone or image != (1, 1):
+                values += self.without_images(r)
+            components += along_axes(values, shifted[0], shifted[1], self.clamped)
+        return components.reshape(len(components), *np.shape(x))

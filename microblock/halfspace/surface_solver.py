@@ -15,7 +15,7 @@ import numpy as np
 from .. import cost
 from ..contact_solvers.cell_solver import CellSolution, CellSolver, spots
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
-from ..contact_solvers.fft_compliance import Flexibility, Grid
+from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
@@ -25,14 +25,14 @@ from ..model.progress import counting
 from ..model.refinement import FEWEST, GeometricSeries
 from ..model.solution import SpaceSolution
 from . import square_search
-from .candidate_squares import FINE, CandidateSquares
+from .candidate_squares import CONTACT_ROWS, CandidateSquares
 from .half_space import HalfSpace
 from .images import PeriodicGreen
-from .kernels import kernels
+from .kernels import surface_kernels
 from .second_half_space import SecondBodyCells
 from .square_search import TRIES
-from .squares import Counters, Coupled
-from .symbol import symbol
+from .squares import CoupledSquares, SecondBodySquares
+from .symbol import surface_symbol
 
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
 SPOT = FEWEST**2  # cells of a contact
@@ -97,7 +97,7 @@ class SurfaceCells(CellSolution, SpaceSolution):
 
     def _known(self, values, places, vanishes):
         """Returns values on cells at places; raises BadArgument beside the cells unless they vanish there."""
-        inside = vanishes or self.is_whole or np.all(self.grid.beyond(*places.T[:2]) <= 0)
+        inside = vanishes or self.is_whole or np.all(self.grid.distance_outside(*places.T[:2]) <= 0)
         require(inside, "points", places, "must lie in the squares, beside which this is not known")
         return self.interpolated(values, *places.T[:2])
 
@@ -147,7 +147,7 @@ class SurfaceSolver(CellSolver):
         for _ in range(TRIES):
             window = fixed
             if fixed is None or self._is_sparse(picture):
-                window = square_search.window(self, picture, load, approach, places)
+                window = square_search.find_squares(self, picture, load, approach, places)
                 picture.look_about(window)
             missed = partial(self.missed, picture)
             try:
@@ -189,10 +189,10 @@ class SurfaceSolver(CellSolver):
         """Returns what a fixed window leaves out, and whether a place between cells would touch; raises
         ContactLeavesWindow for a window that may be wider.
         """
-        cut = any(square_search.reach_of(state, 1))
-        outside, hidden = square_search.touching(state, picture)
+        cut = any(square_search.reaches_rim(state, 1))
+        outside, hidden = square_search.violations(state, picture)
         if self.options.window is None and (cut or len(outside)):
-            raise ContactLeavesWindow(np.vstack((*chain(*square_search.rectangles(state)), outside)))
+            raise ContactLeavesWindow(np.vstack((*chain(*square_search.rectangles_of(state)), outside)))
         return _warnings(cut, outside, hidden), len(hidden) > 0
 
     def weights(self, grid):
@@ -232,28 +232,39 @@ class SurfaceSolver(CellSolver):
         """Returns the Flexibility of a grid, or of several."""
         if isinstance(grid, Grid):
             return self.alone(grid, self.period is not None)
-        kept = dict[float, Flexibility]()  # squares of one width share tables
-        for one in grid.grids:
-            kept[one.width] = kept.get(one.width) or self.alone(one, False)
-        owns, counter = [kept[one.width] for one in grid.grids], None
+        by_width: dict[float, CellFlexibility] = {}  # squares of one width share tables
+        for square in grid.grids:
+            if square.width not in by_width:
+                by_width[square.width] = self.alone(square, False)
+        single = [by_width[square.width] for square in grid.grids]
+        second = None
         if self.second is not None:
-            counters, places = [own.counter for own in owns], self.solid.ell / 2 * self.offsets
-            counter = Counters(counters, grid, places, self.second_response)
-        return Coupled(grid, owns, self.tilt(*grid.places), self.response, counter)
+            offsets = self.solid.ell / 2 * self.offsets
+            second = SecondBodySquares(
+                [square.second for square in single], grid, offsets, self.second_response
+            )
+        return CoupledSquares(grid, single, self.tilt(*grid.places), self.response, second)
 
     def alone(self, grid, periodic):
         """Returns the Flexibility of one square."""
-        solid, second, clamped, width = self.solid, self.second, self.law.clamps_rotation, grid.width
+        solid = self.solid
+        count = grid.count
+        clamped = self.law.clamps_rotation
 
-        def cells():
-            found = kernels(solid).cells(grid.count, width, clamped)
-            found[1:] *= width**2 if clamped else 1.0
-            return found
+        def averages():
+            values = surface_kernels(solid).cells(count, grid.width, clamped)
+            if clamped:
+                values[1:] *= grid.width**2
+            return values
 
-        rest, waves = at_rest(solid) if periodic else None, partial(symbol, solid)
-        counter = second and SecondBodyCells(second, solid.ell, self.offsets, width, grid.count, periodic)
-        tilt = self.tilt(*grid.places)
-        return Flexibility(self.offsets, tilt, clamped, width, rest, waves, cells, counter)
+        mean_rotation = at_rest(solid) if periodic else None
+        response = CellResponse(
+            partial(surface_symbol, solid), averages, count, grid.width, 2, clamped, mean_rotation
+        )
+        second = None
+        if self.second is not None:
+            second = SecondBodyCells(self.second, solid.ell, self.offsets, grid.width, count, periodic)
+        return CellFlexibility(self.offsets, self.tilt(*grid.places), response, second)
 
     @cached_property
     def second(self):
@@ -272,10 +283,10 @@ class SurfaceSolver(CellSolver):
         """Returns a state with pressures of least norm, closed corners and a second body."""
         require(found.load > 0, "approach", found.approach, NOT_YET)
         forces = found.forces
-        other = np.zeros(forces.shape[1:]) if H.counter is None else H.counter.above(forces)
+        other = np.zeros(forces.shape[1:]) if H.second is None else H.second.above(forces)
         least = min(2 * found.kkt, self.loose / state.grid.count)  # beyond that touching is a matter of force
         closed = found.gaps <= least * np.ptp(state.displacement + other)
-        if H.counter is None:
+        if H.second is None:
             forces = least_norm_where_closed(forces, closed)
         touching = closed_corners(forces, closed)
         return replace(state, pressures=forces / state.grid.area, opposite=other, closed=touching)
@@ -284,7 +295,7 @@ class SurfaceSolver(CellSolver):
 
     def _picture(self, load, approach, window):
         short = np.array([1e4 / self.solid.ell])
-        softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
+        softer = 1 + self.solid.E_star * float(short[0] * np.max(surface_symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         needed = (plain, softer * plain) if approach is None else approach
         return CandidateSquares(
@@ -296,7 +307,7 @@ class SurfaceSolver(CellSolver):
         if self.period is None or self.options.nodes is not None:
             return False
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
-        return inside and len(picture.low(picture.bound)) < SPARSE * FINE**2
+        return inside and len(picture.low(picture.bound)) < SPARSE * CONTACT_ROWS**2
 
 
 def _share_of_spots(state, least):

@@ -20,31 +20,35 @@ import numpy as np
 
 from ..errors import require
 from ..halfplane import kernels
+from ..model.material import Cosserat
+from ..model.types import Array
 
 
-def symbol(solid, k):
+def surface_symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
     """Returns U, V, W and W_par at wavenumbers k, arrays like k (lengths per stress); raises BadArgument
     unless k > 0.
     """
     k = np.asarray(k, float)
     U, V, W = kernels.plane_symbol(solid, k.ravel()).reshape(3, *k.shape)
-    return U, V, W, along(solid, k)
+    return U, V, W, rotation_along_wave(solid, k)
 
 
-def along(solid, k):
+def rotation_along_wave(solid: Cosserat, k: Array) -> Array:
     """Returns W_par at wavenumbers k (1/length)."""
-    g, tau = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2
+    g = solid.curvature + solid.beta_prime
     G = g + solid.alpha_prime
-    s, s1 = np.sqrt(k**2 + tau / solid.curvature), np.sqrt(k**2 + 4 * solid.eta / (solid.ell**2 * G))
-    held = s / (G * (s1 + k)) + k / (solid.curvature * (s + k))
-    return s / (4 * solid.mu * (2 * g * k**2 + tau - (g * k) ** 2 * held))
+    tau = 2 * solid.beta / solid.ell**2
+    s = np.sqrt(k**2 + tau / solid.curvature)
+    s1 = np.sqrt(k**2 + 4 * solid.eta / (solid.ell**2 * G))
+    bracket = s / (G * (s1 + k)) + k / (solid.curvature * (s + k))
+    return np.asarray(s / (4 * solid.mu * (2 * g * k**2 + tau - (g * k) ** 2 * bracket)))
 
 
-def require_stable(solid):
+def require_stable(solid: Cosserat) -> None:
     """Raises BadArgument for elliptic moduli, (13), that let the surface turn without a moment."""
     k = np.geomspace(1e-6, 1e6, 1201) / solid.ell
     require(
-        np.all(along(solid, k) > 0),
+        np.all(rotation_along_wave(solid, k) > 0),
         "beta_prime",
         solid.beta_prime,
         f"makes a half-space unstable with alpha' = {solid.alpha_prime:g} and gamma' = "

@@ -458,7 +458,7 @@ class State(PlainData):
         for square, values in zip(squares, np.split(fields, len(squares), axis=1)):
             x1 = square.axes[0]
             x2 = second + (x1 - first if direction == "diagonal" else 0 * x1)
-            inside = square.beyond(x1, x2) <= 0
+            inside = square.distance_outside(x1, x2) <= 0
             grids = values.reshape(-1, square.count, square.count)
             on_line = [square.interpolated(grid, False, x1[inside], x2[inside]) for grid in grids]
             cuts.append([x1[inside], *on_line])

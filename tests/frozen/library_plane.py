@@ -135,7 +135,7 @@ def of_products():
                     " back": response.on_face(np.ones(forces.shape, bool))(response @ forces),
                     " matrix": as_matrix(response) if count < 300 else None,
                 }
-                values[" aside"] = response.aside and response.aside(forces)
+                values[" aside"] = response.beside(forces) if len(law.corners) == 1 else None
                 row = f"product{words} {name}{body}"
                 rows |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
     return rows

@@ -271,14 +271,14 @@ def of_kernels():
     components = ("u", "v1", "v2", "w11", "w12", "w22")
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
-        table, ell = kernels.kernels(solid), solid.ell
+        table, ell = kernels.surface_kernels(solid), solid.ell
         # over c/ell, moments of psi = 0 over 1/ell^2
         scale = np.array([ell * solid.mu / (1 - solid.nu)] * 5 + [ell**2])
         cells = {
             "free": (table.cells(14, 0.2 * ell).T * scale[0]).T,
             "clamped": (table.cells(14, 0.2 * ell, clamped=True).T * scale[[4, 5, 5]]).T,
         }
-        symbols = zip(("U", "V", "W", "W along"), symbol.symbol(solid, k))
+        symbols = zip(("U", "V", "W", "W along"), symbol.surface_symbol(solid, k))
         rows |= {
             **{
                 f"symbol {name} {part} at k={at:g}": x for part, column in symbols for at, x in zip(k, column)
@@ -329,7 +329,7 @@ def of_products():
         for where, periodic in (("alone", False), ("on a period", True)):
             H = solver.alone(grid, periodic)
             products = {"gap": H @ forces, "preconditioned": H.on_face(np.ones(forces.shape, bool))(forces)}
-            beside = {} if len(forces) > 1 else dict(enumerate(H.aside(forces)[:, 3, 5], 1))
+            beside = {} if len(forces) > 1 else dict(enumerate(H.beside(forces)[:, 3, 5], 1))
             values = {
                 f"{part} {i}": field[3, 5]
                 for part, fields in products.items()
@@ -491,7 +491,7 @@ def refusals_of_spaces():
         "half-space cone": lambda: mb.Cone(0.0),
         "half-space oval punch": lambda: mb.FlatPunch(1.0, face="oval"),
         "half-space rough hurst=2": lambda: mb.RoughSurface(1.0, 0.1, hurst=2.0),
-        "half-space symbol at k=0": lambda: symbol.symbol(solid, np.array([0.0])),
+        "half-space symbol at k=0": lambda: symbol.surface_symbol(solid, np.array([0.0])),
     }
 
 

@@ -11,9 +11,9 @@ from scipy.special import j0
 import microblock as mb
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_waves
-from microblock.halfspace.kernels import ORDERS, Radial, kernels
-from microblock.halfspace.square_search import beyond
-from microblock.halfspace.symbol import along
+from microblock.halfspace.kernels import BESSEL_ORDERS, Radial, surface_kernels
+from microblock.halfspace.square_search import gaps_beside
+from microblock.halfspace.symbol import rotation_along_wave
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
 from tests.states import on_cells
@@ -80,7 +80,7 @@ def test_moments_along_the_wave_turn_as_the_field_equations_say(name):
     """To the Schur form's own rounding, which grows with k ell."""
     solid = mb.Cosserat(E=100, nu=0.3, ell=0.2, **{"beta": 1, **MODULI[name]})
     for k in (0.05, 1.0, 40.0, 300.0):
-        assert along(solid, np.array(k)) == pytest.approx(turned_by_modes(solid, k), rel=1e-11)
+        assert rotation_along_wave(solid, np.array(k)) == pytest.approx(turned_by_modes(solid, k), rel=1e-11)
 
 
 def test_fast_transforms_are_those_in_closed_form():
@@ -90,7 +90,7 @@ def test_fast_transforms_are_those_in_closed_form():
     # J2 has a minus
     root = np.hypot(r, 2)
     signs = np.array([[1], [1], [1], [-1], [1], [1]])
-    turned = ((root - 2) / r) ** ORDERS[:, None]
+    turned = ((root - 2) / r) ** BESSEL_ORDERS[:, None]
     assert signs * table(r) * 2 * np.pi * r == pytest.approx(1 + r / root * turned, abs=1e-11)
 
 
@@ -99,7 +99,7 @@ def test_kernels_are_right_where_the_layer_is_thin_or_thick(beta):
     """Next to a load the parts of rotations that depend on its direction vanish beside the others, far away
     the body is classical: to the squares of r and 1/r over the layer.
     """
-    table = kernels(mb.Cosserat(E=2, nu=0.0, ell=1.0, beta=beta))
+    table = surface_kernels(mb.Cosserat(E=2, nu=0.0, ell=1.0, beta=beta))
     near, far = table(np.array([1e-6, 1e10])).T
     assert abs(near[3]) < 1e-5 * near[2] and near[2] * 1e-6 == pytest.approx(1 / 16 / np.pi, rel=1e-4)
     assert far[0] * 1e10 == pytest.approx(1 / 2 / np.pi, rel=1e-3)
@@ -193,7 +193,7 @@ def test_far_away_a_contact_displaces_as_a_point_load():
     for second in (OTHER, CLASSICAL):
         touching = problem(mb.Unilateral(), second, mb.Sphere(R=0.1), nodes=32)
         state = touching.solve(load=0.01)
-        added = beyond(state.solution, places)[0] / state.load
+        added = gaps_beside(state.solution, places)[0] / state.load
         r = np.hypot(*places.T)
         assert added == pytest.approx(point_load(SOLID, r) + point_load(second, r), rel=1e-3)
 
@@ -207,7 +207,7 @@ def test_work_of_one_load_on_the_displacement_of_another_is_mutual(law, period):
         solver = problem(law, second, lambda x1, x2: 0 * x1 + 0 * x2, period).solver
         H = solver.flexibility(Grid(16, 1 / 16))
         f, g = rng.random((2, len(H.offsets), 16, 16))
-        for matrix in (H, H.counter):
+        for matrix in (H, H.second):
             assert np.sum(f * (matrix @ g)) == pytest.approx(np.sum(g * (matrix @ f)), rel=1e-12)
             assert np.sum((f - f.mean()) * (matrix @ (f - f.mean()))) > 0
 
