@@ -214,7 +214,7 @@ def test_events_have_an_error_where_two_levels_agree_on_them():
         assert with_errors(finer, coarser) == finer
 
 
-@pytest.mark.parametrize("radii", [(1000, 1e-2), (10, 1e-4)])
+@pytest.mark.parametrize("radii", [(1000, 1e-2), pytest.param((10, 1e-4), marks=pytest.mark.nightly)])
 def test_a_narrow_hill_is_not_missed(radii):
     """Of two, it carries a fifth to a third of the load. Cells as wide as it saw nothing of it at an estimate
     of .018, and the last one was pressed beyond the cells. Without friction panels have its share to 1e-3;
@@ -246,6 +246,7 @@ def test_what_is_advised_soon_is_obtained(obstacle, law):
     assert max(state.error_estimate for state in problem.history(pairs, rtol=met).states) <= met
 
 
+@pytest.mark.nightly  # of the advice `test_what_is_advised_soon_is_obtained`
 def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
     """With room for 500 cells the third level is not begun; no rtol helps where the first one is not. A
     figure rounded down, .010107 to "1.0e-02", would be refused again when it is asked for.
@@ -324,6 +325,7 @@ def test_a_rotation_that_nothing_holds_is_refused_by_name(law):
 # --- estimates
 
 
+@pytest.mark.nightly  # by the second code `test_history_holds_its_estimate`
 def test_estimates_see_places_and_what_is_between_centres():
     """Blocks between two bodies come to a tolerance, and what finer cells change is within the estimate. Two
     levels had the place where slip turns wrong: .033 was said of .058. Steps between centres lost 3.7e-3

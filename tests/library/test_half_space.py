@@ -281,7 +281,9 @@ def test_what_one_grid_cannot_resolve_is_refused(monkeypatch, scene, load, rtol,
     assert met is None or rtol < met < 1  # None where no rtol below 1 is known to work
 
 
-@pytest.mark.parametrize("obstacle, rtol", [(UNIT_SPHERE, 1e-4), ("pinned", 1e-2)])
+@pytest.mark.parametrize(
+    "obstacle, rtol", [(UNIT_SPHERE, 1e-4), pytest.param("pinned", 1e-2, marks=pytest.mark.nightly)]
+)
 def test_what_is_advised_can_be_had(obstacle, rtol):
     """A pin outside made the window grow from another grid, or not at all, at the rtol that was advised."""
     asked = on_unit_solid(pinned(2.2, 0.2)[0] if obstacle == "pinned" else obstacle)
@@ -371,7 +373,7 @@ def cost(state):
     return state.iterations * len(state.points)
 
 
-@pytest.mark.parametrize("apart", [5, 30, 1000])
+@pytest.mark.parametrize("apart", [5, pytest.param(30, marks=pytest.mark.nightly), 1000])
 def test_contacts_far_apart_are_those_of_hertz(apart):
     """Heights are such that known loads act: point loads displace as contacts do up to (a/apart)^2/3. Two
     equal spheres take some more steps than one to find their loads.
@@ -420,7 +422,7 @@ def spheres(x1, x2):
     [
         (spheres, UNILATERAL, 0.05, None, (-2.2, 2.8), 0.05),
         (spheres, TURNED_LAWS[2], 0.05, 1.0, (-2.2, 2.8), 0.05),
-        (spheres, TURNED_LAWS[3], 0.05, None, (-2.2, 2.8), 0.05),
+        pytest.param(spheres, TURNED_LAWS[3], 0.05, None, (-2.2, 2.8), 0.05, marks=pytest.mark.nightly),
         (UNIT_SPHERE, BLOCKS, 8.0, None, (-5, 5), 0.5),
     ],
     ids=["unilateral", "microclamped two", "microblocks", "large blocks"],

@@ -76,7 +76,9 @@ class TwoWedges:
         return 0.02 * np.abs(np.abs(x) - 1)
 
 
-@pytest.mark.parametrize("most", [1100, 900])  # the levels need 1000 nodes and 1300
+@pytest.mark.parametrize(
+    "most", [1100, pytest.param(900, marks=pytest.mark.nightly)]
+)  # the levels need 1000 nodes and 1300
 def test_levels_out_of_reach_say_what_the_ones_before_reached(most, monkeypatch):
     """Also where not even the first of these fits; and a block of a size is not sent to a half-plane."""
     monkeypatch.setattr(fitted_mesh, "MOST_NODES", most)
