@@ -71,15 +71,10 @@ class _GridPath:
 
     def __init__(self, solver: Any, grid: Any) -> None:
         self.solver = solver
-<<<<<<< Updated upstream
         self.grid = grid
         self.periodic = solver.period is not None
         self.states: dict[float, Any] = {}
         self.zones: dict[float, Spots] = {}
-=======
-        self.grid = window.with_count(count)
-        self.states, self.zones, self.periodic = {}, {}, solver.period is not None
->>>>>>> Stashed changes
 
     def down_from(self, last: float) -> tuple[float, list[Event]]:
         """Returns (first load, events up to the last)."""
