@@ -53,7 +53,8 @@ class CellPath(SeenTwice):
         solver = self._solver
         window = solver.window_of(self.last)
         fine = solver.options.nodes or solver.followed
-        return [_GridPath(solver, window.with_count(count)).down_from(self.last) for count in (fine // 2, fine)]
+        grids = [window.with_count(count) for count in (fine // 2, fine)]
+        return [_GridPath(solver, grid).down_from(self.last) for grid in grids]
 
     def judged(self, coarse: Event, fine: Event) -> Event:
         missing = GeometricSeries(2**0.5).error([abs(fine.load - coarse.load)])
