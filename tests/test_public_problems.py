@@ -19,7 +19,7 @@ from scipy.special import ellipe, ellipk
 
 import microblock as mb
 from microblock.fem import meshes3d
-from microblock.fem.body import Loads
+from microblock.fem.loads import Loads
 from tests import closed_forms
 
 UNILATERAL = mb.Unilateral()

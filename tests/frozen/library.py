@@ -22,7 +22,7 @@ from cases.__main__ import main
 from cases.closed_forms import Strip, ThinLayer
 from cases.commands.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
-from microblock.fem.body import Loads
+from microblock.fem.loads import Loads
 from microblock.halfplane import kernels
 from microblock.model.corner_geometry import Blocks
 from tests import closed_forms

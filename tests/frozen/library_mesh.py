@@ -7,7 +7,7 @@ import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
-from microblock.fem.body import Loads
+from microblock.fem.loads import Loads
 
 from . import library
 from . import problems_mesh as given

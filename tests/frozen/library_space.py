@@ -14,10 +14,10 @@ import microblock as mb
 from microblock.contact_solvers.corner_forces import least_norm_where_closed
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.fem import meshes, meshes3d
-from microblock.fem.body import Loads
 from microblock.fem.body_spaces import FIELDS3D as FIELDS
 from microblock.fem.condensation import condensed
 from microblock.fem.contact_nodes import ContactNodes
+from microblock.fem.loads import Loads
 from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import kernels, second_half_space, symbol
 from microblock.model.corner_geometry import Blocks

@@ -20,8 +20,8 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 import microblock as mb
 from microblock import BadArgument, Body, Contact, Cosserat, Newton, Plane, Unilateral, cost
 from microblock.fem import contact_term, factors, meshes, meshes3d
-from microblock.fem.body import Loads
 from microblock.fem.body_spaces import FIELDS3D as FIELDS
+from microblock.fem.loads import Loads
 from tests import closed_forms
 
 SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])

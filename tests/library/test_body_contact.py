@@ -18,8 +18,8 @@ from cases.benchmarks.verification import SEED
 from microblock.contact_solvers.compliance import Compliance
 from microblock.contact_solvers.nodal import zones_of
 from microblock.fem import mesh_cuts, meshes, meshes3d, recovery
-from microblock.fem.body import Loads
 from microblock.fem.condensation import CondensedNodes
+from microblock.fem.loads import Loads
 from microblock.fem.meshes import Ground
 from microblock.model.corner_geometry import Blocks
 from microblock.model.law import level_surface
