@@ -60,7 +60,7 @@ def _sampled_sizes(
     steps = np.geomspace(NEAREST_SAMPLE * a, right - left, SIZE_SAMPLES)
     beside = [feature.place + sign * steps for feature in within for sign in (-1, 1)]
     x = np.unique(np.clip(np.concatenate((grid, breaks, *beside)), left, right))
-    # two cells on a piece of the obstacle's picture, half as long as the way from it
+    # two cells on a piece on which heights are polynomials, half as long as the distance from it
     pieces = np.array([problem.scale(place, place, 0.5) for place in grid]) / 2
     longest = np.interp(x, grid, np.maximum(pieces, 2e-4 * a))
     return x, np.minimum(_size(x, a, fineness, within, reach), longest)

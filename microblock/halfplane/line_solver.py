@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -11,16 +12,19 @@ from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
 from ..contact_solvers.rounding import EPS_PIVOT
 from ..errors import SMALLEST, BadArgument, NotConverged
 from ..model import contact_candidates
+from ..model.contact_candidates import ContactCandidates
 from ..model.deformable import second_solid, shape_of
+from ..model.history import History
 from ..model.intervals import distance, distance_to_ends, runs
 from ..model.law import require_pure_force
-from ..model.missed_contact import PLACES, apart, overlaps, total_worth
+from ..model.missed_contact import PLACES, Violation, apart, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.periodic import EQUAL
 from ..model.problem import Problem
 from ..model.refinement import GeometricSeries, Usual
 from ..model.scales import classical_rise
 from ..model.solution import LineSolution
+from ..model.types import Array, ContactLike, CornerZones, Flags
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol
@@ -34,61 +38,71 @@ from .window import COARSEST, Window, window_about
 class LineCells(CellSolution, LineSolution):
     """A solution on uniform cells of a half-plane; `opposite` is the second body's under the corners."""
 
+    solver: Any
+
     @property
-    def problem(self):
+    def problem(self) -> Problem:
         return self.solver.problem
 
     @property
-    def data_exhausted(self):
-        return any(words.startswith("the samples leave") for words in self.notes)  # of `sampled.said`
+    def data_exhausted(self) -> bool:  # type: ignore[override]
+        return any(words.startswith("the samples leave") for words in self.notes)  # of `with_sampling_note`
 
     @property
-    def x(self):
+    def x(self) -> Array:
         return self.grid.axes[0]
 
     @property
-    def weights(self):
+    def weights(self) -> Array:
         return np.full(self.grid.count, self.grid.width)
 
     @property
-    def all_zones(self):
+    def all_zones(self) -> CornerZones:
         half = self.grid.width / 2
         edges = np.append(self.x - half, self.x[-1] + half)  # one number where zones of two corners meet
-        zones = [[(edges[i], edges[j + 1]) for i, j in runs(own > 0)] for own in self.pressures]
-        return dict(enumerate(zones))
+        pressed = enumerate(self.pressures > 0)
+        return {corner: [(edges[i], edges[j + 1]) for i, j in runs(flags)] for corner, flags in pressed}
 
     @property
-    def touching(self):
+    def touching(self) -> dict[str, Flags]:
         """{zone: which cells are pressed}."""
-        own, corners = self.pressures > 0, self.solver.law.corners
-        known = {} if len(own) == 1 else {**dict(zip(corners, own)), "full": own.all(axis=0)}
-        return known | {"contact": own.any(axis=0)}
+        pressed: Flags = self.pressures > 0
+        zones: dict[str, Any] = {"contact": pressed.any(axis=0)}
+        if len(pressed) > 1:
+            zones |= {**dict(zip(self.solver.law.corners, pressed)), "full": pressed.all(axis=0)}
+        return zones
 
-    def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres, and logarithms at kinks."""
-        own, n, along = self.pressures[corner], self.grid.count, self.grid.steps(x)[0]
+    def pressure(self, corner: int, x: Array) -> Array:
+        """Returns the pressure of a corner at x, array (n,): a polygon through the centres, and logarithms at
+        slope discontinuities.
+        """
+        count = self.grid.count
+        along = self.grid.steps(x)[0]
         cell = np.floor(along + 0.5)
-        numbers = np.array((cell, cell + np.sign(along - cell)), int)
-        inside = (numbers >= 0) & (numbers < n) | (self.period is not None)
-        pressed, beside = inside & (own[numbers % n] > 0)
-        here, there = (own - self._logarithms[corner])[numbers % n]
-        found = here + np.abs(along - cell) * np.where(beside, there - here, 0.0)
-        found += logarithms(self.kinks[0], self.kinks[1][corner], numbers[0], along)
-        return np.where(pressed, np.maximum(found, 0.0), 0.0)
+        numbers = np.array((cell, cell + np.sign(along - cell)), int)  # of the cell and its nearer neighbour
+        inside = (numbers >= 0) & (numbers < count) | (self.period is not None)
+        pressed, pressed_beside = inside & (self.pressures[corner, numbers % count] > 0)
+        smooth, beside = (self.pressures[corner] - self._logarithms[corner])[numbers % count]
+        pressure = smooth + np.abs(along - cell) * np.where(pressed_beside, beside - smooth, 0.0)
+        pressure += logarithms(self.kinks[0], self.kinks[1][corner], numbers[0], along)
+        return np.where(pressed, np.maximum(pressure, 0.0), 0.0)
 
     @cached_property
-    def kinks(self):
+    def kinks(self) -> tuple[Array, Array]:
         """Slope discontinuities under pressed cells, in cells, array (k,), and K of ``p ~ K log(1/|x|)`` of
         each corner there, array (corners, k).
         """
-        (x, jumps), (cells, beside) = self.solver.kinks, self._beside
-        closed = np.all(beside > 0, axis=1)
-        x, cells, jumps, closed = (each[..., closed.any(axis=0)] for each in (x, cells, jumps, closed))
-        at = np.tile(x[:, None], len(jumps))
-        return cells, sizes_at(self.problem, at, np.arange(len(jumps)), closed.T, jumps.T).T
+        x, jumps = self.solver.kinks
+        cells, pressures = self._beside
+        closed = np.all(pressures > 0, axis=1)
+        pressed = closed.any(axis=0)
+        places = np.tile(x[pressed, None], len(jumps))
+        flags = closed[:, pressed].T
+        K = sizes_at(self.problem, places, np.arange(len(jumps)), flags, jumps[:, pressed].T)
+        return cells[pressed], K.T
 
     @cached_property
-    def _beside(self):
+    def _beside(self) -> tuple[Array, Array]:
         """Slope discontinuities in cells, array (k,), and pressures of the cells there and to either side,
         array (corners, 3, k).
         """
@@ -97,55 +111,67 @@ class LineCells(CellSolution, LineSolution):
         return cells, self.pressures[:, np.clip(numbers, 0, self.grid.count - 1)]
 
     @property
-    def in_doubt(self):
+    def in_doubt(self) -> float:
         """Share in the L2 norm of pressures within a cell of a peak and of an edge: two grids may agree there
         and be wrong together.
         """
-        own = self._beside[1]
-        edges = (self.solver.kinks[1] > 0) & np.any(own == 0, axis=1)
-        return float(np.sqrt((own**2).sum(axis=1)[edges].sum()) / (np.linalg.norm(self.total) or 1))
+        pressures = self._beside[1]
+        edges = (self.solver.kinks[1] > 0) & np.any(pressures == 0, axis=1)
+        return float(np.sqrt((pressures**2).sum(axis=1)[edges].sum()) / (np.linalg.norm(self.total) or 1))
 
     @cached_property
-    def _logarithms(self):
+    def _logarithms(self) -> Array:
+        """Means of the logarithms over the cells, array (corners, n)."""
         cells, sizes = self.kinks
-        return np.array([logarithms(cells, own, np.arange(self.grid.count)) for own in sizes])
+        return np.array([logarithms(cells, K, np.arange(self.grid.count)) for K in sizes])
 
-    def reaction(self, x):
+    def reaction(self, x: Array) -> Array:
         return self.interpolated(self.micromoment, x)
 
-    def reaches(self, x):
-        """Whether x lies on a cell, boolean array (n,)."""
+    def reaches(self, x: Array) -> Flags:
+        """Returns whether x lies on a cell, arrays (n,)."""
         left, right = self.x[[0, -1]] + self.grid.width / 2 * np.array((-1, 1))
         return (self.period is not None) | (x >= left) & (x <= right)
 
-    def gap(self, corner, x):
-        """Gap of a corner at x, array (n,), beside the cells that of all their forces."""
+    def gap(self, corner: int, x: Array) -> Array:
+        """Returns the gap of a corner at x, arrays (n,), beside the cells that of all their forces."""
         inside = self.reaches(x)
         if np.all(inside) or self.opposite is not None:
             return super().gap(corner, x)
-        problem, places, found = self.problem, x[~inside], np.empty_like(x)
-        found[inside] = super().gap(corner, x[inside])
-        gaps, target = problem.initial_gaps(places)[corner] - self.approach, problem.levers(places)[corner]
-        for pressures, arms in zip(self.pressures, problem.levers(self.x)):
+        gaps = np.empty_like(x)
+        gaps[inside] = super().gap(corner, x[inside])
+        gaps[~inside] = self._gap_beside(corner, x[~inside])
+        return gaps
+
+    def _gap_beside(self, corner: int, x: Array) -> Array:
+        """Returns the gap of a corner at x beside the cells, arrays (n,)."""
+        problem = self.problem
+        gaps = problem.initial_gaps(x)[corner] - self.approach
+        target = problem.levers(x)[corner, :, None]
+        for pressures, source in zip(self.pressures, problem.levers(self.x)):
             pressed = np.flatnonzero(pressures)
-            for cells in np.array_split(pressed, 1 + len(pressed) * len(places) // 10**6):
-                apart = places[:, None] - self.x[cells]
-                response = gap_kernel(problem, apart, target[:, None], arms[cells])
+            for cells in np.array_split(pressed, 1 + len(pressed) * len(x) // 10**6):
+                response = gap_kernel(problem, x[:, None] - self.x[cells], target, source[cells])
                 gaps += response @ pressures[cells] * self.grid.width
-        found[~inside] = gaps
-        return found
+        return gaps
 
 
 class LineSolver(CellSolver):
     """States of a half-plane on uniform cells."""
 
     counter_bodies = (HalfPlane,)
-    dimensions, coarsest, most, few, loose, solution = 1, COARSEST, 2**21, 1024, 1e-4, LineCells
+    dimensions = 1
+    coarsest = COARSEST
+    most = 2**21
+    few = 1024
+    loose = 1e-4
+    solution = LineCells
     followed = 4096  # cells of a path
     cheap = 2**13  # cells, which take .1 to .5 s
-    rate, usual_history_rtol = "cells", 5e-2
+    rate = "cells"
+    usual_history_rtol = 5e-2
 
-    def __init__(self, contact, options):
+    def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
         require_pure_force(self.law, self.solid.ell)
         self.offsets = self.blocks.offsets
@@ -154,50 +180,56 @@ class LineSolver(CellSolver):
             self.require_lowest()
 
     @property
-    def has_level(self):
+    def has_level(self) -> bool:  # type: ignore[override]
         return self.period is not None
 
     @property
-    def besides(self):
+    def besides(self) -> str:
         return "" if self.has_level else "take Panels() under a smooth obstacle"  # none on a period
 
     @cached_property
-    def problem(self):
+    def problem(self) -> Problem:
         counter = second_solid(self.obstacle)
         return Problem(self.solid, self.law, self.shape, counter=counter, blocks=self.blocks)
 
     @cached_property
-    def sampling_uncertainty(self):
-        """{load: what samples leave open}, see `sampling_uncertainty`."""
+    def sampling_uncertainty(self) -> dict[float, float]:
+        """{load: change of the pressure}, see `sampling_uncertainty`."""
         return {}
 
-    def gaps(self, x):
+    def gaps(self, x: Array) -> Array:
+        """Returns the initial gaps at x, array (corners, n)."""
         return self.problem.initial_gaps(x)
 
-    def gaps_on(self, grid):
-        (x, jumps), gaps = self.kinks, self.gaps(*grid.places)
-        return gaps + [grid.width * corrections(grid.steps(x)[0], own, grid.count) for own in jumps]
+    def gaps_on(self, grid: Grid) -> Array:
+        """Returns the initial gaps of the cells of a Grid, array (corners, n)."""
+        x, jumps = self.kinks
+        gaps = self.gaps(*grid.places)
+        return gaps + [grid.width * corrections(grid.steps(x)[0], jump, grid.count) for jump in jumps]
 
     @cached_property
-    def kinks(self):
+    def kinks(self) -> tuple[Array, Array]:
         """Contact points at which the slope of a gap jumps, array (k,), and jumps, array (corners, k)."""
-        known, corners = self.problem.kinks, range(len(self.law.corners))
-        jumps = [[known[x].get(corner, 0.0) for x in sorted(known)] for corner in corners]
-        return np.array(sorted(known)), np.array(jumps)
+        kinks = sorted(self.problem.kinks.items())
+        corners = range(len(self.law.corners))
+        jumps = [[by_corner.get(corner, 0.0) for _, by_corner in kinks] for corner in corners]
+        return np.array([x for x, _ in kinks]), np.array(jumps)
 
-    def change(self, coarse, fine):
+    def change(self, coarse: LineCells, fine: LineCells) -> float:
+        """Returns the relative L2 change of pressure and M/ell from one solution to a finer one."""
         if not len(self.kinks[0]):
             return super().change(coarse, fine)
-        x, corners = fine.x, range(len(fine.pressures))
-        (total, moment), (other, turned) = (
-            (sum(one.pressure(corner, x) for corner in corners), one.moment_at(x)) for one in (coarse, fine)
+        x = fine.x
+        corners = range(len(fine.pressures))
+        total, fine_total = (
+            np.sum([state.pressure(corner, x) for corner in corners], axis=0) for state in (coarse, fine)
         )
-        return distance(
-            fine.weights * self.weights(fine.grid), total - other, (moment - turned) / self.solid.ell, other
-        )
+        moment = (coarse.moment_at(x) - fine.moment_at(x)) / self.solid.ell
+        weights = fine.weights * self.weights(fine.grid)
+        return distance(weights, total - fine_total, moment, fine_total)
 
-    def tilt(self, x):
-        """t at x, array (1, n), or of one corner (0, n)."""
+    def tilt(self, x: Array) -> Array:
+        """Returns t at x, array (1, n), or of one corner (0, n)."""
         if len(self.offsets) == 1:
             return np.empty((0, len(x)))
         tilts = self.blocks.levers(x) + self.offsets
@@ -225,7 +257,7 @@ class LineSolver(CellSolver):
     def turned(self, own):
         return own[0]
 
-    def history(self, pairs, coupled, rtol):
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         if self.period is not None:
             return super().history(pairs, coupled, rtol)
         if self.options.nodes is not None or self.options.window is not None:
@@ -241,15 +273,15 @@ class LineSolver(CellSolver):
         state = self.within(window, load, approach, goal, self.missed, initial)
         return state if self.options.nodes else with_sampling_note(self, state, goal)
 
-    def window_of(self, load):
+    def window_of(self, load: float | None) -> Window:
         """Returns the given Window, or that of all that may touch, with first cells that see its features."""
         return self.given_window() or window_about(self.candidates(load), self.solid.ell, self.ends)
 
-    def given_window(self):
+    def given_window(self) -> Window | None:
         grid = super().given_window()
         return grid and Window(grid.count, grid.width, grid.middle)
 
-    def first_cells(self, window):
+    def first_cells(self, window: Window) -> int:
         return window.coarsest
 
     def predicted(self, load, approach, rtol):
@@ -278,25 +310,31 @@ class LineSolver(CellSolver):
         rise = approach - gaps.min() if load is None else classical_rise(load, self.problem.E_star)
         return period_cost(gaps / max(rise, SMALLEST), len(self.offsets), goal, self.coarsest)
 
-    def candidates(self, load):
-        """The ContactCandidates of the obstacle for a load."""
+    def candidates(self, load: float | None) -> ContactCandidates:
+        """Returns the ContactCandidates of the obstacle for a load."""
         if load is None:
             words = "must be (left, right), where the obstacle may touch, if the approach is given"
             raise BadArgument("window", None, words)
         return contact_candidates.find_candidates(self.problem, load)
 
-    def enough(self, goal, state):
-        """The error that suffices: on many cells what samples leave open, any if that is EXHAUSTED."""
-        many = state.grid.count / self.cheap
-        share = sampling_uncertainty(self, state) if many >= 1 else 0.0
-        return np.inf if share > EXHAUSTED else max(goal, share) if many > 1 else goal
+    def enough(self, goal: float, state: LineCells) -> float:
+        """Returns the error that suffices: on many cells the sampling uncertainty, any if that is
+        EXHAUSTED.
+        """
+        if state.grid.count < self.cheap:
+            return goal
+        share = sampling_uncertainty(self, state)
+        if share > EXHAUSTED:
+            return np.inf
+        return max(goal, share) if state.grid.count > self.cheap else goal
 
     @cached_property
-    def ends(self):
+    def ends(self) -> tuple[float, ...]:
         """Where the obstacle ends, on a period in the window where it is given."""
         return getattr(self.obstacle, "ends", ()) if self.period is None else self.shape.edges
 
-    def weights(self, grid):
+    def weights(self, grid: Window) -> Array:
+        """Returns the weights of errors on the cells of a Grid, array (n,), small next to ends and steps."""
         x = grid.axes[0]
         if self.period is not None:
             x = self.shape.original(x, self.shape.windows[0])
@@ -335,21 +373,21 @@ class LineSolver(CellSolver):
         )
         return (*state.notes, words), True
 
-    def _between_cells(self, state):
-        """[Violation] of corners that are open on cells and their neighbours."""
+    def _between_cells(self, state: LineCells) -> list[Violation]:
+        """Returns the Violations of corners that are open on cells and their neighbours."""
         unit = self.problem.E_star / np.sqrt(state.weights @ state.total**2)
         least = EQUAL * np.ptp(state.displacement)
-        found = []
+        violations: list[Violation] = []
         for corner, pressures in enumerate(state.pressures):
             x = self._sites(state.grid, corner)
             cells = np.clip(np.rint(state.grid.steps(x)[0]).astype(int), 0, state.grid.count - 1)
             gaps = np.where(apart(pressures > 0)[cells], state.gap(corner, x), np.nan)
-            found += overlaps(corner, x, gaps, unit, least)
-        return found
+            violations += overlaps(corner, x, gaps, unit, least)
+        return violations
 
-    def _sites(self, grid, corner):
-        """Contact points on a grid to look at, array (n,), ascending: sites of the picture, or where a window
-        is given many, and slope discontinuities.
+    def _sites(self, grid: Window, corner: int) -> Array:
+        """Returns contact points on a grid to look at, array (n,), ascending: sites of the candidates, or
+        where a window is given many, and slope discontinuities.
         """
         left, right = grid.axes[0][[0, -1]]
         if grid.sites is None:

@@ -1,4 +1,4 @@
-"""What the samples of an obstacle leave open of the pressure."""
+"""Uncertainty of the pressure from the samples of an obstacle."""
 
 from copy import copy
 from dataclasses import replace
@@ -45,7 +45,7 @@ def with_sampling_note(solver: Any, state: Any, rtol: Any) -> Any:
         return state
     noise = " or moved up and down by the noise" * bool(samples.noise)
     words = (
-        f"the samples leave {share:.1g} of the pressure open: with every second one left out{noise} it "
+        f"the samples leave the pressure uncertain by {share:.1g}: with every second one left out{noise} it "
         "differs by that in L2"
     )
     if stopped:

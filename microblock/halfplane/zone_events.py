@@ -12,7 +12,7 @@ from ..model.types import Array, Interval
 from .panel_solution import PanelSolution
 
 SCAN_TOLERANCE = 1e-3  # of a load: zones that are born and merge within are not seen; of a width: of twins
-RESOLUTION = 1e-5  # of a load, a width or a gap: less is not told apart
+RESOLUTION = 1e-5  # of a load, a width or a gap: less is the same
 EDGE_TOLERANCE = 1e-9  # of a load, a width or the pressure that is left at an edge: less is nothing
 ZONE_SAMPLES = 33  # over a zone, between which its lowest point is searched
 
