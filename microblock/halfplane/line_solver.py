@@ -39,6 +39,7 @@ class LineCells(CellSolution, LineSolution):
     """A solution on uniform cells of a half-plane; `opposite` is the second body's under the corners."""
 
     solver: Any
+    grid: Window
 
     @property
     def problem(self) -> Problem:

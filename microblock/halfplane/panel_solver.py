@@ -20,22 +20,22 @@ from ..model.refinement import Usual
 from ..model.solution import Solution
 from ..model.solver import Solver
 from ..model.types import Array, ContactLike
-from . import zone_search
 from .forecast import panels_cost
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .line_solver import LineSolver
 from .panel_solution import PanelSolution
 from .sampling_uncertainty import with_sampling_note
+from .zone_search import solve_on_panels
 
 
 class PanelSolver(Solver):
     """States of a half-plane without images on fitted panels; its `options` are `Panels`.
 
-    The way of a state: `Problem` has corners, gaps and levers over ell; `zone_search.solve` finds zones on
-    cells and moves their edges (`edges.newton_zone_edges`); at given edges `panels.response` integrates
-    `kernels.gap_kernel`, a function of distance/ell, and the system gives the `PanelSolution` that a `State`
-    asks for pressures.
+    The way of a state: `Problem` has corners, gaps and levers over ell; `zone_search.solve_on_panels` finds
+    zones on cells and moves their edges (`edges.newton_zone_edges`); at given edges `panels.response`
+    integrates `kernels.gap_kernel`, a function of distance/ell, and the system gives the `PanelSolution`
+    that a `State` asks for pressures.
     """
 
     has_level = False
@@ -183,7 +183,7 @@ class PanelSolver(Solver):
     def _solved(
         self, load: float, rtol: float | None, order: int | None, near: PanelSolution | None
     ) -> PanelSolution:
-        return zone_search.solve(self, self._candidate_problem(load), load, rtol, order, near)
+        return solve_on_panels(self, self._candidate_problem(load), load, rtol, order, near)
 
     def _check_width(self, load: float) -> None:
         """Raises NotConverged for a contact of too many blocks."""

@@ -1,6 +1,8 @@
 """A state of a half-plane at one load by the steps of docs/theory/halfplane.md: zones, edges, conditions."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -8,26 +10,34 @@ from .. import cost
 from ..errors import NotConverged, out_of_reach
 from ..model import contact_candidates
 from ..model.intervals import joined, without, zone_edges
-from ..model.missed_contact import total_worth
-from ..model.problem import half_line
+from ..model.missed_contact import Violation, total_worth
+from ..model.problem import Problem, half_line
 from ..model.refinement import RefinementLevel, Usual, refine
+from ..model.types import CornerZones
 from .contact_violations import contact_violations
 from .edges import newton_zone_edges, tolerated
 from .first_zones import first_zones
-from .panel_solution import relative_change
+from .panel_solution import PanelSolution, relative_change
 from .panels import orders, unresolved
 
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 
 
-def solve(solver, problem, load, rtol, order=None, near=None):
+def solve_on_panels(
+    solver: Any,
+    problem: Problem,
+    load: float,
+    rtol: Any,
+    order: int | None = None,
+    near: PanelSolution | None = None,
+) -> PanelSolution:
     """Returns the PanelSolution of a PanelSolver and its Problem with candidates at a load (force per
     thickness), to rtol or of an order; for an rtol that is `Usual` the best one.
 
     Trial zones are taken until the conditions hold on those that they lead to.
 
-    Raises NotConverged, with `rtol_reached` if zones fit, and BadArgument if the obstacle could touch beyond
-    its picture.
+    Raises NotConverged, with `rtol_reached` if zones fit, and BadArgument if the obstacle could touch where
+    no contact was expected.
     """
     failure = None
     for zones in _trials(problem, load, near):
@@ -43,7 +53,8 @@ def solve(solver, problem, load, rtol, order=None, near=None):
     raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
 
 
-def _trials(problem, load, near):
+def _trials(problem: Problem, load: float, near: PanelSolution | None) -> Iterator[CornerZones]:
+    """Yields trial zones: those of a similar state, of a classical contact, of cells."""
     if near:
         yield near.zones
     if half_line(problem) and problem.candidates.simple:
@@ -52,23 +63,25 @@ def _trials(problem, load, near):
     yield from map(problem.computed, first_zones(problem, load))
 
 
-def _refined(solver, problem, load, zones, rtol):
+def _refined(solver: Any, problem: Problem, load: float, zones: CornerZones, rtol: Any) -> PanelSolution:
     """Returns the PanelSolution to rtol from trial zones on."""
 
-    def refusal(best, last, failure):
+    def refusal(best: Any, last: Any, failure: NotConverged | None) -> NotConverged:
         besides = "fix the discretisation instead"
         return failure or out_of_reach(rtol, best.error, load=load, besides=besides, met_again=False)
 
     # paths and histories, which keep what they have, ask for states on the way
-    state = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal, keeps=False).result
-    if state.estimate.total >= 1:
+    best = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal, keeps=False)
+    if best.error >= 1:
         raise NotConverged(f"errors are as large as the pressure at load {load:g}")
-    return state
+    return best.result
 
 
-def _orders(solver, problem, load, zones, rtol):
+def _orders(
+    solver: Any, problem: Problem, load: float, zones: CornerZones, rtol: Any
+) -> Iterator[RefinementLevel[PanelSolution]]:
     """Yields RefinementLevels of ascending orders, from the second on."""
-    coarse = None
+    coarse: PanelSolution | None = None
     for order in orders(problem.candidates.simple, 0.0):
         tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < unresolved(order):  # and its neighbour will not agree
@@ -77,10 +90,12 @@ def _orders(solver, problem, load, zones, rtol):
         if coarse is None and not problem.candidates.simple:
             state = _verified(_amended(state, CONDITIONS_SHARE * rtol))
         if coarse is not None:
-            state = _beside(coarse, state)
+            state = _compared(coarse, state)
             if isinstance(rtol, Usual) or state.estimate.total <= rtol:
-                before, state = state, _amended(state, CONDITIONS_SHARE * rtol)
-                state = state if state.panels is before.panels else _beside(coarse, state)
+                panels = state.panels
+                state = _amended(state, CONDITIONS_SHARE * rtol)
+                if state.panels is not panels:
+                    state = _compared(coarse, state)
             state = state.changed(solver=solver)
             seconds = cost.predict("panels", 1.5 * state.unknowns).seconds
             yield RefinementLevel(state, state.estimate.total, seconds)
@@ -88,28 +103,32 @@ def _orders(solver, problem, load, zones, rtol):
         zones = state.further
 
 
-def _verified(state):
-    """A state whose violations are no more than its order leaves; raises NotConverged for others."""
-    wrong = state.estimate.conditions
-    if wrong > np.sqrt(tolerated(state.panels.order)):
-        raise NotConverged(f"zones violate the contact conditions by {wrong:.1e} of the pressure")
+def _verified(state: PanelSolution) -> PanelSolution:
+    """Returns a state whose violations are no more than its order leaves; raises NotConverged for others."""
+    violation = state.estimate.conditions
+    if violation > np.sqrt(tolerated(state.panels.order)):
+        raise NotConverged(f"zones violate the contact conditions by {violation:.1e} of the pressure")
     return state
 
 
-def _beside(coarse, state):
-    error = relative_change(coarse, state)
-    return state.changed(estimate=replace(state.estimate, discretisation=error))
+def _compared(coarse: PanelSolution, state: PanelSolution) -> Any:
+    """Returns a state with the change from a coarser one as its error of discretisation."""
+    errors = replace(state.estimate, discretisation=relative_change(coarse, state))
+    return state.changed(estimate=errors)
 
 
-def _amended(state, tolerance):
-    """A state with its zones amended until violations vanish or, twice, have not halved."""
-    best, worth, idle = state, np.inf, 0
+def _amended(state: PanelSolution, tolerance: float) -> PanelSolution:
+    """Returns a state with its zones amended until violations vanish or, twice, have not halved."""
+    best = state
+    least = np.inf
+    idle = 0
     while True:
         violations = contact_violations(state)
-        size = total_worth(violations)
-        idle = 0 if size < worth / 2 else idle + 1
-        if size < worth:
-            best, worth = state.changed(estimate=replace(state.estimate, conditions=size)), size
+        worth = total_worth(violations)
+        idle = 0 if worth < least / 2 else idle + 1
+        if worth < least:
+            least = worth
+            best = state.changed(estimate=replace(state.estimate, conditions=worth))
         zones = amended(state, violations, tolerance)
         if zones is None or idle == 2:
             return best
@@ -120,26 +139,34 @@ def _amended(state, tolerance):
             return best
 
 
-def amended(state, violations, tolerance):
-    """Zones without tension and with overlaps worth the tolerance or apart from all edges, or None.
-    NotConverged if no zone is left.
+def amended(state: PanelSolution, violations: Sequence[Violation], tolerance: float) -> CornerZones | None:
+    """Returns zones without tension and with overlaps worth the tolerance or apart from all edges, or None;
+    raises NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))
-    zones, wrong = {corner: list(own) for corner, own in state.zones.items()}, False
-    for each in violations:
-        left, right, own = each.left, each.right, zones[each.corner]
-        apart = each.depth > 0 and np.abs(edges - (left + right) / 2).min() > right - left
-        if not apart and each.worth <= least:
-            continue
-        wrong = True
-        if each.depth:
-            near = [edge for edge in np.ravel(own) if abs(2 * edge - left - right) < 1.1 * (right - left)]
-            zones[each.corner] = joined([*own, (min([left, *near]), max([right, *near]))])
+    zones = {corner: list(intervals) for corner, intervals in state.zones.items()}
+    counted = [violation for violation in violations if violation.worth > least or _apart(violation, edges)]
+    for violation in counted:
+        left = violation.left
+        right = violation.right
+        width = right - left
+        intervals = zones[violation.corner]
+        if violation.depth:
+            near = [x for x in np.ravel(intervals) if abs(2 * x - left - right) < 1.1 * width]
+            zones[violation.corner] = joined([*intervals, (min([left, *near]), max([right, *near]))])
         else:
             # tension at an edge of another corner goes on beyond it, where it is too narrow to be seen
-            beyond = (right - left) * np.isin((left, right), edges)
-            zones[each.corner] = sorted(set(without(own, left - beyond[0], right + beyond[1])))
-    if wrong and not any(zones.values()):
+            past = width * np.isin((left, right), edges)
+            zones[violation.corner] = sorted(set(without(intervals, left - past[0], right + past[1])))
+    if not counted:
+        return None
+    if not any(zones.values()):
         raise NotConverged(f"all zones are in tension at load {state.load:g}")
-    return state.problem.computed({corner: tuple(own) for corner, own in zones.items()}) if wrong else None
+    return state.problem.computed({corner: tuple(intervals) for corner, intervals in zones.items()})
+
+
+def _apart(violation: Violation, edges: Any) -> bool:
+    """Returns whether a violation is an overlap apart from all edges, array (n,)."""
+    middle = (violation.left + violation.right) / 2
+    return violation.depth > 0 and np.abs(edges - middle).min() > violation.right - violation.left

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 import microblock as mb
 from cases.benchmarks.verification import SEED, judging, named
 from cases.benchmarks.verification.obstacles import drawn
-from microblock.halfplane import zone_search
+from microblock.halfplane import panel_solver
 from microblock.halfplane.kernels import short_waves
 from microblock.halfplane.line_solver import LineSolver
 from microblock.model.contact_candidates import find_candidates
@@ -197,7 +197,7 @@ def test_the_next_method_answers_where_the_first_does_not(monkeypatch):
     problem = contact(cylinders(1.5), BLOCKS)
     panels = problem.solve(load=1.0, rtol=1e-4)
     assert panels.method == "panels" == problem.plan(load=1.0, rtol=1e-3).candidates[0].name
-    monkeypatch.setattr(zone_search, "solve", fails)
+    monkeypatch.setattr(panel_solver, "solve_on_panels", fails)
     state = problem.solve(load=1.0, rtol=1e-3)
     assert "cells instead of panels (no zones fit)" in state.warnings
     assert state.method == "cells" and missed(panels, state) < state.error_estimate <= 1e-3
