@@ -13,6 +13,8 @@ from cases.benchmarks.verification import SEED
 from microblock.halfplane import contact_violations as survey_module
 from microblock.halfplane import edges
 from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, plane_symbol
+from microblock.halfplane.transmitted_singularities import log_sizes
+from microblock.model.problem import Problem
 from tests import closed_forms
 from tests.states import apart
 
@@ -449,6 +451,24 @@ TURNED_LAWS = [mb.Unilateral(), mb.Microclamped(), mb.Microblock(), mb.Microbloc
 
 def slanted(x):
     return 0.1 * (np.cosh(x) - 1) + 0.01 * x
+
+
+@pytest.mark.parametrize("order", [4, 12])
+def test_logarithms_are_carried_as_far_as_panels_of_an_order_see(order):
+    """A digit for each four points: of all that a tip carries those above 10^(-order/4) of the largest."""
+    second = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
+    tip = Problem(PERIOD.solid, mb.Microblock(), mb.Wedge(0.02), counter=second)
+    zones = {0: ((-1.5, 1.4),), 1: ((-1.4, 1.5),)}
+
+    def sizes_at(order):
+        places = log_sizes(tip, zones, order).items()
+        return {(place, corner): size for place, sizes in places for corner, size in sizes.items()}
+
+    every, carried = sizes_at(100), sizes_at(order)
+    least = 10 ** (-order / 4) * max(map(abs, every.values()))
+    # the two tips carry to the same places, each as far
+    assert all(abs(size - carried.get(at, 0.0)) <= least for at, size in every.items())
+    assert all(abs(size) >= least for size in carried.values()) and len(carried) < len(every)
 
 
 def test_all_closed_on_a_period_corners_follow_the_waves():
