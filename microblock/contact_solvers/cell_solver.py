@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import label
@@ -38,7 +39,7 @@ class CellSolution(Solution):
     opposite : displacement of a second body, or None: in the plane under the corners, array (corners, n)
     """
 
-    solver: object
+    solver: Any
     grid: Grid
     load: float
     approach: float
@@ -50,7 +51,7 @@ class CellSolution(Solution):
     iterations: int
     error_estimate: float | None = None  # type: ignore[assignment]
     notes: tuple = ()
-    opposite: object = None
+    opposite: Any = None
 
     method = "cells"
 

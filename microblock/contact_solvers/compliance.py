@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import require
 from ..model.corner_geometry import Blocks
-from ..model.types import Array, ObstacleLike
+from ..model.types import Array, Flags, ObstacleLike
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class Compliance:
     (10, 10)
     """
 
-    points: np.ndarray
-    normals: np.ndarray
-    weights: np.ndarray
-    matrix: np.ndarray
+    points: Array
+    normals: Array
+    weights: Array
+    matrix: Array
     ell: float
-    apart: np.ndarray | None = None
+    apart: Flags | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         count = len(self.weights)
         require(count, "weights", self.weights, "must be of one node or more")
         require(
@@ -54,7 +54,7 @@ class Compliance:
             np.all(np.diff(self.points[:, 0]) >= 0), "points", self.points[:, 0], "must have ascending x1"
         )
 
-    def require_symmetric(self):
+    def require_symmetric(self) -> None:
         """BadArgument unless the matrix is finite and symmetric."""
         size = np.repeat((1.0, self.ell / 2), len(self.weights))  # psi as it moves a corner
         scaled = size[:, None] * self.matrix * size
@@ -67,9 +67,9 @@ class Compliance:
         )
 
     @cached_property
-    def twins(self):
+    def twins(self) -> Flags:
         """Nodes with prescribed psi = 0 (rows of zeros): boolean array (n,)."""
-        return ~self.matrix[len(self.weights) :].any(axis=1)
+        return np.asarray(~self.matrix[len(self.weights) :].any(axis=1))
 
     def corner_system(self, blocks: Blocks, obstacle: ObstacleLike) -> tuple[Array, Array, Array]:
         """The corners of blocks on this body: flexibility, initial gaps, shares in the load.
@@ -93,11 +93,11 @@ class Compliance:
         from scipy import sparse  # here: names of the half-plane load without it
 
         ones = np.ones(len(self.weights))
-        arms = [(-ones, self.ell / 2 * own) for own in blocks.levers(self.points[:, 0])]
-        return sparse.bmat([[sparse.diags(own) for own in arm] for arm in arms]).tocsr()
+        levers = self.ell / 2 * blocks.levers(self.points[:, 0])
+        return sparse.bmat([[sparse.diags(-ones), sparse.diags(lever)] for lever in levers]).tocsr()
 
 
-def nearest_alone(gaps, twins):
+def nearest_alone(gaps: Array, twins: Flags) -> Array:
     """Gaps, array (corners, n), inf of all but the nearest corner at `twins`, whose corners move together."""
     nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
     return np.where(twins & ~nearest, np.inf, gaps)

@@ -197,7 +197,8 @@ class SecondBody(Protocol):
     smooth : array (length, ...), positive response of the second body on the waves of the preconditioner
     """
 
-    smooth: Array
+    @property
+    def smooth(self) -> Array: ...
 
     def __matmul__(self, forces: Array) -> Array: ...
 

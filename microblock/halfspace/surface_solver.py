@@ -9,10 +9,12 @@
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from .. import cost
+from ..contact_solvers.active_set import ContactState
 from ..contact_solvers.cell_solver import CellSolution, CellSolver, spots
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
@@ -24,6 +26,7 @@ from ..model.material import joint_modulus
 from ..model.progress import counting
 from ..model.refinement import FEWEST, GeometricSeries
 from ..model.solution import SpaceSolution
+from ..model.types import Array, Flags
 from . import square_search
 from .candidate_squares import CONTACT_ROWS, CandidateSquares
 from .half_space import HalfSpace
@@ -31,7 +34,7 @@ from .images import PeriodicGreen
 from .kernels import surface_kernels
 from .second_half_space import SecondBodyCells
 from .square_search import TRIES
-from .squares import CoupledSquares, SecondBodySquares
+from .squares import CoupledSquares, SecondBodySquares, Squares
 from .symbol import surface_symbol
 
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
@@ -41,7 +44,7 @@ SPOT = FEWEST**2  # cells of a contact
 class ContactLeavesWindow(Exception):
     """A wider window must hold more places, array (k, 2)."""
 
-    def __init__(self, places):
+    def __init__(self, places: Array) -> None:
         super().__init__()
         self.places = places
 
@@ -58,44 +61,46 @@ class SurfaceCells(CellSolution, SpaceSolution):
         As of `microblock.State`.
     """
 
-    closed: object = None
+    closed: Any = None
     seen_width: float | None = None
 
-    def state(self):
+    def state(self) -> Any:
         """Returns the State on cells, square after square and row after row."""
         grids = self.grid.grids
         points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
         areas = np.repeat([grid.area for grid in grids], grids[0].count ** 2)
-        cells = {"squares": grids, "seen_width": self.seen_width}
+        cells: dict[str, Any] = {"squares": grids, "seen_width": self.seen_width}
         if len(grids) == 1:
             x1, x2 = grids[0].axes
             cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": float(grids[0].width)}
         return self.state_at(points.reshape(-1, 3), areas, **cells)
 
     @property
-    def touching(self):
+    def touching(self) -> dict[str, Flags]:
         """{zone: which cells are closed}."""
-        full = {"full": self.closed == len(self.pressures)} if len(self.pressures) > 1 else {}
-        return full | {"contact": self.closed > 0}
+        zones = {"contact": self.closed > 0}
+        if len(self.pressures) == 1:
+            return zones
+        return {"full": self.closed == len(self.pressures)} | zones
 
     @property
-    def is_whole(self):
+    def is_whole(self) -> bool:
         """Whether the cells are those of a whole period."""
         return self.period is not None and isinstance(self.grid, Grid)
 
-    def pressure(self, corner, places):
+    def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
         return self.interpolated(self.pressures[corner], *places.T[:2])
 
-    def between(self, values, places):
+    def between(self, values: Array, places: Array) -> Array:
         """Returns micromoments on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
-        return self._known(values, places, vanishes=not self.solver.law.clamps_rotation)
+        return self._within_squares(values, places, vanishes=not self.solver.law.clamps_rotation)
 
-    def counter_displacement(self, places):
+    def counter_displacement(self, places: Array) -> Array:
         """Returns the displacement along x3 of a second body at places, array (k,)."""
-        return self._known(self.opposite, places, vanishes=not self.opposite.any())
+        return self._within_squares(self.opposite, places, vanishes=not self.opposite.any())
 
-    def _known(self, values, places, vanishes):
+    def _within_squares(self, values: Array, places: Array, vanishes: bool) -> Array:
         """Returns values on cells at places; raises BadArgument beside the cells unless they vanish there."""
         inside = vanishes or self.is_whole or np.all(self.grid.distance_outside(*places.T[:2]) <= 0)
         require(inside, "points", places, "must lie in the squares, beside which this is not known")
@@ -108,13 +113,19 @@ class SurfaceSolver(CellSolver):
     most_corners = None
     counter_bodies = (HalfSpace,)
     in_space = "cells"
-    dimensions, coarsest, most, few, loose, solution = 2, 32, 1024, 16, 1e-3, SurfaceCells
+    dimensions = 2
+    coarsest = 32
+    most = 1024
+    few = 16
+    loose = 1e-3
+    solution = SurfaceCells
     followed = 128  # cells along an axis of a path
     # errors of two grids are in part independent, as edges move by whole cells
     series = GeometricSeries(1.4, 1.0, 1.9, luck=2.5, alike=0.5)
-    besides, rate = "fix Cells(nodes=...)", "cells in space"
+    besides = "fix Cells(nodes=...)"
+    rate = "cells in space"
 
-    def set_up(self):
+    def set_up(self) -> None:
         super().set_up()
         require(
             not is_classical(self.solid),
@@ -122,7 +133,8 @@ class SurfaceSolver(CellSolver):
             self.solid.beta,
             "must hold the rotation of blocks: a second body alone may have 0",
         )
-        self.offsets, self.tilt = self.blocks.offsets, self.blocks.tilt
+        self.offsets = self.blocks.offsets
+        self.tilt = self.blocks.tilt
         nodes = self.options.nodes
         require(
             nodes is None or nodes <= 2 * self.most,
@@ -130,51 +142,59 @@ class SurfaceSolver(CellSolver):
             nodes,
             f"counts along each axis: at most {2 * self.most}",
         )
-        own = getattr(self.obstacle, "period", None)
+        period = getattr(self.obstacle, "period", None)
         require(
-            own is None or self.period is not None,
+            period is None or self.period is not None,
             "period",
             None,
-            f"must be a multiple of that of the obstacle, {own}",
+            f"must be a multiple of that of the obstacle, {period}",
         )
         self.require_repeating()
 
-    def solve(self, load, approach, rtol, initial=None):
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> SurfaceCells:
         """Returns the SurfaceCells, as `Solver.solve`."""
-        goal, fixed = self.goal(rtol), self.given_window()
-        picture = self._picture(load, approach, fixed)
-        places = picture.deepest
+        goal = self.goal(rtol)
+        fixed = self.given_window()
+        candidates = self._candidates(load, approach, fixed)
+        places = candidates.deepest
         for _ in range(TRIES):
             window = fixed
-            if fixed is None or self._is_sparse(picture):
-                window = square_search.find_squares(self, picture, load, approach, places)
-                picture.look_about(window)
-            missed = partial(self.missed, picture)
+            if fixed is None or self._is_sparse(candidates):
+                window = square_search.find_squares(self, candidates, load, approach, places)
+                candidates.look_about(window)
+            missed = partial(self.missed, candidates)
             try:
                 state = self.within(window, load, approach, goal, missed, initial)
             except ContactLeavesWindow as leaves:
                 places = np.vstack((places, leaves.places))
                 continue
-            return replace(state, seen_width=picture.seen)
+            return replace(state, seen_width=candidates.seen)
         raise NotConverged(square_search.NO_WINDOW)
 
-    def predicted(self, load, approach, rtol):
+    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         """Returns the Cost of cells whose edges leave rtol, as many under each valley that touches."""
-        fixed, nodes, most = self.given_window(), self.options.nodes, float(self.most**2)
-        picture = self._picture(load, approach, fixed)
-        valleys, ratio = picture.spread(picture.lowest[2] + (picture.bound - picture.lowest[2]) / 8, fixed)
-        several = self._is_sparse(picture) if fixed else valleys > 1
-        squares, finer = (valleys, 1.0) if several else (1, max(ratio / 1.75, 1.0))
+        fixed = self.given_window()
+        candidates = self._candidates(load, approach, fixed)
+        lowest = candidates.lowest[2]
+        valleys, ratio = candidates.spread(lowest + (candidates.bound - lowest) / 8, fixed)
+        squares = 1
+        finer = max(ratio / 1.75, 1.0)
+        if self._is_sparse(candidates) if fixed else valleys > 1:
+            squares = valleys
+            finer = 1.0
         goal = self.goal(rtol)
         if goal is None:
-            return cost.predict(self.rate, len(self.offsets) * squares * nodes**2)
+            return cost.predict(self.rate, len(self.offsets) * squares * self.options.nodes**2)
+        most = float(self.most**2)
         # an estimate has three grids
         count = max(2.0 ** np.ceil(np.log2(2.5 / goal * finer)), 4 * self.coarsest)
         needed = squares * count**2
-        found = cost.predict(self.rate, len(self.offsets) * min(needed, most))
-        return found._replace(misses=bool(needed > most))
+        predicted = cost.predict(self.rate, len(self.offsets) * min(needed, most))
+        return predicted._replace(misses=bool(needed > most))
 
-    def window_of(self, load):
+    def window_of(self, load: float) -> Grid:
         """Returns a Grid that holds the contact up to a load, on a period the whole of it."""
         fixed = self.given_window()
         if fixed is not None:
@@ -182,20 +202,21 @@ class SurfaceSolver(CellSolver):
         with counting("window"):  # of a path, whose results are events
             grids = self.solve(load, None, None).grid.grids
         reaches = [np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)]
-        low, high = np.min(reaches, axis=0), np.max(reaches, axis=0)
+        low = np.min(reaches, axis=0)
+        high = np.max(reaches, axis=0)
         return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
 
-    def missed(self, picture, state):
+    def missed(self, candidates: CandidateSquares, state: SurfaceCells) -> tuple[tuple[str, ...], bool]:
         """Returns what a fixed window leaves out, and whether a place between cells would touch; raises
         ContactLeavesWindow for a window that may be wider.
         """
         cut = any(square_search.reaches_rim(state, 1))
-        outside, hidden = square_search.violations(state, picture)
+        outside, hidden = square_search.violations(state, candidates)
         if self.options.window is None and (cut or len(outside)):
             raise ContactLeavesWindow(np.vstack((*chain(*square_search.rectangles_of(state)), outside)))
         return _warnings(cut, outside, hidden), len(hidden) > 0
 
-    def weights(self, grid):
+    def weights(self, grid: Grid | Squares) -> Array:
         """Returns weights of squares in the norm: the square of `distance_to_edges`, since steps of cells
         along an edge leave the pressure beside it unknown on every grid.
         """
@@ -205,7 +226,7 @@ class SurfaceSolver(CellSolver):
         squares = faces.reshape(len(faces), -1, grid.count, grid.count).swapaxes(0, 1)
         return np.reshape([distance_to_edges(corners) ** 2 for corners in squares], faces.shape[1:])
 
-    def estimate(self, changes, before, state):
+    def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
         """Returns the error of a grid from successive changes, the load on spots, and the residual as short
         waves feel it.
         """
@@ -215,20 +236,22 @@ class SurfaceSolver(CellSolver):
             + state.residual * state.grid.count
         )
 
-    def cannot_reach(self, changes, before, goal, finer, least):
+    def cannot_reach(
+        self, changes: list[float], before: SurfaceCells, goal: float, finer: float, least: float
+    ) -> bool:
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
         slow = finer <= 2 and float(self.series.error(changes[-2:])) > goal * finer**2
         return slow or _share_of_spots(before, SPOT / 2 / finer**2) > goal
 
-    def turned(self, own):
+    def turned(self, phi: Array) -> Array:
         """Returns rotations about x1 and x2 of phi, array (2, ...)."""
-        return np.array((own[1], -own[0]))
+        return np.array((phi[1], -phi[0]))
 
-    def gaps(self, x1, x2):
+    def gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps at places, array (corners, ...)."""
         return self.blocks.on_level(self.shape, x1, x2).initial_gaps
 
-    def flexibility(self, grid):
+    def flexibility(self, grid: Grid | Squares) -> CellFlexibility | CoupledSquares:
         """Returns the Flexibility of a grid, or of several."""
         if isinstance(grid, Grid):
             return self.alone(grid, self.period is not None)
@@ -240,18 +263,17 @@ class SurfaceSolver(CellSolver):
         second = None
         if self.second is not None:
             offsets = self.solid.ell / 2 * self.offsets
-            second = SecondBodySquares(
-                [square.second for square in single], grid, offsets, self.second_response
-            )
+            cells: list[Any] = [square.second for square in single]
+            second = SecondBodySquares(cells, grid, offsets, self.second_response)
         return CoupledSquares(grid, single, self.tilt(*grid.places), self.response, second)
 
-    def alone(self, grid, periodic):
+    def alone(self, grid: Grid, periodic: bool) -> CellFlexibility:
         """Returns the Flexibility of one square."""
         solid = self.solid
         count = grid.count
         clamped = self.law.clamps_rotation
 
-        def averages():
+        def averages() -> Array:
             values = surface_kernels(solid).cells(count, grid.width, clamped)
             if clamped:
                 values[1:] *= grid.width**2
@@ -267,61 +289,69 @@ class SurfaceSolver(CellSolver):
         return CellFlexibility(self.offsets, self.tilt(*grid.places), response, second)
 
     @cached_property
-    def second(self):
+    def second(self) -> Any:
         """Solid of a second body, or None."""
         return second_solid(self.obstacle)
 
     @cached_property
-    def response(self):
+    def response(self) -> PeriodicGreen:
         return PeriodicGreen(self.solid, self.law.clamps_rotation, self.period)
 
     @cached_property
-    def second_response(self):
+    def second_response(self) -> PeriodicGreen:
         return PeriodicGreen(self.second, False, self.period)
 
-    def completed(self, state, H, found):
+    def completed(self, state: SurfaceCells, H: Any, solved: ContactState) -> SurfaceCells:
         """Returns a state with pressures of least norm, closed corners and a second body."""
-        require(found.load > 0, "approach", found.approach, NOT_YET)
-        forces = found.forces
-        other = np.zeros(forces.shape[1:]) if H.second is None else H.second.above(forces)
-        least = min(2 * found.kkt, self.loose / state.grid.count)  # beyond that touching is a matter of force
-        closed = found.gaps <= least * np.ptp(state.displacement + other)
+        require(solved.load > 0, "approach", solved.approach, NOT_YET)
+        forces = solved.forces
+        opposite = np.zeros(forces.shape[1:]) if H.second is None else H.second.above(forces)
+        least = min(
+            2 * solved.kkt, self.loose / state.grid.count
+        )  # beyond that touching is a matter of force
+        closed = solved.gaps <= least * np.ptp(state.displacement + opposite)
         if H.second is None:
             forces = least_norm_where_closed(forces, closed)
         touching = closed_corners(forces, closed)
-        return replace(state, pressures=forces / state.grid.area, opposite=other, closed=touching)
+        return replace(state, pressures=forces / state.grid.area, opposite=opposite, closed=touching)
 
     # the window
 
-    def _picture(self, load, approach, window):
+    def _candidates(
+        self, load: float | None, approach: float | None, window: Grid | None
+    ) -> CandidateSquares:
         short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(surface_symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         needed = (plain, softer * plain) if approach is None else approach
-        return CandidateSquares(
-            self.gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None
-        )
+        periodic = self.period is not None
+        return CandidateSquares(self.gaps, self.solid.ell, needed, self.obstacle, window, periodic)
 
-    def _is_sparse(self, picture):
+    def _is_sparse(self, candidates: CandidateSquares) -> bool:
         """Returns whether so little of a period can touch that several squares of cells are tried."""
         if self.period is None or self.options.nodes is not None:
             return False
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
-        return inside and len(picture.low(picture.bound)) < SPARSE * CONTACT_ROWS**2
+        return inside and len(candidates.low(candidates.bound)) < SPARSE * CONTACT_ROWS**2
 
 
-def _share_of_spots(state, least):
+def _share_of_spots(state: SurfaceCells, least: float) -> float:
     """Returns the load's share on spots of fewer cells."""
     load = 0.0
-    for forces in state.total.reshape(-1, *[state.grid.count] * 2) * np.reshape(state.grid.area, (-1, 1, 1)):
+    count = state.grid.count
+    for forces in state.total.reshape(-1, count, count) * np.reshape(state.grid.area, (-1, 1, 1)):
         labels = spots(forces > 0, state.is_whole)
         load += forces[(np.bincount(labels.ravel())[labels] < least) & (labels > 0)].sum()
     return float(load / state.load)
 
 
-def _warnings(cut, outside, hidden):
-    """Returns what a fixed window or fixed nodes leave out."""
-    parts = (outside, "outside of the window"), (hidden, "between cells")
-    at = [(*places[0], where) for places, where in parts if len(places)]
-    words = (f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})" for x1, x2, where in at)
-    return *["the window cuts the contact: cells at its rim press"] * cut, *words
+def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
+    """Returns what a fixed window or fixed nodes leave out, at places, arrays (k, 2)."""
+    warnings = []
+    if cut:
+        warnings.append("the window cuts the contact: cells at its rim press")
+    for places, where in ((outside, "outside of the window"), (hidden, "between cells")):
+        if len(places):
+            x1, x2 = places[0]
+            warnings.append(f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})")
+    return tuple(warnings)
