@@ -13,8 +13,10 @@ The first zones are those of a half-plane.
 """
 
 import math
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
@@ -24,13 +26,14 @@ from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
 from ..halfplane.zone_search import CONDITIONS_SHARE
 from ..model import contact_candidates
-from ..model.contact_candidates import low
+from ..model.contact_candidates import ContactCandidates, low
 from ..model.intervals import common, zone_edges
 from ..model.methods import Condensed, Panels
 from ..model.obstacles import heights, jumps_of
 from ..model.problem import Problem
 from ..model.progress import counted
 from ..model.refinement import RefinementLevel, refine
+from ..model.types import ContactLike, CornerZones
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .forecast import fitted_cost
@@ -50,55 +53,62 @@ LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
 class MeshLevel(RefinementLevel[MeshSolution]):
     """A level with its FittedMesh, on which other loads are solved."""
 
-    mesh: FittedMesh | None = None
+    mesh: Any = None
 
 
 class FittedSolver(MeshFitter):
-    """States of a Block on fitted meshes; `picture` and `obstacle` are those of one load."""
+    """States of a Block on fitted meshes; `candidates` and `obstacle` are those of one load."""
 
     usual_rtol = 1e-3
 
-    def __init__(self, contact, options, known=None):
-        self.candidates = known
+    def __init__(
+        self, contact: ContactLike, options: Any, candidates: ContactCandidates | None = None
+    ) -> None:
+        self.candidates = candidates
         super().__init__(contact, options)
-        if known is not None:
-            self.obstacle = contact_candidates.seen(self.obstacle, known)
+        if candidates is not None:
+            self.obstacle = contact_candidates.seen(self.obstacle, candidates)
 
     @property
-    def fixed(self):
+    def fixed(self) -> bool:
         """Whether the order is given."""
         return self.options.order is not None
 
-    def solve(self, load, approach, rtol, initial=None):
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> MeshSolution:
         words = "chooses the order: not together with Fitted(order=...)"
         require(not self.fixed or rtol is None, "rtol", rtol, words)
-        wanted, given = self.goal(rtol), load is not None
-        if not given:
-            load = self.first_load(approach)
+        wanted: Any = self.goal(rtol)
+        if load is not None:
+            return self._sampled(load)._fitted(load, wanted, initial).result
+        level: Any = approach
+        load = self.first_load(level)
         for number in range(60):
-            solver = self._pictured(load)
-            level = solver._fitted(load, wanted, initial)
-            if given:
-                return level.result
-            part = level.mesh.solved(approach=approach)
+            solver = self._sampled(load)
+            fitted = solver._fitted(load, wanted, initial)
+            part = fitted.mesh.solved(approach=level)
             carried = part.load / self.share(1.0)
-            state = solver._state(level.mesh, part, carried, level.result.iterations)
+            solution = solver._solution(fitted.mesh, part, carried, fitted.result.iterations)
             # with the edges of a neighbour the pressure errs by a hundredth of what is asked for; those
             # of a low order may go to and fro
             if abs(carried - load) <= wanted / 100 * load or (self.fixed and number == 8):
-                return state
-            load, initial = carried, state
+                return solution
+            load = carried
+            initial = solution
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=part.approach)
 
-    def predicted(self, load, approach, rtol):
-        load = self.first_load(approach) if load is None else load
-        return fitted_cost(self._pictured(load), load, rtol)
+    def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
+        if load is None:
+            level: Any = approach
+            load = self.first_load(level)
+        return fitted_cost(self._sampled(load), load, cast(float, rtol))
 
-    def path(self, last, rtol):
+    def path(self, last: float, rtol: float | None) -> FittedPath:
         return FittedPath(self.contact, last, rtol)
 
-    def _state(self, mesh, part, load, iterations):
-        """The MeshSolution of what was solved on a mesh."""
+    def _solution(self, mesh: FittedMesh, part: MeshSolution, load: float, iterations: int) -> MeshSolution:
+        """Returns the MeshSolution of what was solved on a mesh."""
         return of_block(
             self,
             part,
@@ -109,26 +119,28 @@ class FittedSolver(MeshFitter):
             iterations=iterations,
         )
 
-    def _pictured(self, load):
-        """The solver with its obstacle's picture for a load."""
+    def _sampled(self, load: float) -> "FittedSolver":
+        """Returns the solver with the candidates of a load."""
         obstacle = Within(self.obstacle, self.domain)
         problem = Problem(self.solid, self.law, obstacle, self.symmetric, blocks=self.blocks)
-        found = obstacle.without_edges_of_body(contact_candidates.find_candidates(problem, load))
-        if found.steps:
+        candidates = obstacle.without_edges_of_body(contact_candidates.find_candidates(problem, load))
+        if candidates.steps:
+            place = candidates.steps[0]
             raise NotConverged(
-                f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound"
+                f"the height of the obstacle jumps at x = {place:g}, where pressures have no bound"
             )
-        return FittedSolver(self.contact, self.options, found)
+        return FittedSolver(self.contact, self.options, candidates)
 
-    def _fitted(self, load, rtol, near):
+    def _fitted(self, load: float, rtol: float, initial: Any) -> MeshLevel:
         """Returns the MeshLevel whose zones hold, from the zones of a neighbour on, for an rtol that is
         `Usual` the best one; raises NotConverged with `rtol_reached`, the smallest estimate, if one is known.
         """
-        alike = isinstance(near, MeshSolution) and len(near.zones or ()) == len(self.law.corners)
+        alike = isinstance(initial, MeshSolution) and len(initial.zones or ()) == len(self.law.corners)
         if alike and not self.fixed:  # whose state is the same from wherever
             with suppress(NotConverged):  # too far
-                return self._refined(load, rtol, near.zones, self.options.even, rtol)
-        zones, failures = self.inside(load, self.first_zones(load, rtol)), []
+                return self._refined(load, rtol, initial.zones, self.options.even, rtol)
+        zones = self.inside(load, self.first_zones(load, rtol))
+        failures = []
         # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
         for even in sorted({self.options.even, True}):
             try:
@@ -140,57 +152,71 @@ class FittedSolver(MeshFitter):
                     break
         raise min(failures, key=lambda failure: failure.rtol_reached or math.inf)
 
-    def first_zones(self, load, rtol=usual_rtol):
-        """Zones of a half-plane."""
+    def first_zones(self, load: float, rtol: float = usual_rtol) -> CornerZones:
+        """Returns the zones of a half-plane."""
         if self.candidates.simple:
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
-                contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels())
+                contact: Any = self.contact.with_(body=HalfPlane(self.solid), method=Panels())
                 # edges that move on need no more, and panels that miss it would look for what is in reach
                 return contact.solver.at(load, max(0.1 * rtol, 1e-8)).all_zones
         *_, zones = first_zones(self.problem, load)
         return zones
 
-    def left(self, depth):
-        """What levels leave at ends and peaks in the contact, about: 0.4 to 1.8 of that were seen."""
-        known = self.candidates
-        sizes = [(x, jump * known.half_width / known.rise / 2) for x, jump in jumps_of(known)]
-        sizes += [(end, 1.0) for end in known.ends]
-        return max((size for x, size in sizes if low(known, x)), default=0.0) * RATIO ** (depth / 2)
+    def left(self, depth: int) -> float:
+        """Returns what levels leave at ends and peaks in the contact, about: 0.4 to 1.8 of that were seen."""
+        candidates = self.candidates
+        half_width = candidates.half_width
+        sizes = [(x, jump * half_width / candidates.rise / 2) for x, jump in jumps_of(candidates)]
+        sizes += [(end, 1.0) for end in candidates.ends]
+        within = low(candidates, [x for x, _ in sizes])
+        largest = max((size for (_, size), is_low in zip(sizes, within) if is_low), default=0.0)
+        return largest * RATIO ** (depth / 2)
 
-    def inside(self, load, zones):
-        """Zones as far as they are looked for; BadArgument for none."""
-        found = {corner: common(own, [(-self.furthest, self.furthest)]) for corner, own in zones.items()}
-        if not any(found.values()):
+    def inside(self, load: float, zones: CornerZones) -> CornerZones:
+        """Returns zones as far as they are looked for; raises BadArgument for none."""
+        window = [(-self.furthest, self.furthest)]
+        covered = {corner: common(intervals, window) for corner, intervals in zones.items()}
+        if not any(covered.values()):
             raise self.unsettled(load, zones, 0)
-        return found
+        return covered
 
-    def levels(self, rtol, even):
-        """Refinement levels from the one before the first that may reach rtol; or that of the fixed order."""
+    def levels(self, rtol: float, even: bool) -> Sequence[tuple[int, int]]:
+        """Returns refinement levels, ((order, levels of elements), ...), from the one before the first that
+        may reach rtol; or that of the fixed order.
+        """
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
-        levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
+        levels = LEVELS_AT_CORNERS if sharp else LEVELS
         levels = levels[even:]  # order 4 locks as low orders do
+        order = self.options.order
         if order is not None:
-            return ((order, max((depth for top, depth in levels if top <= order), default=levels[0][1])),)
+            depths = [depth for top, depth in levels if top <= order]
+            return ((order, max(depths, default=levels[0][1])),)
         first = sum(top < -2 * math.log10(rtol) - 0.3 for top, _ in levels[1:])
         return levels[min(first, len(levels) - 2) :]
 
-    def _refined(self, load, rtol, zones, even, aim):
+    def _refined(self, load: float, rtol: float, zones: CornerZones, even: bool, aim: float) -> MeshLevel:
         """Returns as `_fitted`, from trial zones: the levels from those of an rtol `aim` on."""
         # so that truncation is at most a fifth of rtol; levels leave more at ends and peaks. The same for all
         # small rtol: with another one netgen makes another mesh, which may miss an rtol that was advised
         self.far = FAR if self.left(0) > 0 or rtol >= 10 / FAR**2 else 100 * FAR
 
-        def refusal(best, last, failure):
-            why = f" ({failure})" if failure else ""
+        def refusal(best: MeshLevel, last: MeshLevel, failure: NotConverged | None) -> NotConverged:
+            reason = f" ({failure})" if failure else ""
             besides = "" if failure else "fix the discretisation, Fitted(order=...)"
             passes = last.result.iterations
-            return out_of_reach(rtol, best.error, why, besides, passes, load=load, margin=1.4)
+            return out_of_reach(rtol, best.error, reason, besides, passes, load=load, margin=1.4)
 
-        return refine(self._mesh_levels(load, rtol, zones, even, aim), rtol, refusal)
+        levels: Any = self._mesh_levels(load, rtol, zones, even, aim)
+        level: Any = refine(levels, rtol, cast(Any, refusal))
+        return level
 
-    def _mesh_levels(self, load, rtol, zones, even, aim):
+    def _mesh_levels(
+        self, load: float, rtol: float, zones: CornerZones, even: bool, aim: float
+    ) -> Iterator[MeshLevel]:
         """Yields the MeshLevels with an error estimate, or that of the order that is given."""
-        coarse, passes, estimated = None, 0, False
+        coarse = None
+        passes = 0
+        estimated = False
         for level in self.levels(aim, even):
             try:
                 mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
@@ -206,50 +232,60 @@ class FittedSolver(MeshFitter):
                 if self._leaves(zones):
                     break
                 continue
-            error = math.inf if coarse is None else mesh.estimate.total
+            error: Any = math.inf if coarse is None else mesh.estimate.total
             if self.fixed or error <= rtol or (error < math.inf and not self._leaves(zones)):
                 estimated = True
-                state = self._state(mesh, mesh.part, load, passes)
+                solution = self._solution(mesh, mesh.part, load, passes)
                 mesh.coarse = None  # whose factors take memory
                 seconds = cost.predict("fitted", 2 * mesh.part.unknowns).seconds
-                yield MeshLevel(state, error, seconds, suffices=self.fixed, mesh=mesh)
-            coarse, mesh = mesh.part, None
+                yield MeshLevel(solution, error, seconds, suffices=self.fixed, mesh=mesh)
+            coarse = mesh.part
+            mesh = None
         if not estimated or self._leaves(zones):
             raise self.unsettled(load, zones, passes)
 
-    def _leaves(self, zones):
-        """Whether zones reach beyond the part of the surface on which they are looked for."""
+    def _leaves(self, zones: CornerZones) -> bool:
+        """Returns whether zones reach beyond the part of the surface on which they are looked for."""
         return max(map(abs, zone_edges(zones)), default=0.0) > self.furthest
 
-    def _settled(self, load, rtol, zones, level, coarse):
-        """(FittedMesh of a level whose zones hold, or None, the next zones, number of meshes). Zones are
-        amended until they hold, and their edges moved until that adds little to the estimate, or no longer
-        halves what it adds; those of a fixed order to rounding.
+    def _settled(
+        self,
+        load: float,
+        rtol: float,
+        zones: CornerZones,
+        level: tuple[int, int, bool],
+        coarse: MeshSolution | None,
+    ) -> tuple[FittedMesh | None, CornerZones, int]:
+        """Returns the FittedMesh of a level whose zones hold, or None, the next zones, and the number of
+        meshes. Zones are amended until they hold, and their edges moved until that adds little to the
+        estimate, or no longer halves what it adds; those of a fixed order to rounding.
         """
         last = math.inf
-        tolerance, located = (rtol, 0.0) if self.fixed else (CONDITIONS_SHARE * rtol, 5 * rtol)
+        tolerance = rtol if self.fixed else CONDITIONS_SHARE * rtol
+        located = 0.0 if self.fixed else 5 * rtol
         for passes in range(1, 7):
             counted()
-            mesh = None  # before the next, which takes as much memory
+            mesh: Any = None  # before the next, which takes as much memory
             mesh = FittedMesh(self, load, zones, *level, coarse)
-            holds = self.fixed or (coarse is not None and mesh.estimate.total <= rtol)
-            other, edges = mesh.other_zones(tolerance, everywhere=holds), mesh.estimate.edges
-            if other is not None:
-                zones, last = other, math.inf
+            total: Any = mesh.estimate.total
+            edges = mesh.estimate.edges
+            holds = self.fixed or (coarse is not None and total <= rtol)
+            amended = mesh.other_zones(tolerance, everywhere=holds)
+            if amended is not None:
+                zones = amended
+                last = math.inf
                 continue
-            if coarse is None:
-                enough = edges <= located
-            else:
-                enough = not mesh.estimate.total - edges <= rtol < mesh.estimate.total
+            enough = edges <= located if coarse is None else not total - edges <= rtol < total
             # a first mesh reads exact edges less accurately
             if passes > 1 or coarse is not None or edges > located / 10:
                 zones = mesh.moved
             if enough or edges > last / 2:
                 break
             last = edges
-        return mesh if other is None else None, zones, passes
+        return mesh if amended is None else None, zones, passes
 
-    def unsettled(self, load, zones, passes):
+    def unsettled(self, load: float, zones: CornerZones, passes: int) -> NotConverged | BadArgument:
+        """Returns the error of zones that leave the surface, or do not settle."""
         if self._leaves(zones):
             if not np.ptp(heights(self.obstacle, np.linspace(-1, 1, 9) * self.domain)) > 0:
                 return BadArgument("obstacle", self.contact.obstacle, f"does not rise at all: {BOUNDED}")
@@ -266,13 +302,16 @@ class FittedSolver(MeshFitter):
             iterations=passes,
         )
 
-    def evenly(self, load, count):
-        """The Contact of a Body with `count` even elements over half of the reach of a load."""
-        solver = self._pictured(load)
+    def evenly(self, load: float, count: int) -> ContactLike:
+        """Returns the Contact of a Body with `count` even elements over half of the reach of a load."""
+        solver = self._sampled(load)
         ground, _ = solver.surface(solver.first_zones(load))
-        (left, right), outer = ground.reach, max(map(abs, ground.reach))
-        tips = solver.features(ground)
-        tips = {0.0, *tips, *(-x for x in tips)} if self.symmetric else tips
-        whole = Ground(ground.far, (-right if self.symmetric else left, right), half=False)
-        body = solver.meshed(whole, sorted(tips), ((*whole.reach, outer / count),), 0, 4, even=True)
+        left, right = ground.reach
+        length = max(abs(left), abs(right)) / count
+        tips = set(solver.features(ground))
+        if self.symmetric:
+            left = -right
+            tips |= {0.0, *(-x for x in tips)}
+        block = Ground(ground.far, (left, right), half=False)
+        body = solver.meshed(block, sorted(tips), [(left, right, length)], 0, 4, even=True)
         return self.contact.with_(body=body, method=Condensed())

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 from ..contact_solvers.nodal import NodalPath
 from ..halfplane.kernels import coalescence_exponent
-from ..model.events import SeenTwice, following
-from ..model.refinement import GeometricSeries
+from ..model.events import Event, SeenTwice, following
 
 
 class FittedPath(SeenTwice):
@@ -16,14 +16,18 @@ class FittedPath(SeenTwice):
     (docs/theory/halfplane.md), is extrapolated.
     """
 
-    def judged(self, coarse, fine):
-        series = GeometricSeries(2 ** (2 * coalescence_exponent(self.problem.solid)))
-        missing = series.error([fine.load - coarse.load])
-        load = fine.load + missing * (self.problem.solver.symmetric and fine.x == 0 < fine.load)
+    def judged(self, coarse: Event, fine: Event) -> Event:
+        slowest = 2 ** (2 * coalescence_exponent(self.problem.solid)) - 1
+        missing = (fine.load - coarse.load) / slowest
+        load = fine.load
+        if self.problem.solver.symmetric and fine.x == 0 < load:
+            load += missing
         return replace(fine, load=load, load_error=abs(missing))
 
     @cached_property
     @following
-    def _seen(self):
-        solvers = (self.problem.solver.evenly(self.last, count) for count in (16, 32))
-        return [self.numbered(NodalPath(self.problem, self.last, None, own).events) for own in solvers]
+    def _seen(self) -> list[Any]:  # type: ignore[override]
+        solver: Any = self.problem.solver
+        contacts = (solver.evenly(self.last, count) for count in (16, 32))
+        paths = (NodalPath(self.problem, self.last, None, contact) for contact in contacts)
+        return [self.numbered(path.events) for path in paths]

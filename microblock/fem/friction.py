@@ -1,7 +1,9 @@
 """Friction at the corners of a body on a mesh: histories on its condensed contact nodes."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -10,7 +12,7 @@ from ..contact_solvers.compliance import nearest_alone
 from ..contact_solvers.event_driven import AT_LIMIT, EventDrivenContact, FrictionalContact, FrictionState
 from ..contact_solvers.friction_events import events
 from ..contact_solvers.nodal import zones_of
-from ..errors import out_of_reach, require, require_kind
+from ..errors import NotConverged, out_of_reach, require, require_kind
 from ..model import law as laws
 from ..model.corner_geometry import Blocks
 from ..model.deformable import body_of
@@ -18,8 +20,11 @@ from ..model.history import History, OfMoment, change
 from ..model.intervals import borders
 from ..model.progress import kept
 from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
+from ..model.solver import Solver
+from ..model.types import Array, LawLike, ObstacleLike, Zones
 from .body import Body
-from .condensation import condensed
+from .body_fields import BodyFields
+from .condensation import CondensedNodes, condensed
 from .facet_rules import ROUNDED
 from .facets import gaps_at_nodes
 from .mesh_solution import MeshSolution
@@ -58,36 +63,40 @@ class FrictionFacets:
     0.002
     """
 
-    def __init__(self, body, law, obstacle):
+    def __init__(self, body: Body, law: LawLike, obstacle: ObstacleLike) -> None:
         require_kind(Body, "a Body", body=body)
-        frictional = getattr(law, "friction", 0.0)
-        require(frictional, "law", law, "has no friction: solve and path find its states")
-        self.nodes = nodes = condensed(body, law.clamps_rotation, followed=True)
-        self.law, normals = law, nodes.normals
-        geometry = Blocks(law, body.solid.ell).under(obstacle, nodes.points, normals)
+        self.friction: float = getattr(law, "friction", 0.0)
+        require(self.friction, "law", law, "has no friction: solve and path find its states")
+        nodes = condensed(body, law.clamps_rotation, followed=True)
+        self.nodes = nodes
+        geometry = Blocks(law, body.solid.ell).under(obstacle, nodes.points, nodes.normals)
         arms = geometry.offsets_from_centre
-        # psi0 is 0: corners slip alike
-        rows = [*(-nodes.motion(normals, arm) for arm in arms), nodes.motion(laws.tangents(normals), arms[0])]
+        rows = [-nodes.motion(nodes.normals, arm) for arm in arms]
+        rows.append(nodes.motion(laws.tangents(nodes.normals), arms[0]))  # psi0 is 0: corners slip alike
         self.onto = sparse.vstack(rows, format="csr")
-        self.heights = np.sum(arms[0] * normals, axis=1)
+        self.heights: Array = np.sum(arms[0] * nodes.normals, axis=1)
         self.gaps = nearest_alone(gaps_at_nodes(geometry, nodes), nodes.twins)
 
-    def contact(self, coupled=True):
-        """The FrictionalContact; `coupled` if shear tractions act on the gaps."""
-        m, normals, response = self.gaps.size, self.nodes.normals, self.nodes.response(self.onto)
+    def contact(self, coupled: bool = True) -> FrictionalContact:
+        """Returns the FrictionalContact; `coupled` if shear tractions act on the gaps."""
+        m = self.gaps.size
+        normals = self.nodes.normals
+        response = self.nodes.response(self.onto)
         level = np.abs(normals[:, 0]).max() <= ROUNDED
         return FrictionalContact(
             response[:m, :m],
             response[m:, :m],
             response[m:, m:],
             self.gaps.ravel(),
-            self.law.friction,
+            self.friction,
             coupled,
             None if level else normals,
         )
 
-    def solution(self, solver, moment):
-        nodes, shape = self.nodes, self.gaps.shape
+    def solution(self, solver: Any, moment: FrictionState) -> "FrictionSolution":
+        """Returns the solution of a state of the contact."""
+        nodes = self.nodes
+        shape = self.gaps.shape
         raised, psi = nodes.surface(np.concatenate((moment.normal, moment.tangential)), self.onto)
         closed = moment.closed.reshape(shape)
         return FrictionSolution(
@@ -108,49 +117,53 @@ class FrictionFacets:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrictionSolution(OfMoment, MeshSolution):
-    """A solution at a pair of loads, with its Moment."""
+    """A solution at a pair of loads, with its FrictionState."""
 
-    moment: FrictionState | None = None
+    moment: Any = None
 
     @property
-    def nodes(self):
+    def nodes(self) -> CondensedNodes:
         return self.solver.frictional.nodes
 
     @cached_property
-    def fields(self):
+    def fields(self) -> BodyFields:
         forces = np.concatenate((self.moment.normal, self.moment.tangential))
         return self.nodes.fields(forces, self.solver.frictional.onto)
 
     @property
-    def tangential_approach(self):
+    def tangential_approach(self) -> float:
         return self.moment.offset
 
     @property
-    def _moments(self):
+    def _moments(self) -> Array:
         return super()._moments - self.solver.frictional.heights * self.moment.tangential
 
     @cached_property
-    def zones_by_name(self):
+    def zones_by_name(self) -> Zones:
         """With those that stick and slip."""
         bound = self.law.friction * self.pressures.sum(axis=0)
         stick = self.moment.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
-        own, plain = {"stick": stick, "slip": self.closed.any(axis=0) & ~stick}, laws.Unilateral()
-        return super().zones_by_name | {
-            name: zones_of(self.x, flags[None], plain, self.apart, self.end)["contact"]
-            for name, flags in own.items()
-        }
+        zones = dict(super().zones_by_name)
+        for name, flags in (("stick", stick), ("slip", self.closed.any(axis=0) & ~stick)):
+            one_corner = laws.Unilateral()
+            zones[name] = zones_of(self.x, flags[None], one_corner, self.apart, self.end)["contact"]
+        return zones
 
 
-class FollowsFriction:
+class FollowsFriction(Solver):
     """Base of solvers of a body that follow friction."""
 
+    body: Body
+
     @cached_property
-    def frictional(self):
+    def frictional(self) -> FrictionFacets:
         """The FrictionFacets, of a rigid obstacle."""
         return FrictionFacets(self.body, self.law, self.obstacle)
 
-    def history(self, pairs, coupled, rtol):
-        """The History through pairs, array (n, 2); BadArgument for an rtol or a second body."""
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
+        """Returns the History through pairs, array (n, 2); raises BadArgument for an rtol or a second
+        body.
+        """
         words = "deforms: histories on a mesh take rigid obstacles alone"
         require(body_of(self.obstacle) is None, "obstacle", self.obstacle, words)
         words = "is not for histories on a mesh, which stays as it is: refine it yourself"
@@ -163,32 +176,38 @@ class FollowsFriction:
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))
 
 
-def history_to(rtol, solvers, pairs, coupled):
-    """The History through pairs, array (n, 2), of the first solver with an error estimate of rtol at most,
-    each on squares half as long; NotConverged without one. Errors follow from changes between three, of an
-    order from 1/2 to 1 (Richardson), and are at least half of the change before the last.
+def history_to(rtol: float, solvers: Iterable[Any], pairs: Array, coupled: bool) -> History:
+    """Returns the History through pairs, array (n, 2), of the first solver with an error estimate of rtol at
+    most, each on squares half as long; raises NotConverged without one. Errors follow from changes between
+    three, of an order from 1/2 to 1 (Richardson), and are at least half of the change before the last.
     """
-
     series = GeometricSeries(2.0, 2**0.5, 2.0, luck=2.0)
 
-    def changes(coarser, finer):
-        both = zip(finer.states, coarser.states)
-        found = [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in both]
-        return np.array(found)
+    def follow(solver: Any, coarser: History | None) -> History:
+        return solver.history(pairs, coupled, None)
 
-    def refined():
-        for _, finer, _, all_changes in levels(
-            lambda own, _: own.history(pairs, coupled, None), solvers, changes
-        ):
+    def changes(coarser: History, finer: History) -> Any:
+        """Returns the changes of all states, array (pairs,)."""
+        states = zip(finer.states, coarser.states)
+        friction = finer.states[0].solution.law.friction
+        return np.array([change(a.solution, b.solution, a.weights, a.solid.ell, friction) for a, b in states])
+
+    def refined() -> Iterator[RefinementLevel[History]]:
+        for _, finer, _, all_changes in levels(follow, solvers, changes):
             if len(all_changes) < 2:
                 kept(finer)
                 continue
-            ratio = series.ratio([change.max() for change in all_changes[-2:]])
-            errors = series.error(all_changes[-2:], ratio)
-            states = [replace(state, error_estimate=float(e)) for state, e in zip(finer.states, errors)]
+            last_two: Any = all_changes[-2:]
+            ratio = series.ratio([largest.max() for largest in last_two])
+            errors = series.error(last_two, ratio)
+            states = [
+                replace(state, error_estimate=float(error)) for state, error in zip(finer.states, errors)
+            ]
             yield RefinementLevel(History(finer.problem, states, finer.events), float(max(errors)))
 
-    def refusal(best, last, failure):
+    def refusal(
+        best: RefinementLevel[History], last: RefinementLevel[History], failure: NotConverged | None
+    ) -> NotConverged:
         return failure or out_of_reach(rtol, best.error, besides="take shorter squares, Uniform(h=...)")
 
     return refine(refined(), rtol, refusal).result
