@@ -186,7 +186,7 @@ def history_to(rtol: float, solvers: Iterable[Any], pairs: Array, coupled: bool)
     def follow(solver: Any, coarser: History | None) -> History:
         return solver.history(pairs, coupled, None)
 
-    def changes(coarser: History, finer: History) -> Any:
+    def changes(coarser: Any, finer: Any) -> Any:
         """Returns the changes of all states, array (pairs,)."""
         states = zip(finer.states, coarser.states)
         friction = finer.states[0].solution.law.friction
