@@ -1,5 +1,6 @@
 """Contact on equal cells of a surface, matrix-free, on grids from coarse to fine."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -15,7 +16,7 @@ from ..model.periodic import EQUAL, Repeated, agree_at_ends
 from ..model.refinement import RefinementLevel, levels, refine
 from ..model.solution import Solution
 from ..model.solver import Solver
-from ..model.types import AnyArray as Array
+from ..model.types import Array, Flags, Integers
 from . import projected_gradients
 from .fft_compliance import Grid
 
@@ -50,42 +51,40 @@ class CellSolution(Solution):
     residual: float
     iterations: int
     error_estimate: float | None = None  # type: ignore[assignment]
-    notes: tuple = ()
+    notes: tuple[str, ...] = ()
     opposite: Any = None
 
     method = "cells"
 
     @property
-    def unknowns(self):
+    def unknowns(self) -> int:  # type: ignore[override]
         return self.pressures.size
 
     @property
-    def period(self):
-        return self.solver.body.period
+    def period(self) -> float | None:  # type: ignore[override]
+        return self.solver.period
 
     @cached_property
-    def total(self):
+    def total(self) -> Array:
         """Total pressure (stress)."""
         return np.sum(self.pressures, axis=0)
 
     @property
-    def energy(self):
+    def energy(self) -> float:
         """Elastic energy of both bodies: half the work of the corner forces."""
         gaps = self.solver.gaps(*self.grid.places)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
         return float(np.sum(self.pressures * lowered * self.grid.area) / 2)
 
-    def interpolated(self, values, *x):
-        """Values on cells, array (n, ...), between their centres; 0 beyond."""
+    def interpolated(self, values: Array, *x: Array) -> Array:
+        """Returns values on cells, array (n, ...), between their centres; 0 beyond."""
         return self.grid.interpolated(values, self.period is not None, *x)
 
 
 class CellSolver(Solver):
     """Base of solvers on equal cells along one axis or two; their `options` are `Cells`.
 
-    A solver has `gaps` and `tilt` at places, `flexibility` of a Grid, `turned`, the rotations of phi,
-    `estimate` from changes, and `hopeless`: whether grids so many times finer miss the goal. But where no
-    estimate is in sight it is not before the last few grids, whose estimates show what is in reach.
+    A solver defines `gaps`, `tilt`, `flexibility`, `turned`, `estimate`, `cannot_reach` and `completed`.
 
     Attributes
     ----------
@@ -95,11 +94,55 @@ class CellSolver(Solver):
     loose : float, residual of coarser grids over their cells along an axis
     rate : str, of `cost.RATES`
     solution : class of its solutions
+    besides : str, advice besides another rtol
     """
 
     usual_rtol = 1e-2
+    dimensions: int
+    coarsest: int
+    most: int
+    few: int
+    loose: float
+    rate: str
+    solution: type[CellSolution]
+    besides: Any = ""
+    offsets: Array
+    body: Any
 
-    def set_up(self):
+    def gaps(self, *x: Array) -> Array:
+        """Returns initial gaps at places, arrays for each axis: array (corners, ...)."""
+        raise NotImplementedError
+
+    def tilt(self, *x: Array) -> Array:
+        """Returns t at places, array (dimensions, ...); (0, ...) of one corner."""
+        raise NotImplementedError
+
+    def flexibility(self, grid: Any) -> Any:
+        """Returns the Flexibility of a grid."""
+        raise NotImplementedError
+
+    def turned(self, own: Array) -> Array:
+        """Returns rotations of phi, or moments, about the axes of the solution."""
+        raise NotImplementedError
+
+    def estimate(self, changes: list[float], before: Any, state: Any) -> float:
+        """Returns the error estimate of a solution, from changes between grids so far and the one before."""
+        raise NotImplementedError
+
+    def cannot_reach(
+        self, changes: list[float], before: Any, goal: float, finer: float, least: float
+    ) -> bool:
+        """Returns whether grids so many times finer miss a goal that was asked for; `least` is the smallest
+        estimate. Where no estimate is in sight it is not before the last few grids, whose estimates show
+        what is in reach.
+        """
+        raise NotImplementedError
+
+    def completed(self, state: Any, flexibility: Any, minimum: Any) -> Any:
+        """Returns a solution with what the minimum on its cells tells besides."""
+        raise NotImplementedError
+
+    def set_up(self) -> None:
         self.period = self.body.period
         require(
             self.period is None or self.options.window is None,
@@ -109,18 +152,19 @@ class CellSolver(Solver):
         )
 
     @cached_property
-    def shape(self):
+    def shape(self) -> Any:
         """The rigid shape of the obstacle, on a period with its images."""
         shape = shape_of(self.obstacle)
         return shape if self.period is None else Repeated(shape, self.period, self.dimensions)
 
-    def require_repeating(self):
+    def require_repeating(self) -> None:
         """Raises BadArgument unless the obstacle and psi0 fit the period."""
-        period, own = self.period, getattr(self.obstacle, "period", None)
-        fits = own is None or period is None or abs(period / own - round(period / own)) <= EQUAL
-        require(fits, "period", period, f"must be a multiple of that of the obstacle, {own}")
+        period = self.period
         if period is None:
             return
+        inner = getattr(self.obstacle, "period", None) or period
+        fits = abs(period / inner - round(period / inner)) <= EQUAL
+        require(fits, "period", period, f"must be a multiple of that of the obstacle, {inner}")
         words = f"must repeat with the period, {period:g}"
         require(self.shape.repeats(), "obstacle", self.obstacle, words)
         along = period * np.linspace(-0.5, 0.5, 257 if self.dimensions == 1 else 65)
@@ -129,13 +173,13 @@ class CellSolver(Solver):
         angle = getattr(self.law, "psi0", None)
         require(agree_at_ends(tilts, range(1, tilts.ndim)), "psi0", angle, words)
 
-    def given_window(self):
-        """The period or the window of the options as a Grid of one cell, or None."""
+    def given_window(self) -> Any:
+        """Returns the period or the window of the options as a Grid of one cell, or None."""
         left, right = self.options.window or (0.0, 0.0)
         side = self.period or right - left
         return Grid(1, side, ((left + right) / 2,) * self.dimensions) if side else None
 
-    def goal(self, rtol):
+    def goal(self, rtol: float | None) -> float | None:
         require(
             self.options.nodes is None or rtol is None,
             "rtol",
@@ -144,13 +188,21 @@ class CellSolver(Solver):
         )
         return None if self.options.nodes else super().goal(rtol)
 
-    def within(self, window, load, approach, goal, missed, initial=None):
+    def within(
+        self,
+        window: Any,
+        load: float | None,
+        approach: float | None,
+        goal: Any,
+        missed: Callable[[Any], tuple[tuple[str, ...], bool]],
+        initial: Any = None,
+    ) -> Any:
         """Returns the solution in a window on the first grid with an estimate below the goal, or the best one
         for a goal that is `Usual`. `missed` returns notes of a solution, and whether something between cells
         would touch; it raises an error of its own for a window that must be wider.
         """
 
-        def refusal(best, last, failure):
+        def refusal(best: Any, last: Any, failure: NotConverged | None) -> NotConverged:
             words = " x ".join([str(best.result.grid.count)] * self.dimensions)
             why = "; ".join((f" on {words} cells", *best.result.notes))
             margin = last.margin
@@ -158,33 +210,58 @@ class CellSolver(Solver):
                 goal, best.error, why, self.besides, load=load, approach=approach, margin=margin
             )
 
-        return refine(self._grids(window, load, approach, goal, missed, initial), goal, refusal).result
-
-    def _grids(self, window, load, approach, goal, missed, initial):
-        """Yields the RefinementLevels of `within`."""
-        nodes, least = self.options.nodes, np.inf
-        coarsest = self.first_cells(window)
-        finer = np.log2(self.most / coarsest / len(window.grids) ** 0.5)
-        sizes = halvings(nodes, self.few) if nodes else [coarsest * 2**n for n in range(1 + int(finer))]
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
+        sizes = self._sizes(window)
 
-        def solved(count, before):
-            grid, last = window.with_count(count), count == sizes[-1]
+        def solve(count: int, before: Any) -> Any:
+            grid = window.with_count(count)
+            return self._on_grid(grid, load, approach, before or near, sizes)
+
+        return refine(self._grids(solve, sizes, goal, missed), goal, refusal).result
+
+    def _sizes(self, window: Any) -> list[int]:
+        """Returns numbers of cells along an axis of a window, ascending, to those that were named."""
+        if self.options.nodes:
+            return halvings(self.options.nodes, self.few)
+        coarsest = self.first_cells(window)
+        finer = np.log2(self.most / coarsest / len(window.grids) ** 0.5)
+        return [coarsest * 2**n for n in range(1 + int(finer))]
+
+    def _on_grid(
+        self, grid: Any, load: float | None, approach: float | None, start: Any, sizes: list[int]
+    ) -> Any:
+        """Returns the solution on one of the grids of these sizes; None where an approach above the mean
+        height that few cells see presses nothing yet.
+        """
+        count = grid.count
+        is_last = count == sizes[-1]
+        residuals = [self.options.residual]
+        if not is_last:
             # rounding may keep a coarse grid from what it would gain from, where ell is very small
-            coarse = self.coarse_residual(count), 100 * self.coarse_residual(count)
-            for residual in (self.options.residual,) if last else coarse:
-                try:
-                    return self.solved(grid, load, approach, residual, before or near)
-                except BadArgument:  # an approach above the mean height that so few cells see
-                    if last or count > 8 * sizes[0]:
-                        raise
-                    return None
-                except NotConverged as objection:
-                    failure = objection
-            raise failure
+            residuals = [self.coarse_residual(count), 100 * self.coarse_residual(count)]
+        for residual in residuals:
+            try:
+                return self.solved(grid, load, approach, residual, start)
+            except BadArgument:
+                if is_last or count > 8 * sizes[0]:
+                    raise
+                return None
+            except NotConverged as objection:
+                failure = objection
+        raise failure
 
-        for count, state, before, changes in levels(solved, sizes, self.change):
+    def _grids(
+        self,
+        solve: Callable[[int, Any], Any],
+        sizes: list[int],
+        goal: Any,
+        missed: Callable[[Any], tuple[tuple[str, ...], bool]],
+    ) -> Iterator[RefinementLevel[Any]]:
+        """Yields the RefinementLevels of `within`."""
+        nodes = self.options.nodes
+        least = np.inf
+        for count, state, before, changes in levels(solve, sizes, self.change):
             if changes:
                 state = replace(state, error_estimate=self.estimate(changes, before, state))
             if count < sizes[-1] and (nodes or len(changes) < 2):
@@ -206,96 +283,105 @@ class CellSolver(Solver):
                 margin=fall ** (0.75 * np.log2(count / sizes[-1])),
             )
 
-    def first_cells(self, window):
+    def first_cells(self, window: Any) -> int:
         """Returns the number of cells along an axis of the first grid in a window."""
         return self.coarsest
 
-    def coarse_residual(self, count):
-        """The residual of so many cells along an axis of a grid that is not the last, or of a window that is
-        looked for: looser where that is asked for, up to a hundredth.
+    def coarse_residual(self, count: int) -> float:
+        """Returns the residual of so many cells along an axis of a grid that is not the last, or of a window
+        that is looked for: looser where that is asked for, up to a hundredth.
         """
         return max(self.loose / count, min(self.options.residual, 0.01))
 
-    def enough(self, goal, state):
-        """The error that suffices where a state misses its goal."""
+    def enough(self, goal: float, state: Any) -> float:
+        """Returns the error that suffices where a state misses its goal."""
         return goal
 
-    def path(self, last, rtol):
+    def path(self, last: float, rtol: float | None) -> Any:
         from .cell_path import CellPath  # here: a single state does without
 
         return CellPath(self, last, self.goal(rtol))
 
-    def gaps_on(self, grid):
-        """Initial gaps of the cells of a grid, array (corners, ...)."""
+    def gaps_on(self, grid: Any) -> Array:
+        """Returns the initial gaps of the cells of a grid, array (corners, ...)."""
         return self.gaps(*grid.places)
 
     @cached_property
-    def _kept(self):
+    def _prepared(self) -> dict[Any, tuple[Any, Array]]:
         return {}
 
-    def prepared(self, grid):
-        """(flexibility, initial gaps) of a grid; those of one window are kept."""
-        if any(one.middle != grid.middle or not np.allclose(one.side, grid.side) for one in self._kept):
-            self._kept.clear()
-        if grid not in self._kept:
-            self._kept[grid] = self.flexibility(grid), self.gaps_on(grid)
-        return self._kept[grid]
+    def prepared(self, grid: Any) -> tuple[Any, Array]:
+        """Returns (flexibility, initial gaps) of a grid; those of one window are kept."""
+        if any(
+            earlier.middle != grid.middle or not np.allclose(earlier.side, grid.side)
+            for earlier in self._prepared
+        ):
+            self._prepared.clear()
+        if grid not in self._prepared:
+            self._prepared[grid] = self.flexibility(grid), self.gaps_on(grid)
+        return self._prepared[grid]
 
-    def solved(self, grid, load, approach, residual, start=None):
-        """The solution on a grid, from the forces of another one."""
+    def solved(
+        self, grid: Any, load: float | None, approach: float | None, residual: float, start: Any = None
+    ) -> Any:
+        """Returns the solution on a grid, from that on another one."""
         H, g0 = self.prepared(grid)
         words = "has a finite height over no cell"
         if self.period is not None:
             words += ": on a period it is looked for within 1.5 periods of 0, or between its `ends`"
         require(np.isfinite(g0).any(), "obstacle", self.obstacle, words)
+        forces = None
         if start is not None:
-            start = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
-        found = projected_gradients.solve_matrix_free(
-            H, g0, load=load, approach=approach, start=start, rtol=residual
+            forces = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
+        minimum = projected_gradients.solve_matrix_free(
+            H, g0, load=load, approach=approach, start=forces, rtol=residual
         )
-        surface, half = H.surface(found.forces), self.solid.ell / 2
-        phi, m = H.rotations_and_moments(found.forces, surface)
+        surface = H.surface(minimum.forces)
+        half = self.solid.ell / 2
+        phi, m = H.rotations_and_moments(minimum.forces, surface)
         state = self.solution(
             self,
             grid,
-            found.load if load is None else load,
-            found.approach,
-            found.forces / grid.area,
+            minimum.load if load is None else load,
+            minimum.approach,
+            minimum.forces / grid.area,
             self.turned(m) * half / grid.area,
             self.turned(phi) / half,
             surface[0],
-            found.kkt,
-            found.iterations,
+            minimum.kkt,
+            minimum.iterations,
         )
-        return self.completed(state, H, found)
+        return self.completed(state, H, minimum)
 
-    def change(self, coarse, fine):
-        """max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""
-        places, shape = fine.grid.places, fine.total.shape
-        (pressure, *moments), (total, *others) = (
-            [one.total, *one.micromoment.reshape(-1, *one.total.shape)] for one in (coarse, fine)
-        )
-        turned = [coarse.interpolated(one, *places) - other for one, other in zip(moments, others)]
-        parts = coarse.interpolated(pressure, *places) - total, np.linalg.norm(turned, axis=0), total
+    def change(self, coarse: Any, fine: Any) -> float:
+        """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""
+        places = fine.grid.places
+        shape = fine.total.shape
+        moments = fine.micromoment.reshape(-1, *shape)
+        coarse_moments = coarse.micromoment.reshape(-1, *coarse.total.shape)
+        dp = coarse.interpolated(coarse.total, *places) - fine.total
+        dM = [
+            coarse.interpolated(values, *places) - moment for values, moment in zip(coarse_moments, moments)
+        ]
         weights = np.broadcast_to(self.weights(fine.grid) * fine.grid.area, shape).ravel()
-        dp, dM, total = map(np.ravel, parts)
-        return distance(weights, dp, dM / self.solid.ell, total)
+        turned = np.linalg.norm(dM, axis=0).ravel()
+        return distance(weights, dp.ravel(), turned / self.solid.ell, fine.total.ravel())
 
-    def weights(self, grid):
-        """Weights of squares in the norm, on the cells of a grid."""
+    def weights(self, grid: Any) -> Array:
+        """Returns weights of squares in the norm, on the cells of a grid."""
         return np.ones(1)
 
 
-def halvings(nodes, few=1024):
-    """Numbers of cells along an axis up to a given one, three at least."""
+def halvings(nodes: int, few: int = 1024) -> list[int]:
+    """Returns numbers of cells along an axis up to a given one, three at least."""
     sizes = [nodes]
     while sizes[-1] > 2 * few or len(sizes) < 3:
         sizes.append((sizes[-1] + 1) // 2)
     return sizes[::-1]
 
 
-def spots(flags, periodic):
-    """Labels of connected cells, from 1; on a period across its ends."""
+def spots(flags: Flags, periodic: bool) -> Integers:
+    """Returns labels of connected cells, from 1; on a period across its ends."""
     labels = label(flags, np.ones((3,) * flags.ndim))[0]
     for axis in range(flags.ndim if periodic else 0):
         first, last = (np.moveaxis(labels, axis, 0)[end] for end in (slice(1), slice(-1, None)))  # views
