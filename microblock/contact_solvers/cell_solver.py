@@ -95,6 +95,8 @@ class CellSolver(Solver):
     rate : str, of `cost.RATES`
     solution : class of its solutions
     besides : str, advice besides another rtol
+    gaps : function of places, an array for each axis, that returns initial gaps, array (corners, ...)
+    tilt : function of places that returns t, array (dimensions, ...); (0, ...) of one corner
     """
 
     usual_rtol = 1e-2
@@ -108,14 +110,8 @@ class CellSolver(Solver):
     besides: Any = ""
     offsets: Array
     body: Any
-
-    def gaps(self, *x: Array) -> Array:
-        """Returns initial gaps at places, arrays for each axis: array (corners, ...)."""
-        raise NotImplementedError
-
-    def tilt(self, *x: Array) -> Array:
-        """Returns t at places, array (dimensions, ...); (0, ...) of one corner."""
-        raise NotImplementedError
+    gaps: Callable[..., Array]
+    tilt: Callable[..., Array]
 
     def flexibility(self, grid: Any) -> Any:
         """Returns the Flexibility of a grid."""

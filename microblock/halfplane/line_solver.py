@@ -376,7 +376,7 @@ class LineSolver(CellSolver):
 
     def _between_cells(self, state: LineCells) -> list[Violation]:
         """Returns the Violations of corners that are open on cells and their neighbours."""
-        unit = self.problem.E_star / np.sqrt(state.weights @ state.total**2)
+        unit = self.problem.E_star / float(np.sqrt(state.weights @ state.total**2))
         least = EQUAL * np.ptp(state.displacement)
         violations: list[Violation] = []
         for corner, pressures in enumerate(state.pressures):
