@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,14 +26,15 @@ from .errors import (
 )
 from .model import law as laws
 from .model import obstacles
-from .model.bodies import Unbounded, over_surface, require_body
+from .model.bodies import Unbounded, offered_by, over_surface, require_body
 from .model.corner_geometry import Blocks
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.material import Cosserat, Elastic
+from .model.methods import OfferedByMethod, offered
 from .model.plan import Candidate, Plan, first_answer, planned
-from .model.problem import require_even, require_jumps
+from .model.problem import require_even, require_jumps, require_uniform
 from .model.progress import counted, counting, kept
 from .model.refinement import Usual
 from .model.results import line
@@ -105,6 +106,7 @@ class Contact:
         require(solves, "method", self.method, words)
         if not in_space and solid.has_length:  # else once the load gives one
             require_even(law, self.obstacle, solid.ell)
+            require_uniform(law, solid.ell)
             require_jumps(self.obstacle, solid.ell)
         self.solver  # which checks what it is given
 
@@ -144,7 +146,7 @@ class Contact:
         solvers = [self.solver]
         if self.method is None:
             for method in self.body.methods[1:]:
-                if not getattr(method, "by_name", False):
+                if not offered(method, OfferedByMethod).by_name:
                     with suppress(BadArgument):  # it does not know the law or the second body
                         solvers.append(self._solver_of(method()))
         return solvers
@@ -188,8 +190,8 @@ class Contact:
         return several or (Candidate(self.solver),)
 
     def _solver_of(self, options: MethodLike) -> Solver:
-        solvers = getattr(self.body, "solvers", {})
-        solver: Any = solvers.get(type(options), getattr(options, "solver", None))
+        solvers = offered_by(self.body).solvers
+        solver = solvers.get(type(options), offered(options, OfferedByMethod).solver)
         require(solver, "method", options, "has no attribute `solver`, a Solver class or its path")
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
@@ -312,7 +314,7 @@ class Contact:
         self, load: Any, approach: Any, rtol: float | None, initial: State | None = None
     ) -> tuple[float | None, float | None, float | None]:
         """Returns load, approach and rtol as Python's numbers; raises BadArgument for wrong ones."""
-        friction = getattr(self.law, "friction", 0.0)
+        friction = self.law.friction
         words = "makes states depend on what came before: follow the loads by history([(P, Q), ...])"
         require(not friction, "friction", friction, words)
         load = plain(load)
@@ -418,7 +420,7 @@ class Contact:
         >>> sheared.dissipation > loaded.dissipation
         True
         """
-        friction = getattr(self.law, "friction", 0.0)
+        friction = self.law.friction
         words = "has no friction: its states do not depend on a history, solve them"
         require(friction, "law", self.law, words)
         require_flag(coupled=coupled)
@@ -463,8 +465,10 @@ class Contact:
             require_kind(Cosserat, "a Cosserat", solid=solid)
             if solid != self.solid:
                 words = f"is that of the {type(self.body).__name__}, which has no of(solid): give a body"
-                require(hasattr(self.body, "of"), "solid", solid, words)
-                body = cast(Any, self.body).of(solid)
+                of = offered_by(self.body).of
+                if of is None:
+                    raise BadArgument("solid", solid, words)
+                body = of(solid)
         replaced: dict[str, Any] = {"body": body, "obstacle": obstacle, "law": law, "method": method}
         return replace(self, **{name: part for name, part in replaced.items() if part is not None})
 

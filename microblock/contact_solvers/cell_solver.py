@@ -12,6 +12,7 @@ from .. import cost
 from ..errors import BadArgument, NotConverged, out_of_reach, require
 from ..model.deformable import shape_of
 from ..model.intervals import distance
+from ..model.law import Microblock
 from ..model.periodic import EQUAL, Repeated, agree_at_ends
 from ..model.refinement import RefinementLevel, levels, refine
 from ..model.solution import Solution
@@ -158,7 +159,7 @@ class CellSolver(Solver):
         period = self.period
         if period is None:
             return
-        inner = getattr(self.obstacle, "period", None) or period
+        inner = self.obstacle.period or period
         fits = abs(period / inner - round(period / inner)) <= EQUAL
         require(fits, "period", period, f"must be a multiple of that of the obstacle, {inner}")
         words = f"must repeat with the period, {period:g}"
@@ -166,7 +167,7 @@ class CellSolver(Solver):
         along = period * np.linspace(-0.5, 0.5, 257 if self.dimensions == 1 else 65)
         places = np.meshgrid(*[along] * self.dimensions, indexing="ij")
         tilts = np.reshape(self.tilt(*map(np.ravel, places)), (-1, *places[0].shape))
-        angle = getattr(self.law, "psi0", None)
+        angle = self.law.psi0 if isinstance(self.law, Microblock) else None
         require(agree_at_ends(tilts, range(1, tilts.ndim)), "psi0", angle, words)
 
     def given_window(self) -> Any:

@@ -51,7 +51,7 @@ class ContactFacets(ContactNodes):
     def __init__(self, body: Body, law: LawLike, obstacle: ObstacleLike) -> None:
         laws.check(law)
         words = "belongs to FrictionFacets: these terms know no shear tractions"
-        friction = getattr(law, "friction", 0.0)
+        friction = law.friction
         require(not friction, "friction", friction, words)
         super().__init__(body)
         self._made_of = (body, law, obstacle)

@@ -29,7 +29,7 @@ from ..model import contact_candidates
 from ..model.contact_candidates import ContactCandidates, low
 from ..model.intervals import common, zone_edges
 from ..model.methods import Condensed, Panels
-from ..model.obstacles import heights, jumps_of
+from ..model.obstacles import as_obstacle, heights, jumps_of
 from ..model.problem import Problem
 from ..model.progress import counted
 from ..model.refinement import RefinementLevel, refine
@@ -122,7 +122,7 @@ class FittedSolver(MeshFitter):
     def _sampled(self, load: float) -> "FittedSolver":
         """Returns the solver with the candidates of a load."""
         obstacle = Within(self.obstacle, self.domain)
-        problem = Problem(self.solid, self.law, obstacle, self.symmetric, blocks=self.blocks)
+        problem = Problem(self.solid, self.law, as_obstacle(obstacle), self.symmetric, blocks=self.blocks)
         candidates = obstacle.without_edges_of_body(contact_candidates.find_candidates(problem, load))
         if candidates.steps:
             place = candidates.steps[0]
@@ -184,7 +184,7 @@ class FittedSolver(MeshFitter):
         """Returns refinement levels, ((order, levels of elements), ...), from the one before the first that
         may reach rtol; or that of the fixed order.
         """
-        sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
+        sharp = self.obstacle.kinks or self.obstacle.ends
         levels = LEVELS_AT_CORNERS if sharp else LEVELS
         levels = levels[even:]  # order 4 locks as low orders do
         order = self.options.order

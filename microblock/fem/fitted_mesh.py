@@ -215,7 +215,7 @@ class FittedMesh:
             discretisation = change_between_meshes(self.coarse, self.part)
         square = sum(violation.worth**2 for violation in self.violations)
         obstacle = self.solver.obstacle
-        if not getattr(obstacle, "formulas", False):
+        if not obstacle.formulas:
             square += off_node_violations.missed_heights(
                 self.nodes.along, self.closed, self.solver.blocks, obstacle, self._sites
             ).sum()

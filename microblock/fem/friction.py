@@ -65,7 +65,8 @@ class FrictionFacets:
 
     def __init__(self, body: Body, law: LawLike, obstacle: ObstacleLike) -> None:
         require_kind(Body, "a Body", body=body)
-        self.friction: float = getattr(law, "friction", 0.0)
+        laws.check(law)
+        self.friction: float = law.friction
         require(self.friction, "law", law, "has no friction: solve and path find its states")
         nodes = condensed(body, law.clamps_rotation, followed=True)
         self.nodes = nodes

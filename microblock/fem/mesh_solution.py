@@ -230,7 +230,7 @@ class MeshSolution(OnMesh, NodalSolution):
         """Places x1 where the obstacle ends or, over a Body, jumps: pressures have no bound there."""
         problem = self.problem if self.block else self.sampled
         steps = problem.candidates.steps if problem.candidates else ()
-        ends = getattr(problem.obstacle, "ends", ())
+        ends = problem.obstacle.ends
         return (*(ends or (-np.inf,) * len(steps[:1])), *steps)
 
     def tamed(self, x: Array) -> Array:

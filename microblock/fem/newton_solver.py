@@ -31,6 +31,10 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
         else:
             pressed(self.body)
 
+    @property
+    def penalizes(self) -> bool:
+        return bool(self.options.kind == "penalty")
+
     @cached_property
     def nodes(self) -> ContactFacets:
         """The contact nodes, with psi = 0 where the law prescribes it."""

@@ -25,6 +25,11 @@ from .newton import usual_rho
 class UniformSolver(GroundSolver):
     """States of a Block on one mesh; its `options` are `Uniform`."""
 
+    @property
+    def penalizes(self) -> bool:
+        newton = self.options.newton
+        return newton is not None and newton.kind == "penalty"
+
     def solve(
         self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> MeshSolution:

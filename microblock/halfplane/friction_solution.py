@@ -163,7 +163,7 @@ class FrictionCells(OfMoment):
     @cached_property
     def norm(self) -> Array:
         """Weights of errors, array (n,); at an edge of the obstacle times the distance."""
-        ends = getattr(self.problem.obstacle, "ends", ())
+        ends = self.problem.obstacle.ends
         return self.weights * distance_to_ends(self.x, ends, self.problem.shifts)
 
     def pressure(self, corner: int, x: Array) -> Array:

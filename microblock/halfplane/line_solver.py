@@ -332,7 +332,7 @@ class LineSolver(CellSolver):
     @cached_property
     def ends(self) -> tuple[float, ...]:
         """Where the obstacle ends, on a period in the window where it is given."""
-        return getattr(self.obstacle, "ends", ()) if self.period is None else self.shape.edges
+        return self.obstacle.ends if self.period is None else self.shape.edges
 
     def weights(self, grid: Window) -> Array:
         """Returns the weights of errors on the cells of a Grid, array (n,), small next to ends and steps."""

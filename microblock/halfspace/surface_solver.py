@@ -142,7 +142,7 @@ class SurfaceSolver(CellSolver):
             nodes,
             f"counts along each axis: at most {2 * self.most}",
         )
-        period = getattr(self.obstacle, "period", None)
+        period = self.obstacle.period
         require(
             period is None or self.period is not None,
             "period",

@@ -1,26 +1,51 @@
-"""Bodies that are given by a solid and a size or period, and what a body of a user's own offers.
-
-A body is any object with these attributes; `docs/howto/extend.md` has one.
-
-solid      Cosserat
-methods    tuple of method classes that solve on it, the usual one first; see `microblock.model.methods`
-of         optional, ``of(solid)``: the same body of another solid, for sliders and ``with_(solid=...)``
-in_space   optional, True where obstacles have heights over a surface, functions of (x1, x2)
-solvers    optional, {method class: Solver}, in place of the solvers that methods name
-
-`GivenCompliance` asks besides for ``compliance(clamped)``, a
-`microblock.contact_solvers.compliance.Compliance`.
-"""
+"""Bodies that are given by a solid and a size or period, and what a body of a user's own offers."""
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 from ..errors import BadArgument, Checked, checked, require_kind, require_positive
 from .material import Cosserat
-from .methods import Fitted, Uniform
+from .methods import Fitted, Uniform, offered
 
 AnyBody = TypeVar("AnyBody", bound="OfSolid")
+
+
+@dataclass(frozen=True)
+class OfferedByBody:
+    """What a body may offer beside its `solid` and its `methods`, with defaults.
+
+    1. A body is any object with a `solid`, a Cosserat, and `methods`, a tuple of method classes that solve on
+       it, the usual one first; see `microblock.model.methods`.
+    2. What it does not have of the attributes below is as here.
+    3. `microblock.model.methods.GivenCompliance` asks it besides for ``compliance(clamped)``, a
+       `microblock.contact_solvers.compliance.Compliance`.
+
+    Attributes
+    ----------
+    of : callable or None
+        ``of(solid)`` returns the same body of another solid, for sliders and ``with_(solid=...)``.
+    in_space : bool
+        Whether obstacles have heights over a surface, functions of (x1, x2).
+    solvers : dict
+        {method class: Solver}, in place of the solvers that methods name.
+    period : float or None
+        Length after which the surface repeats.
+    mesh : Mesh or None
+        Of a body on a mesh, which has a length by itself.
+    """
+
+    of: Callable[[Cosserat], Any] | None = None
+    in_space: bool = False
+    solvers: Mapping[type, Any] = field(default_factory=dict)
+    period: float | None = None
+    mesh: Any = None
+
+
+def offered_by(body: Any) -> OfferedByBody:
+    """Returns what a body offers."""
+    return offered(body, OfferedByBody)
 
 
 @dataclass(frozen=True)
@@ -87,4 +112,4 @@ def require_body(body: Any) -> None:
 
 def over_surface(body: Any) -> bool:
     """Returns whether obstacles have heights over a surface."""
-    return bool(getattr(body, "in_space", False))
+    return offered_by(body).in_space

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import BOUNDED, require
 from .intervals import contains, runs
-from .obstacles import Obstacle, heights, jumps_of, named_places
+from .law import rotation
+from .obstacles import Obstacle, RigidObstacle, heights, jumps_of, named_places
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy, proxy
 from .scales import classical_rise, lowest_part
 from .types import Array, Flags, Function, Interval, ObstacleLike
@@ -90,7 +91,7 @@ def find_candidates(problem: Problem, load: float) -> ContactCandidates:
     BadArgument if obstacle or psi0 have too many features, or the obstacle does not rise enough.
     """
     obstacle = problem.obstacle
-    per_decade = 24 if getattr(obstacle, "formulas", False) else 400
+    per_decade = 24 if obstacle.formulas else 400
     nearest, farthest, centres = _range_of_places(problem, load)
     while True:
         x, h = _everywhere(obstacle, nearest, per_decade, farthest, centres)
@@ -123,8 +124,8 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     ell = problem.solid.ell
     obstacle = problem.obstacle
     named = dict(jumps_of(obstacle))
-    ends = tuple(getattr(obstacle, "ends", ()))
-    if getattr(obstacle, "formulas", False):
+    ends = tuple(obstacle.ends)
+    if obstacle.formulas:
         pieces = [_polynomial(obstacle, stretches, np.array((*named, *ends)))]
     else:
         pieces = _profiles(partial(heights, obstacle), stretches, half, floor / half, obstacle, named, ends)
@@ -138,10 +139,10 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
     kinks = dict(sorted(kinks.items()))
     angle = EMPTY_PROXY
-    psi0 = getattr(problem.law, "psi0", None)
-    if callable(psi0):
+    psi0 = problem.law.varying_psi0
+    if psi0 is not None:
         around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
-        (angle,) = _profiles(cast(Any, problem.law).angle, around, half, floor / ell, psi0, name="psi0")
+        (angle,) = _profiles(partial(rotation, psi0), around, half, floor / ell, psi0, name="psi0")
     return ContactCandidates(
         lowest=float(sites[np.argmin(above)]),
         half_width=half,
@@ -166,10 +167,9 @@ def low(sampled: ContactCandidates, places: Array | Sequence[float]) -> Flags:
     return np.interp(places, sampled.sites, sampled.heights) <= sampled.heights.min() + sampled.rise
 
 
-def seen(obstacle: ObstacleLike, sampled: ContactCandidates) -> ObstacleLike:
+def seen(obstacle: RigidObstacle, sampled: ContactCandidates) -> RigidObstacle:
     """Returns the obstacle with the kinks and ends that its picture has, as it is if it names them all."""
-    height: Any = getattr(obstacle, "height", obstacle)
-    return Seen(height, sampled.kinks, sampled.jumps, sampled.ends) if sampled.detected else obstacle
+    return Seen(obstacle.height, sampled.kinks, sampled.jumps, sampled.ends) if sampled.detected else obstacle
 
 
 @dataclass(frozen=True)

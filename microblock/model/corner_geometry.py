@@ -39,7 +39,9 @@ class Blocks:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the corners."""
-        return self.law.surface_corners if self.in_space else self.law.corners
+        if self.in_space:
+            return self.law.surface_corners
+        return self.law.corners
 
     @cached_property
     def uniform(self) -> bool:
@@ -74,7 +76,9 @@ class Blocks:
         """Returns the initial rotation of the blocks at abscissae where it acts in gaps, else 0, array (n,)
         (radians).
         """
-        return self._angles + 0 * x if self.uniform else self.law.initial_rotation(x)
+        if self.uniform:
+            return self._angles + 0 * x
+        return self.law.initial_rotation(x)
 
     def levers(self, *x: Array) -> Array:
         """Returns the levers of (29) on a level surface: along a line, at x1, array (corners, ...), over a
@@ -88,7 +92,9 @@ class Blocks:
         levers = np.moveaxis(-2 * arms[..., :-1], 2, 1)
         corners = levers.shape[:2]
         levers = np.broadcast_to(levers, (*corners, np.size(x[0]))).reshape(*corners, *shape)
-        return levers if self.in_space else levers[:, 0]
+        if self.in_space:
+            return levers
+        return levers[:, 0]
 
     def tilt(self, *x: Array) -> Array:
         """Returns the slopes of the outer sides of the blocks in the levers, array (axes, ...); (0, ...) of
@@ -102,7 +108,9 @@ class Blocks:
 
     def under(self, obstacle: ObstacleLike, points: Array, normals: Array | None = None) -> CornerGeometry:
         """Returns the geometry of blocks at points under an obstacle, on a level surface without normals."""
-        return CornerGeometry(self, obstacle, points, upwards(points) if normals is None else normals)
+        if normals is None:
+            normals = upwards(points)
+        return CornerGeometry(self, obstacle, points, normals)
 
     def on_level(self, obstacle: ObstacleLike, *x: Array) -> CornerGeometry:
         """Returns the geometry of blocks at x1, or x1 and x2, of a level surface under an obstacle."""
@@ -127,13 +135,14 @@ class CornerGeometry:
     normals: Array
 
     def _from(self, which: int, places: Callable[[Array, Array], Array]) -> Array:
-        blocks, shape = self.blocks, self.points.shape
+        blocks = self.blocks
+        shape = self.points.shape
         if blocks.uniform:
             corners = blocks.ell * blocks._level[which]
             corners = corners.reshape(len(corners), *[1] * (len(shape) - 1), -1)
             return in_frame(self.normals, np.moveaxis(corners[..., :-1], -1, 1), corners[..., -1])
-        found = places(self.points.reshape(-1, shape[-1]), self.normals.reshape(-1, shape[-1]))
-        return blocks.ell * found.reshape(len(found), *shape)
+        vectors = places(self.points.reshape(-1, shape[-1]), self.normals.reshape(-1, shape[-1]))
+        return blocks.ell * vectors.reshape(len(vectors), *shape)
 
     @cached_property
     def offsets_from_centre(self) -> Array:

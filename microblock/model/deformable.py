@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-from numpy.typing import ArrayLike
-
 from ..errors import BadArgument, require
 from .bodies import over_surface, require_body
-from .obstacles import check
-from .types import Array, BodyLike, ObstacleLike
+from .obstacles import OFFERED, RigidObstacle, as_obstacle, check
+from .types import BodyLike, ObstacleLike
 
 
 @dataclass(frozen=True)
-class Deformable:
+class Deformable(RigidObstacle):
     """Second body that is pressed on the first, as an obstacle that deforms.
 
     Its surface is smooth: it takes pressures and no moments. Each corner presses it where the corner stands,
@@ -52,38 +50,41 @@ class Deformable:
             check(self.shape, over_surface(self.body))
         except BadArgument as failure:  # which is that of an obstacle
             raise BadArgument("shape", self.shape, failure.allowed) from failure
-
-    def height(self, *x: Array) -> ArrayLike:
-        """Returns the height of the shape at places, an array for each direction (lengths)."""
-        height: Any = getattr(self.shape, "height", self.shape)
-        return height(*x)
-
-    def __getattr__(self, name: str) -> Any:
-        if name in ("kinks", "jumps", "ends", "formulas", "even", "period"):
-            return getattr(self.shape, name)
-        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        shape = as_obstacle(self.shape)
+        for name in OFFERED:
+            object.__setattr__(self, name, getattr(shape, name))
 
 
-def shape_of(obstacle: ObstacleLike) -> ObstacleLike:
-    return obstacle.shape if isinstance(obstacle, Deformable) else obstacle
+def shape_of(obstacle: ObstacleLike) -> RigidObstacle:
+    """Returns the rigid shape of an obstacle."""
+    if isinstance(obstacle, Deformable):
+        return as_obstacle(obstacle.shape)
+    return as_obstacle(obstacle)
 
 
 def body_of(obstacle: ObstacleLike) -> Any:
-    return obstacle.body if isinstance(obstacle, Deformable) else None
+    """Returns the second body, None of a rigid obstacle."""
+    if isinstance(obstacle, Deformable):
+        return obstacle.body
+    return None
 
 
 def second_solid(obstacle: ObstacleLike) -> Any:
     """Returns the solid of the second body, None of a rigid obstacle."""
-    return getattr(body_of(obstacle), "solid", None)
+    if isinstance(obstacle, Deformable):
+        return obstacle.body.solid
+    return None
 
 
 def require_same_kind(body: BodyLike, obstacle: ObstacleLike) -> None:
     """Raises BadArgument unless both bodies meet obstacles over a line, or both over a surface."""
-    counter = body_of(obstacle)
-    one, other = ("surface", "line") if over_surface(body) else ("line", "surface")
+    second = body_of(obstacle)
+    if second is None:
+        return
+    kinds = {True: "surface", False: "line"}
     words = (
-        f"has a second body, a {type(counter).__name__}, that meets obstacles over a {other}, and a "
-        f"{type(body).__name__} meets them over a {one}: take two of one kind"
+        f"has a second body, a {type(second).__name__}, that meets obstacles over a "
+        f"{kinds[over_surface(second)]}, and a {type(body).__name__} meets them over a "
+        f"{kinds[over_surface(body)]}: take two of one kind"
     )
-    alike = counter is None or over_surface(counter) == over_surface(body)
-    require(alike, "obstacle", obstacle, words)
+    require(over_surface(second) == over_surface(body), "obstacle", obstacle, words)

@@ -39,6 +39,10 @@ class Law:
     uniform : bool
         Whether arms, places and initial rotation are known to be the same at all points in the frame of t and
         n: one block is then asked for all.
+    friction : float
+        Coefficient of Coulomb; histories alone know it.
+    psi0_in_gaps : bool
+        Whether kinks of `varying_psi0` are kinks of the gaps.
     surface_corners : tuple of str
         Names of the corners over a surface; none of a law that is not known there.
     """
@@ -46,8 +50,15 @@ class Law:
     corners: tuple[str, ...] = ("C",)
     surface_corners: tuple[str, ...] = ()
     clamps_rotation = False
+    friction: Any = 0.0
     even: Any = False  # a bool, or a property
     uniform: Any = False  # as well
+    psi0_in_gaps: Any = True
+
+    @property
+    def varying_psi0(self) -> Function | None:
+        """Initial rotation that is a function of x1, whose kinks methods look for."""
+        return None
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns the places of the corners from the centre of their block, over its side: array (corners, n,
@@ -77,11 +88,9 @@ class Law:
 
 
 class _Coulomb(Law, Checked):
-    friction: float = 0.0
-
     def __repr__(self) -> str:
         values = [(entry, getattr(self, entry.name)) for entry in fields(cast(Any, self))]
-        unusual = [f"{entry.name}={own!r}" for entry, own in values if own != entry.default]
+        unusual = [f"{entry.name}={value!r}" for entry, value in values if value != entry.default]
         return f"{type(self).__name__}({', '.join(unusual)})"
 
 
@@ -132,13 +141,19 @@ class Microblock(_Coulomb):
         super().__post_init__()
         words = "must be 0 where psi0 is other than 0: the two corners of a block then slip differently"
         require(not self.friction or self.even, "friction", self.friction, words)
-        parts: tuple[Any, ...] = self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)
-        known = len(parts) == 2 or parts is not self.psi0
-        require(known, "psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
-        for part in parts:
-            if not callable(part):
-                require_finite(psi0=part)
-                rotation(part, np.zeros(1))
+        if isinstance(self.psi0, tuple):
+            require(len(self.psi0) == 2, "psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
+        for angle in self._angles:
+            if not callable(angle):
+                require_finite(psi0=angle)
+                rotation(angle, np.zeros(1))
+
+    @property
+    def _angles(self) -> tuple[Any, ...]:
+        """The rotation, or those about x1 and x2, each a number or a function."""
+        if isinstance(self.psi0, tuple):
+            return self.psi0
+        return (self.psi0,)
 
     @property
     def even(self) -> bool:
@@ -151,9 +166,15 @@ class Microblock(_Coulomb):
         return self.psi0_in == ACTS_IN[0]
 
     @property
+    def varying_psi0(self) -> Function | None:
+        if callable(self.psi0):
+            return self.psi0
+        return None
+
+    @property
     def uniform(self) -> bool:
         """Whether psi0 is the same at all places."""
-        return not any(map(callable, self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)))
+        return not any(map(callable, self._angles))
 
     def arms(self, points: Array, normals: Array) -> Array:
         """Returns (N + s.S)/2, (20), of ``S_i = e_i + psi0 x e_i`` and ``N = n + psi0 x n``, s = -1 for A and
@@ -175,14 +196,16 @@ class Microblock(_Coulomb):
         x = points[:, :-1].T
         if len(x) == 1:
             return np.array([[[-1.0]], [[1.0]]]), self.angle(x[0])[None]
-        about: Any = self.psi0 if isinstance(self.psi0, tuple) else (0.0, -cast(Any, self.psi0))
         signs = np.array([(a, b) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
-        return signs[:, :, None], np.array([-rotation(about[1], *x), rotation(about[0], *x)])
+        if isinstance(self.psi0, tuple):
+            tilt = -rotation(self.psi0[1], *x), rotation(self.psi0[0], *x)
+        else:
+            tilt = rotation(self.psi0, *x), np.zeros(x.shape[1])  # a number is the rotation about -e2
+        return signs[:, :, None], np.array(tilt)
 
     def initial_rotation(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
-        angle = self.angle(x)
-        return angle if self.psi0_in_gaps else np.zeros(np.shape(x))
+        return self.angle(x) * self.psi0_in_gaps
 
     def angle(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians); raises BadArgument if it is a pair, or not below 1."""
@@ -254,8 +277,9 @@ def rotation(psi0: Any, *x: Array) -> Array:
     if it fails, or is not below 1.
     """
     shape = np.shape(x[0])
-    angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
-    if callable(psi0):
+    if not callable(psi0):
+        angles = np.full(shape, float(psi0))
+    else:
         angles = obstacles.evaluated(
             lambda *x: np.array(np.broadcast_to(real_numbers(psi0(*x)), shape)),
             *x,
@@ -279,9 +303,8 @@ def in_frame(normals: Array, along: Array, up: Array) -> Array:
 
 def level_surface(x: Array) -> tuple[Array, Array]:
     """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
-    points, normals = np.zeros((2, len(x), 2))
-    points[:, 0], normals[:, 1] = x, 1.0
-    return points, normals
+    points = np.column_stack((x, np.zeros(len(x))))
+    return points, np.tile((0.0, 1.0), (len(x), 1))
 
 
 def tangents(normals: Array) -> Array:
@@ -294,16 +317,15 @@ def check(law: Any, in_space: bool = False) -> None:
     if isinstance(law, type):
         home = "mb." * law.__module__.startswith("microblock")
         raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
-    missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
     words = (
         "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
-        f"microblock.model.law.Law as its base: it has no {[*missing, 'arms'][0]}"
+        "microblock.model.law.Law as its base: it has no arms"
     )
-    require(not missing and getattr(type(law), "arms", None) is not Law.arms, "law", law, words)
+    require(isinstance(law, Law) and type(law).arms is not Law.arms, "law", law, words)
     if type(law) in BUILT_IN:
-        words = "must be a number, or a pair of numbers or functions of (x1, x2), over a surface"
-        alone = in_space and isinstance(law, Microblock) and callable(law.psi0)
-        require(not alone, "psi0", law.psi0 if alone else None, words)
+        if in_space and law.varying_psi0 is not None:
+            words = "must be a number, or a pair of numbers or functions of (x1, x2), over a surface"
+            raise BadArgument("psi0", law.psi0, words)
         return
     require(not in_space, "law", law, "must be Microblock, Unilateral or Microclamped over a surface")
     _check_corners(law)
@@ -333,9 +355,11 @@ def _check_corners(law: Law) -> None:
     words = f"has arms of its own and the places of {places.__name__}: give both, or take Law as base"
     require(places not in BUILT_IN or issubclass(places, arms), "law", law, words)
     for name in ("arms", "places"):
-        found = getattr(law, name)(*level_surface(np.zeros(1)))
-        good = np.shape(found) == (len(names), 1, 2) and np.isrealobj(found) and np.isfinite(found).all()
-        words = f"{name} must return finite real numbers, an array (corners, n, 2): {found!r}"
+        vectors = getattr(law, name)(*level_surface(np.zeros(1)))
+        good = (
+            np.shape(vectors) == (len(names), 1, 2) and np.isrealobj(vectors) and np.isfinite(vectors).all()
+        )
+        words = f"{name} must return finite real numbers, an array (corners, n, 2): {vectors!r}"
         require(good, "law", law, words)
     sizes = [float(lever) for lever in law.levers(np.zeros(())).values()]
     words = f"must name its corners from left to right, the largest lever first: {sizes}"

@@ -77,12 +77,12 @@ class Cosserat:
         require_finite(
             E=E, nu=nu, ell=ell, curvature=curvature, alpha_prime=alpha_prime, beta_prime=beta_prime
         )
-        whole = alpha_prime + beta_prime + curvature
+        bulk = alpha_prime + beta_prime + curvature
         for admissible, name, value, words in (
             (-1 < nu < 0.5, "nu", nu, "must satisfy -1 < nu < 1/2"),  # before E, which may depend on nu
             (E > 0, "E", E, "must be positive"),
             (curvature > 0, "curvature", curvature, "gamma' must be positive, (13)"),
-            (whole > 0, "alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)"),
+            (bulk > 0, "alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)"),
         ):
             if not admissible:
                 raise Inadmissible(name, value, words)
@@ -119,15 +119,19 @@ class Cosserat:
         """
         require_positive(side=side, stiffness=stiffness)
         require_flag(couples=couples)
-        curvature = 5 / 12 + 3**0.5 / 6 if couples else 1 / 6
+        curvature = 1 / 6
+        if couples:
+            curvature = 5 / 12 + 3**0.5 / 6
         return cls(E=stiffness * side, nu=0.0, ell=side, beta=1.0, curvature=curvature)
 
     def __repr__(self) -> str:
         """The arguments; near beta = 2, which is excluded, eta."""
-        coupling = f"eta={self.eta:.6g}" if self.beta > 1.99 else f"beta={self.beta:.6g}"
+        coupling = f"beta={self.beta:.6g}"
+        if self.beta > 1.99:
+            coupling = f"eta={self.eta:.6g}"
         words = f"E={self.E}, nu={self.nu}, ell={self.ell}, {coupling}, curvature={self.curvature:.6g}"
-        more = {"alpha_prime": self.alpha_prime, "beta_prime": self.beta_prime}
-        words += "".join(f", {name}={value}" for name, value in more.items() if value)
+        in_space = {"alpha_prime": self.alpha_prime, "beta_prime": self.beta_prime}
+        words += "".join(f", {name}={value}" for name, value in in_space.items() if value)
         return f"Cosserat({words})"
 
     @property
@@ -172,7 +176,9 @@ class Cosserat:
     @property
     def layer_length(self) -> float:
         """Decay length of the boundary layer, ell sqrt(gamma'/(2 beta)) (length); inf for beta = 0."""
-        return self.ell * math.sqrt(self.curvature / (2 * self.beta)) if self.beta else math.inf
+        if self.beta == 0:
+            return math.inf
+        return self.ell * math.sqrt(self.curvature / (2 * self.beta))
 
 
 class Elastic(Cosserat):
@@ -224,20 +230,26 @@ class Elastic(Cosserat):
 def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: float | None) -> float:
     """Returns eta from the one measure that is given, with its digits for beta near 0 and 2."""
     measures = {"beta": beta, "eta": eta, "mu_c": mu_c}
-    given = {name: value for name, value in measures.items() if value is not None}
-    require(len(given) == 1, "coupling", given, "give exactly one of beta, eta, mu_c")
-    require_finite(**given)
-    ((name, value),) = given.items()
+    named = {name: value for name, value in measures.items() if value is not None}
+    require(len(named) == 1, "coupling", named, "give exactly one of beta, eta, mu_c")
+    require_finite(**named)
+    ((name, value),) = named.items()
     if value < 0:
         raise Inadmissible(name, value, "the coupling must not be negative")
     if name == "beta" and not value < 2:
         raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
-    return value / (2 - value) if name == "beta" else value / (mu if name == "mu_c" else 1)
+    if name == "beta":
+        return value / (2 - value)
+    if name == "mu_c":
+        return value / mu
+    return value
 
 
 def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:
     """Returns the contact modulus E* of two bodies (stress): 1/E* is the sum of theirs."""
-    return first.E_star if second is None else 1 / (1 / first.E_star + 1 / second.E_star)
+    if second is None:
+        return first.E_star
+    return 1 / (1 / first.E_star + 1 / second.E_star)
 
 
 def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
@@ -272,7 +284,8 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     (0.3404, 1.8703, 0.29)
     """
     require_kind(Cosserat, "a Cosserat", solid=solid)
-    R, P = plain(R), plain(P)
+    R = plain(R)
+    P = plain(P)
     require_positive(R=R, P=P)
     a_Hz = math.sqrt(4 * P * R / (math.pi * solid.E_star))
     return a_Hz, 2 * P / (math.pi * a_Hz)

@@ -1,12 +1,10 @@
 """The methods by name: what a user may fix of each, and its solver.
 
-A method of a user's own is any object whose attribute `solver` is a class derived from
-`microblock.model.solver.Solver`, or its dotted path below microblock. A body names the class of the method in
-its `methods`. The solver's ``solve`` returns a `microblock.model.solution.Solution`, whose docstring lists
-what a `State` is filled with.
+`OfferedByMethod` says what a method of a user's own offers.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar, cast
 
 from ..errors import (
     Checked,
@@ -23,6 +21,36 @@ from ..errors import (
 from .types import Interval
 
 SHAPES = "quadrilaterals", "triangles"
+AnyOffer = TypeVar("AnyOffer")
+
+
+@dataclass(frozen=True)
+class OfferedByMethod:
+    """What a method offers, with defaults.
+
+    1. A method is any object with a `solver`; a body names its class in `methods`.
+    2. A class that is made without arguments is tried where the user names no method, but `by_name`.
+    3. The solver's ``solve`` returns a `microblock.model.solution.Solution`, whose docstring lists
+       what a `State` is filled with.
+
+    Attributes
+    ----------
+    solver : class or str
+        Derived from `microblock.model.solver.Solver`, or its dotted path below microblock.
+    by_name : bool
+        Whether the method serves only where the user names it.
+    """
+
+    solver: Any = None
+    by_name: bool = False
+
+
+def offered(given: Any, interface: type[AnyOffer]) -> AnyOffer:
+    """Returns the interface, a dataclass of defaults, with what an object has of it."""
+    names = [entry.name for entry in fields(cast(Any, interface)) if hasattr(given, entry.name)]
+    return interface(**{name: getattr(given, name) for name in names})
+
+
 _order = checked(require_whole, 1, 20)  # of elements
 
 

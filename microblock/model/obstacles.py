@@ -1,13 +1,7 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
-An obstacle's ``height(x)`` returns x2 of its lower surface at an array of x1, ``inf`` where there is none.
-Any callable height serves as well. An obstacle may have these attributes:
-
-kinks      tuple, ascending: abscissae at which the slope or a higher derivative is discontinuous
-jumps      tuple, as long: by how much the slope jumps there
-ends       tuple: left and right edge of the obstacle, or of each of its pieces, between which there is none
-formulas   True: between all of these the height is a polynomial
-even       True: the obstacle is symmetric about x1 = 0
+`RigidObstacle` says what an obstacle offers. Of a user's obstacle, a callable height or an object with one,
+`as_obstacle` makes a `RigidObstacle`.
 """
 
 from __future__ import annotations
@@ -15,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -35,14 +29,81 @@ from ..errors import (
     require_positive,
     require_whole,
     shortened,
+    shown,
 )
 from .intervals import runs
 from .types import AnyArray, Array, Flags, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
+OFFERED = "height", "kinks", "jumps", "ends", "formulas", "even", "period"
 
 
-class Formula(Checked):
+class RigidObstacle:
+    """What an obstacle offers to solvers, with defaults; a user's obstacle may have it as base.
+
+    1. ``height(x1)``, over a surface ``height(x1, x2)``, takes arrays of one shape (lengths) and returns x2
+       (x3) of the lower surface in this shape, inf where there is no obstacle.
+    2. Along a line it names the abscissae at which the slope or a higher derivative is discontinuous, and the
+       jumps of the slope there; places that it does not name are looked for.
+    3. At its ends the height is finite, beyond them there is no obstacle.
+    4. What it says of itself holds: `Contact` checks `even` and `jumps`.
+
+    Attributes
+    ----------
+    kinks : tuple of float
+        Abscissae, ascending, at which the slope or a higher derivative is discontinuous.
+    jumps : tuple of float
+        By how much the slope jumps at each of them; none where it nowhere jumps.
+    ends : tuple of float
+        Left and right edge of the obstacle, or of each of its pieces; none where it goes on.
+    formulas : bool
+        Whether the height is a polynomial between all of these places.
+    even : bool
+        Whether the obstacle is symmetric about x1 = 0.
+    period : float or None
+        Length after which it repeats.
+    """
+
+    kinks: Any = ()  # each a value, or a property
+    jumps: Any = ()
+    ends: Any = ()
+    formulas: Any = False
+    even: Any = False
+    period: Any = None
+
+    if TYPE_CHECKING:
+
+        @property
+        def height(self) -> Callable[..., ArrayLike]:
+            """As rule 1 says; no default, which a field `height` of a dataclass would take."""
+
+
+@dataclass(frozen=True)
+class GivenObstacle(RigidObstacle):
+    """A user's obstacle, and what it says of itself."""
+
+    given: Any
+    height: Callable[..., ArrayLike] = field(compare=False)
+    kinks: Any = field(default=(), compare=False)
+    jumps: Any = field(default=(), compare=False)
+    ends: Any = field(default=(), compare=False)
+    formulas: Any = field(default=False, compare=False)
+    even: Any = field(default=False, compare=False)
+    period: Any = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        return shown(self.given)
+
+
+def as_obstacle(given: Any) -> RigidObstacle:
+    """Returns an obstacle as it is, or the `GivenObstacle` of a callable height or an object with one."""
+    if isinstance(given, RigidObstacle):
+        return given
+    offered = {name: getattr(given, name) for name in OFFERED if hasattr(given, name)}
+    return GivenObstacle(given, **{"height": given, **offered})
+
+
+class Formula(RigidObstacle, Checked):
     """Base of obstacles that are polynomials between their named places."""
 
     even: Any = True  # a bool, or a property
@@ -137,7 +198,7 @@ class Wedge(Formula):
 
 
 @dataclass(frozen=True)
-class Obstacle:
+class Obstacle(RigidObstacle):
     """Any height, with the places at which it is less than smooth.
 
     Parameters
@@ -168,8 +229,12 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         require(callable(self.height), "height", self.height, "must be a function of an array of x1")
-        kinks = require_numbers(kinks=() if self.kinks is None else self.kinks)
-        jumps = np.zeros(len(kinks)) if self.jumps is None else require_numbers(jumps=self.jumps)
+        kinks = np.empty(0)
+        if self.kinks is not None:
+            kinks = require_numbers(kinks=self.kinks)
+        jumps = np.zeros(len(kinks))
+        if self.jumps is not None:
+            jumps = require_numbers(jumps=self.jumps)
         words = f"must be one for each of the {len(kinks)} kinks"
         require(len(jumps) == len(kinks), "jumps", self.jumps, words)
         for name, values in (("kinks", kinks), ("jumps", jumps)):
@@ -241,7 +306,7 @@ class Punch(Formula):
 
 
 @dataclass(frozen=True)
-class Samples:
+class Samples(RigidObstacle):
     """Sampled profile: piecewise linear through (x, z), no obstacle outside.
 
     The slope jumps at each sample inside, where microblocks have a peak of pressure. A smooth curve is better
@@ -298,8 +363,8 @@ class Samples:
     @cached_property
     def _lines(self) -> Flags:
         """Whether a straight line joins each sample with the next, array (n - 1,): both are there."""
-        there = np.isfinite(self.z)
-        return there[:-1] & there[1:]
+        measured = np.isfinite(self.z)
+        return measured[:-1] & measured[1:]
 
     @property
     def _inner(self) -> Flags:
@@ -327,10 +392,11 @@ class Samples:
         """Returns profiles that the data cannot tell from this one: without every second sample, except for
         those next to a hole, and with heights moved up and down in turn by the noise, if it is known.
         """
-        x, heights = np.array(self.x), np.array(self.z)
-        there = np.isfinite(heights)
-        fewer = ~there
-        for first, last in runs(there):
+        x = np.array(self.x)
+        heights = np.array(self.z)
+        measured = np.isfinite(heights)
+        fewer = ~measured
+        for first, last in runs(measured):
             fewer[first:last:2] = True
             fewer[last] = True
         profiles = [Samples(cast(Any, x[fewer]), cast(Any, heights[fewer]))]
@@ -361,7 +427,7 @@ class Samples:
 
 
 @dataclass(frozen=True)
-class Wave(Checked):
+class Wave(RigidObstacle, Checked):
     """Wavy surface, whose lowest points are at 0, +-wavelength, ...
 
     Parameters
@@ -393,7 +459,9 @@ class Wave(Checked):
 
 
 @dataclass(frozen=True)
-class SelfAffine(Checked):
+class SelfAffine(RigidObstacle, Checked):
+    """Base of self-affine surfaces of a period."""
+
     period: float = field(metadata=checked(require_positive))
     slope: float = field(metadata=checked(require_positive))
     hurst: float = field(default=0.8, metadata=checked(require_finite))
@@ -488,18 +556,19 @@ def _returned_for_each(obstacle: Any, *x: Array) -> Array:
 
 def jumps_of(obstacle: Any) -> Iterable[tuple[float, float]]:
     """Returns (place, jump of the slope) of the slope discontinuities that an obstacle names."""
-    return zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ()))
+    named = as_obstacle(obstacle)
+    return zip(named.kinks, named.jumps)
 
 
 def check(obstacle: ObstacleLike, in_space: bool) -> None:
     """Raises BadArgument unless an obstacle has a height that takes arrays, and kinks that are numbers."""
     if in_space or returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, *np.zeros((1 + in_space, 2)))
-    for name in ("kinks", "jumps", "ends"):
-        given = getattr(obstacle, name, ())
+    named = as_obstacle(obstacle)
+    for name, value in (("kinks", named.kinks), ("jumps", named.jumps), ("ends", named.ends)):
         words = "must be a tuple of numbers; leave it out where there are none"
-        own = require_floats(words, **{name: given})
-        require(own.ndim == 1 and not np.isnan(own).any(), name, given, words)
+        places = require_floats(words, **{name: value})
+        require(places.ndim == 1 and not np.isnan(places).any(), name, value, words)
 
 
 def scales(ell: float) -> Array:
@@ -512,9 +581,10 @@ def named_places(obstacle: ObstacleLike) -> Array:
     """Returns the finite slope discontinuities and ends that an obstacle names, and the middles between ends,
     where there is an obstacle whatever rounding makes of its ends, array (k,).
     """
-    ends = getattr(obstacle, "ends", ()) or ()
+    named = as_obstacle(obstacle)
+    ends = named.ends or ()
     middles = [left + (right - left) / 2 for left, right in zip(ends[::2], ends[1::2])]
-    places = [*getattr(obstacle, "kinks", ()), *ends, *middles]
+    places = [*named.kinks, *ends, *middles]
     return np.array([place for place in places if np.isfinite(place)], float)
 
 
@@ -526,8 +596,8 @@ def quiet_heights(obstacle: ObstacleLike, *x: Array) -> Array:
 
 def check_lowest(obstacle: ObstacleLike) -> None:
     """Raises BadArgument unless an obstacle has a lowest place, on all scales of double precision."""
-    away = np.logspace(-45, 45, 361)
-    sides = quiet_heights(obstacle, -away), quiet_heights(obstacle, away)
+    distances = np.logspace(-45, 45, 361)
+    sides = quiet_heights(obstacle, -distances), quiet_heights(obstacle, distances)
     lowest = min(side.min() for side in sides)
     for way, above in zip((-1, 1), sides):
         rises = np.any(above[-8:] >= above[-9:-1]) and above[-1] > -np.inf
@@ -539,18 +609,20 @@ def check_lowest(obstacle: ObstacleLike) -> None:
 
 
 def returned(obstacle: Any, *x: Array) -> Array:
-    name = getattr(obstacle, "__name__", "")
-    require(not isinstance(obstacle, type), "obstacle", obstacle, f"must be an instance, {name}(...)")
-    line, height = len(x) == 1, getattr(obstacle, "height", obstacle)
+    if isinstance(obstacle, type):
+        raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
+    line = len(x) == 1
     places = "x" if line else "x1, x2"
     words = f"must have a method height({places}), or be a callable height({places})"
-    require(callable(height), "obstacle", obstacle, words)
+    offered = as_obstacle(obstacle)
+    require(callable(offered.height), "obstacle", obstacle, words)
+    ends = offered.ends or (-np.inf, np.inf)
 
     def above(*x: Array) -> Array:
-        shape, ends = np.shape(x[0]), getattr(obstacle, "ends", None) or (-np.inf, np.inf)
+        shape = np.shape(x[0])
         # an odd number of ends, those of its own piece, lies on the left; of a place, which height may change
         inside = sum(np.searchsorted(ends, x[0], side) % 2 for side in ("left", "right")) > 0
-        found = real_numbers(height(*x), masked=np.inf)
+        found = real_numbers(offered.height(*x), masked=np.inf)
         if not line:
             return np.array(np.broadcast_to(found, shape))
         return np.where(inside, found, np.inf) if found.shape == shape else found
@@ -591,13 +663,13 @@ def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
         places = [_moved_to_ends(obstacle, places[0])]
     above = heights(obstacle, *places)
     upwards = normals[..., -1]
-    seen = upwards > STEEPEST
-    return np.where(seen, (above - level) * np.where(seen, upwards, 1.0), np.inf)
+    can_touch = upwards > STEEPEST
+    return np.where(can_touch, (above - level) * np.where(can_touch, upwards, 1.0), np.inf)
 
 
 def _moved_to_ends(obstacle: ObstacleLike, x: Array) -> Array:
     """Returns abscissae, those at an end of the obstacle but for rounding moved there, array (n,)."""
     rounding = 8 * np.finfo(float).eps * np.abs(x).max(initial=0.0)  # whatever the unit of length
-    for end in getattr(obstacle, "ends", None) or ():
+    for end in as_obstacle(obstacle).ends or ():
         x = np.where(np.abs(x - end) <= rounding, end, x)
     return x

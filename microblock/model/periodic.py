@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .obstacles import Samples, heights
+from .obstacles import Samples, as_obstacle, heights
 from .piecewise_chebyshev import places_of_ends
 from .types import Array, Flags, Interval, ObstacleLike
 
@@ -47,58 +47,69 @@ class Repeated:
 
     def _span(self, window: Interval) -> Interval:
         """Returns a period about a window, or the window itself where its ends are a period apart."""
-        middle, half = sum(window) / 2, self.period / 2
-        whole = abs(window[1] - window[0] - self.period) <= EQUAL * self.period
-        return window if whole else (middle - half, middle + half)
+        left, right = window
+        if abs(right - left - self.period) <= EQUAL * self.period:
+            return window
+        middle = (left + right) / 2
+        return middle - self.period / 2, middle + self.period / 2
 
     @cached_property
     def profile(self) -> ObstacleLike:
         """The obstacle; of samples whose last one is missing, closed by the first one."""
-        return self.obstacle.closed(self.period) if isinstance(self.obstacle, Samples) else self.obstacle
+        if isinstance(self.obstacle, Samples):
+            return self.obstacle.closed(self.period)
+        return self.obstacle
 
     @property
     def edges(self) -> Interval | tuple[()]:
         """(left, right) of an obstacle along a line that is less wide than a period; else none."""
         left, right = self.windows[0]
-        return (left, right) if right - left < (1 - EQUAL) * self.period else ()
+        if right - left < (1 - EQUAL) * self.period:
+            return left, right
+        return ()
 
     @cached_property
     def windows(self) -> list[Interval]:
         """(left, right) along each axis: where the obstacle ends, or else the period about 0."""
-        ends = getattr(self.profile, "ends", None) or (-np.inf, np.inf)
+        ends = as_obstacle(self.profile).ends or (-np.inf, np.inf)
         if np.isfinite(ends).all():
             return [(float(min(ends)), float(max(ends)))]
         about = [(-self.period / 2, self.period / 2)] * self.dimensions
-        seen = np.isfinite(self._sampled(about)).astype(float)
-        if seen.any() and agree_at_ends(seen, range(self.dimensions)):
+        covered = np.isfinite(self._sampled(about)).astype(float)
+        if covered.any() and agree_at_ends(covered, range(self.dimensions)):
             return about
         around = [(3 * left, 3 * right) for left, right in about]
-        there = np.isfinite(self._sampled(around))
-        middle = [int(np.median(numbers)) if there.any() else 0 for numbers in np.nonzero(there)]
-        return [self._window(axis, middle, there, about[axis]) for axis in range(self.dimensions)]
+        covered = np.isfinite(self._sampled(around))
+        if not covered.any():
+            return about
+        middle = [int(np.median(numbers)) for numbers in np.nonzero(covered)]
+        return [self._window(axis, middle, covered, about[axis]) for axis in range(self.dimensions)]
 
     def _axes(self, windows: Iterable[Interval]) -> list[Array]:
         """Returns places along each axis, both ends of a window among them."""
-        return [np.linspace(*window, 769 if self.dimensions == 1 else 193) for window in windows]
+        count = {1: 769, 2: 193}[self.dimensions]
+        return [np.linspace(*window, count) for window in windows]
 
     def _sampled(self, windows: Iterable[Interval]) -> Array:
         """Returns the heights at places of windows, array (n,) or (n, n)."""
         return heights(self.profile, *np.meshgrid(*self._axes(windows), indexing="ij"))
 
-    def _window(self, axis: int, middle: list[int], there: Flags, about: Interval) -> Interval:
+    def _window(self, axis: int, middle: list[int], covered: Flags, about: Interval) -> Interval:
         """Returns where the obstacle begins and ends on the line along an axis through the place `middle` of
         samples, or else the period about 0.
         """
-        places = self._axes([(3 * about[0], 3 * about[1])])[0]
-        row = there[tuple(slice(None) if other == axis else i for other, i in enumerate(middle))]
+        samples = self._axes([(3 * about[0], 3 * about[1])])[0]
+        (across,) = [*middle[:axis], *middle[axis + 1 :]] or [0]
 
         def along(x: Array) -> Array:
-            return heights(
-                self.profile, *(x if other == axis else places[i] + 0 * x for other, i in enumerate(middle))
-            )
+            places = [x, samples[across] + 0 * x][: self.dimensions]
+            return heights(self.profile, *places[:: 1 - 2 * axis])
 
-        edges = np.sort(places_of_ends(along, places, row))
-        return (float(edges[0]), float(edges[1])) if len(edges) == 2 else about
+        row = np.moveaxis(covered, axis, 0).reshape(len(samples), -1)[:, across]
+        edges = np.sort(places_of_ends(along, samples, row))
+        if len(edges) == 2:
+            return float(edges[0]), float(edges[1])
+        return about
 
     def repeats(self) -> bool:
         """Returns whether the heights at both ends of a period are the same, as far as samples see."""
@@ -107,7 +118,9 @@ class Repeated:
 
 def agree_at_ends(values: Array, axes: Iterable[int]) -> bool:
     """Returns whether samples of a period, both its ends among them, are the same there along these axes."""
-    there = values[np.isfinite(values)]
-    allowed = EQUAL * np.ptp(there) if len(there) else 0.0
+    finite = values[np.isfinite(values)]
+    allowed = 0.0
+    if len(finite):
+        allowed = EQUAL * np.ptp(finite)
     pairs = [(values.take(0, axis), values.take(-1, axis)) for axis in axes]
     return all(np.allclose(first, last, rtol=0.0, atol=allowed) for first, last in pairs)

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from ..errors import require
 from .corner_geometry import Blocks
 from .intervals import contains, joined
-from .law import ACTS_IN
+from .law import BUILT_IN, is_uniform, level_surface
 from .material import Cosserat, joint_modulus
-from .obstacles import heights, jumps_of, scales
+from .obstacles import RigidObstacle, as_obstacle, heights, jumps_of, scales
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy
 from .types import Array, CornerZones, Integers, Interval, LawLike, ObstacleLike
 
@@ -30,13 +30,14 @@ class Problem:
 
     solid: Cosserat
     law: LawLike
-    obstacle: ObstacleLike
+    obstacle: RigidObstacle  # or what `as_obstacle` makes one of
     mirror: bool = False
     candidates: Any = field(default=None, compare=False, repr=False)  # ContactCandidates, or None
     counter: Cosserat | None = None
     blocks: Blocks = field(default=cast(Any, None), compare=False, repr=False)  # of the law
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "obstacle", as_obstacle(self.obstacle))
         if self.blocks is None:
             object.__setattr__(self, "blocks", Blocks(self.law, self.solid.ell))
 
@@ -61,7 +62,7 @@ class Problem:
     @cached_property
     def _places(self) -> Array:
         """Contact points with a corner at a slope discontinuity or an edge, ascending."""
-        named = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
+        named = [*self.obstacle.kinks, *self.obstacle.ends]
         under_corners = [place + shift for place in named for shift in self.shifts]
         places = np.sort([*under_corners, *self._angle.singular])
         # ell a multiple of the spacing of samples, corners meet them up to rounding
@@ -85,7 +86,7 @@ class Problem:
             (x + shift, i, jump) for x, jump in jumps_of(self.obstacle) for i, shift in enumerate(self.shifts)
         ]
         # where psi0's slope jumps, that of the levers does, or of the gaps as well
-        size = self.ell / 2 * (getattr(self.law, "psi0_in", None) == ACTS_IN[0])
+        size = self.ell / 2 * self.law.psi0_in_gaps
         angles = zip(self._angle.singular, self._angle.jumps)
         met += [(x, i, sign * size * jump) for x, jump in angles for i, sign in ((0, 1), (1, -1))]
         kinks: dict[float, dict[int, float]] = {}
@@ -141,7 +142,7 @@ class Problem:
         return {corner: ends for corner in self.corners if (ends := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
-        return tuple(self._first_of(np.add(getattr(self.obstacle, "ends", ()), self.shifts[corner])))
+        return tuple(self._first_of(np.add(self.obstacle.ends, self.shifts[corner])))
 
     def all_zones(self, zones: CornerZones) -> CornerZones:
         """Returns the zones of all corners {corner: ((left, right), ...)} from the computed ones."""
@@ -189,7 +190,7 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     x = scales(ell)
     same = 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
-    if getattr(obstacle, "even", False):
+    if as_obstacle(obstacle).even:
         above = heights(obstacle, x)
         alike = np.isclose(above, above[::-1], rtol=same, atol=same * ell)
         place = x[np.argmin(alike)]
@@ -199,6 +200,22 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
         levers = Blocks(law, ell).levers(x)
         words = "says that it is even, but its levers are not those of a mirror image"
         require(np.allclose(levers, -levers[::-1, ::-1], rtol=same, atol=same), "law", law, words)
+
+
+def require_uniform(law: LawLike, ell: float) -> None:
+    """Raises BadArgument where a law says that it is `uniform` and is not."""
+    if type(law) in BUILT_IN or not is_uniform(law):
+        return
+    points = level_surface(scales(ell))[0]
+    for normal in ((0.0, 1.0), (0.6, 0.8)):
+        normals = np.tile(normal, (len(points), 1))
+        geometry = Blocks(law, 1.0).under(lambda x: 0 * x, points, normals)
+        for name, arms, uniform in (
+            ("arms", law.arms(points, normals), geometry.offsets_from_centre),
+            ("places", law.places(points, normals), geometry.offsets_from_contact_point),
+        ):
+            words = f"says that it is uniform, but its {name} are not the same at all points in their frame"
+            require(np.allclose(arms, uniform, rtol=0.0, atol=1e-9), "law", law, words)
 
 
 def require_jumps(obstacle: ObstacleLike, ell: float) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .bodies import over_surface
+from .bodies import offered_by, over_surface
 from .deformable import Deformable, second_solid
 from .material import Elastic, joint_modulus
 from .obstacles import named_places, quiet_heights
@@ -48,9 +48,10 @@ def on_own_scale(
 
 def _with_length(body: Any, length: float) -> Any:
     """Returns a body without a mesh whose classical solid has this ell."""
-    if not isinstance(body.solid, Elastic) or getattr(body, "mesh", None) is not None:
+    offers = offered_by(body)
+    if not isinstance(body.solid, Elastic) or offers.mesh is not None or offers.of is None:
         return body
-    return body.of(body.solid.with_length(length)) if hasattr(body, "of") else body
+    return offers.of(body.solid.with_length(length))
 
 
 def classical_rise(load: float, modulus: float) -> float:
@@ -64,7 +65,7 @@ def _contact_length(
     body: BodyLike, obstacle: ObstacleLike, load: float | None, approach: float | None
 ) -> float | None:
     """Returns the period, or the half-width or radius of the contact (length); None where there is none."""
-    period = getattr(body, "period", None)
+    period = offered_by(body).period
     if period is not None:
         return float(period)
     if load is None and approach is None:

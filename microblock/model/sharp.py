@@ -59,7 +59,7 @@ def _closed(contact: PlaneContact, places: Sequence[float], within: float) -> tu
 def unbounded(contact: PlaneContact) -> list[float]:
     """Returns the places x1 in contact at which the pressure is infinite."""
     obstacle = contact.problem.obstacle
-    return touched(contact, (*_peaks(obstacle), *getattr(obstacle, "ends", ())))
+    return touched(contact, (*_peaks(obstacle), *obstacle.ends))
 
 
 def _peaks(obstacle: Any) -> list[float]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from ..cost import Cost
 from ..errors import BadArgument, NotConverged, require
+from .bodies import offered_by
 from .deformable import body_of
 from .events import LoadPath
 from .law import require_shifts
-from .obstacles import check_lowest, heights, scales
+from .obstacles import as_obstacle, check_lowest, heights, scales
 from .refinement import Usual
 from .solution import Solution
 from .types import Array, ContactLike
@@ -65,7 +66,7 @@ class Solver:
         self.contact = contact
         self.options = options
         self.body = contact.body
-        self.obstacle = contact.obstacle
+        self.obstacle = as_obstacle(contact.obstacle)
         self.law = contact.law
         self.solid = self.body.solid
         self.blocks = contact.blocks
@@ -98,7 +99,7 @@ class Solver:
         takes = f"takes a {allowed} as second body alone" if allowed else "takes rigid obstacles alone"
         words = f"deforms, and {type(self.options).__name__}() on a {type(self.body).__name__} {takes}"
         require(isinstance(counter, self.counter_bodies), "obstacle", self.obstacle, words)
-        first, second = (getattr(body, "period", None) for body in (self.body, counter))
+        first, second = (offered_by(body).period for body in (self.body, counter))
         require(second == first, "period", second, f"of the second body must be that of the first, {first}")
 
     def __getstate__(self) -> dict[str, Any]:
@@ -110,7 +111,7 @@ class Solver:
 
     @property
     def symmetric(self) -> bool:
-        return bool(self.law.even and getattr(self.obstacle, "even", False))
+        return bool(self.law.even and self.obstacle.even)
 
     def require_lowest(self) -> None:
         """Raises BadArgument for an obstacle that falls without bounds, or is no number somewhere."""
@@ -165,7 +166,7 @@ class Solver:
     @property
     def penalizes(self) -> bool:
         """Whether gaps of closed corners are those of a penalty."""
-        return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
+        return False
 
     def path(self, last: float, rtol: float | None) -> LoadPath:
         """Returns the LoadPath up to a load; raises BadArgument without events."""

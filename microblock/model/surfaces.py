@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import Checked, checked, require_choice, require_positive
-from .obstacles import SelfAffine
+from .obstacles import RigidObstacle, SelfAffine
 from .quadrature import in_blocks
 from .types import AnyArray as Array
 
 
 @dataclass(frozen=True)
-class Sphere(Checked):
+class Sphere(RigidObstacle, Checked):
     """Sphere, the paraboloid ``(x1^2 + x2^2)/(2 R)``.
 
     Parameters
@@ -42,7 +42,7 @@ class Sphere(Checked):
 
 
 @dataclass(frozen=True)
-class Ellipsoid(Checked):
+class Ellipsoid(RigidObstacle, Checked):
     """Ellipsoid, ``x1^2/(2 R1) + x2^2/(2 R2)``.
 
     Parameters
@@ -70,7 +70,7 @@ class Ellipsoid(Checked):
 
 
 @dataclass(frozen=True)
-class Cone(Checked):
+class Cone(RigidObstacle, Checked):
     """Blunt cone of the height ``slope*r``.
 
     Parameters
@@ -97,7 +97,7 @@ class Cone(Checked):
 
 
 @dataclass(frozen=True)
-class FlatPunch(Checked):
+class FlatPunch(RigidObstacle, Checked):
     """Flat punch with a round or a square face.
 
     Parameters
@@ -122,8 +122,9 @@ class FlatPunch(Checked):
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths); inf beside the face."""
-        away = np.hypot(x1, x2) if self.face == "round" else np.maximum(np.abs(x1), np.abs(x2))
-        return np.where(away <= self.half_width * (1 + 1e-12), 0.0, np.inf)  # whatever the unit of length
+        norm = {"round": np.hypot, "square": np.maximum}[self.face]
+        distance = norm(np.abs(x1), np.abs(x2))
+        return np.where(distance <= self.half_width * (1 + 1e-12), 0.0, np.inf)  # whatever the unit of length
 
 
 @dataclass(frozen=True)
@@ -168,24 +169,29 @@ class RoughSurface(SelfAffine):
         (n + 1, 2 n + 1).
         """
         shortest = self.waves[1]
-        m1, m2 = (each.ravel() for each in np.mgrid[: shortest + 1, -shortest : shortest + 1])
+        m1, m2 = map(np.ravel, np.mgrid[: shortest + 1, -shortest : shortest + 1])
         square = m1**2 + m2**2
-        there = np.flatnonzero((square <= shortest**2) & ((m1 > 0) | (m2 > 0)))  # of k and -k one
-        there = there[np.lexsort((m2[there], m1[there], square[there]))]  # shorter waves have later phases
-        whole = np.zeros(len(m1), complex)
-        whole[there] = self._of_waves(np.sqrt(square[there]), self.hurst + 1)
-        return whole.reshape(shortest + 1, -1)
+        waves = np.flatnonzero((square <= shortest**2) & ((m1 > 0) | (m2 > 0)))  # of k and -k one
+        waves = waves[np.lexsort((m2[waves], m1[waves], square[waves]))]  # shorter waves have later phases
+        amplitudes = np.zeros(len(m1), complex)
+        amplitudes[waves] = self._of_waves(np.sqrt(square[waves]), self.hurst + 1)
+        return amplitudes.reshape(shortest + 1, -1)
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths)."""
-        x1, x2 = np.asarray(x1, float), np.asarray(x2, float)
+        x1 = np.asarray(x1, float)
+        x2 = np.asarray(x2, float)
         n = self.waves[1]
-        if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):
-            first, second = self._waves(x1[:, 0], 0, n) @ self.amplitudes, self._waves(x2[0], -n, n).T
+        if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):  # a grid
+            first = self._waves(x1[:, 0], 0, n) @ self.amplitudes
+            second = self._waves(x2[0], -n, n).T
             return first.real @ second.real - first.imag @ second.imag
-        parts = ((x1.ravel()[block], x2.ravel()[block]) for block in in_blocks(x1.size, n))
-        waves = ((self._waves(a, 0, n) @ self.amplitudes) * self._waves(b, -n, n) for a, b in parts)
-        return np.concatenate([values.sum(axis=1).real for values in waves]).reshape(x1.shape)
+        heights = []
+        for block in in_blocks(x1.size, n):
+            first = self._waves(x1.ravel()[block], 0, n) @ self.amplitudes
+            second = self._waves(x2.ravel()[block], -n, n)
+            heights.append((first * second).sum(axis=1).real)
+        return np.concatenate(heights).reshape(x1.shape)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))

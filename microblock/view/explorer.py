@@ -100,7 +100,7 @@ def offered(problem):
     numbers = {"R": obstacle.R} if isinstance(obstacle, (Cylinder, Sphere)) else {}
     if isinstance(solid, Elastic):  # without blocks
         return numbers, {type(law).__name__: law}
-    psi0 = getattr(law, "psi0", 0.0)
+    psi0 = law.psi0 if isinstance(law, Microblock) else 0.0
     numbers |= {"ell": solid.ell} | ({"psi0": psi0} if isinstance(psi0, (int, float)) else {})
     kinds = Microblock, Unilateral, Microclamped
     return numbers, {kind.__name__: kind() for kind in kinds} | {type(law).__name__: law}

@@ -322,3 +322,58 @@ def test_places_follow_a_rotation_that_differs_from_block_to_block():
     normals = np.array([(0.0, 1.0), (0.6, 0.8)])
     side = tangents(normals) + 0.1 * points[:, :1] * normals  # (20), to rounding
     assert Wavy().places(points, normals) == pytest.approx(np.array((-side, side)) / 2, abs=1e-15)
+
+
+# --- one geometry: what a law is asked for
+
+
+def solved_with(law, where):
+    """A problem that each method solves, and its load."""
+    square = MakeStructured2DMesh(nx=16, ny=8, mapping=lambda x, y: (2 * x - 1, y - 1))
+    body = mb.Body(square, SOLID, order=2, fixed="bottom", contact="top")
+    return {
+        "panels": lambda: mb.Contact(HALF, CYLINDER, law, mb.Panels()),
+        "cells": lambda: mb.Contact(HALF, CYLINDER, law, mb.Cells()),
+        "fitted": lambda: mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, law, mb.Fitted()),
+        "newton": lambda: mb.Contact(body, CYLINDER, law, mb.Newton()),
+        "half-space": lambda: mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R=10), law),
+    }[where]()
+
+
+@pytest.mark.parametrize("where", ["panels", "cells", "fitted", "newton", "half-space"])
+def test_a_solve_asks_a_uniform_law_ten_times_at_most(where, monkeypatch):
+    """One block stands for all; the law was asked 74 times by a fitted mesh."""
+    visits = []
+    for name in ("arms", "places", "initial_rotation"):
+        method = getattr(mb.Microblock, name)
+
+        def counted(law, *points, name=name, method=method):
+            visits.append(name)
+            return method(law, *points)
+
+        monkeypatch.setattr(mb.Microblock, name, counted)
+    problem = solved_with(mb.Microblock(0.01), where)
+    made = len(visits)
+    problem.solve(load=0.1, rtol=None if where == "newton" else 1e-2)
+    assert len(visits) - made <= 10
+    assert visits  # they are counted
+
+
+def test_a_law_that_says_that_it_is_uniform_is_looked_at():
+    class Growing(Corners):
+        uniform = True
+
+        def arms(self, points, normals):
+            return super().arms(points, normals) * (1 + 1e-3 * (points[:, :1] > 1))
+
+    with pytest.raises(mb.BadArgument, match="says that it is uniform, but its arms"):
+        mb.Contact(HALF, CYLINDER, Growing((-0.5, 0.5)))
+
+    class Derived(mb.Microblock):  # uniform is said of the arms of Microblock
+        def arms(self, points, normals):
+            return super().arms(points, normals) * (1 + 1e-3 * (np.abs(points[:, :1]) > 1))
+
+        places = mb.Microblock.places
+
+    levers = mb.Contact(HALF, CYLINDER, Derived()).blocks.levers(np.array([0.0, 2.0]))
+    assert levers[0] == pytest.approx([1.0, 1.001], abs=1e-12)
