@@ -23,7 +23,7 @@ from ..model.periodic import EQUAL
 from ..model.problem import Problem
 from ..model.refinement import GeometricSeries, Usual
 from ..model.scales import classical_rise
-from ..model.solution import LineSolution
+from ..model.solution import LineSolution, Solution
 from ..model.types import Array, ContactLike, CornerZones, Flags
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
@@ -239,24 +239,30 @@ class LineSolver(CellSolver):
             raise BadArgument("law", self.law, words)
         return tilts[:1]
 
-    def flexibility(self, grid):
-        """The `CellFlexibility` of the law's corners on a Grid, with the second body."""
-        body, solid, count, width = self.body, self.solid, grid.count, grid.width
-        counter, periodic, clamped = self.problem.counter, self.period is not None, self.law.clamps_rotation
-        other = counter and SecondHalfPlane(counter, self.problem.shifts, width, count, periodic)
+    def flexibility(self, grid: Grid) -> CellFlexibility:
+        """Returns the CellFlexibility of the law's corners on a Grid, with the second body."""
+        solid = self.solid
+        count = grid.count
+        width = grid.width
+        periodic = self.period is not None
+        clamped = self.law.clamps_rotation
+        second = None
+        if self.problem.counter is not None:
+            second = SecondHalfPlane(self.problem.counter, self.problem.shifts, width, count, periodic)
 
-        def cells():
-            found = body.cells(count, width, (3, 4) if clamped else (0, 1, 2))
+        def cells() -> Array:
+            body: Any = self.body
+            averages = body.cells(count, width, (3, 4) if clamped else (0, 1, 2))
             if clamped:  # kernel 4 is -m, over 1/ell instead of c, from a unit force
-                found[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
-            return found
+                averages[1] *= -width / solid.ell * solid.mu / (1 - solid.nu)
+            return averages
 
         mean_rotation = at_rest(solid) if periodic else None
         response = CellResponse(partial(plane_symbol, solid), cells, count, width, 1, clamped, mean_rotation)
-        return CellFlexibility(self.offsets, self.tilt(*grid.axes), response, other)
+        return CellFlexibility(self.offsets, self.tilt(*grid.axes), response, second)
 
-    def turned(self, own):
-        return own[0]
+    def turned(self, rotations: Array) -> Array:
+        return rotations[0]
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         if self.period is not None:
@@ -269,8 +275,11 @@ class LineSolver(CellSolver):
             )
         return FrictionSolver(self, pairs, coupled).history(rtol)
 
-    def solve(self, load, approach, rtol, initial=None):
-        window, goal = self.window_of(load), self.goal(rtol)
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Solution | None = None
+    ) -> LineCells:
+        window = self.window_of(load)
+        goal = self.goal(rtol)
         state = self.within(window, load, approach, goal, self.missed, initial)
         return state if self.options.nodes else with_sampling_note(self, state, goal)
 
@@ -285,27 +294,27 @@ class LineSolver(CellSolver):
     def first_cells(self, window: Window) -> int:
         return window.coarsest
 
-    def predicted(self, load, approach, rtol):
+    def predicted(self, load: float | None, approach: float | None, rtol: Any) -> cost.Cost:
         if self.options.nodes is not None:
             return cost.predict("cells", len(self.offsets) * self.options.nodes)
         if self.period is not None:
-            return self._periodic(load, approach, rtol)
+            return self._periodic_cost(load, approach, rtol)
         # that of panels, where they are the usual method, is made only once
         source = self if load is None else self.contact.solver
-        known = getattr(source, "candidates", self.candidates)(load)
+        candidates = getattr(source, "candidates", self.candidates)(load)
         sampled = isinstance(shape_of(self.obstacle), Samples)  # of which `enough` ends the cells
         most = 4 * self.cheap if sampled else np.inf
         # every second sample is left out once
-        expected = cells_cost(
-            known, rtol, 4 * window_about(known, self.solid.ell).coarsest, most, 1 + sampled
-        )
+        fewest = 4 * window_about(candidates, self.solid.ell).coarsest
+        expected = cells_cost(candidates, rtol, fewest, most, 1 + sampled)
         if isinstance(rtol, Usual) and expected.unknowns > self.most:
             return cost.predict("cells", len(self.offsets) * self.most)._replace(misses=True)
         if expected.unknowns > 8 * self.most:  # predictions may be off by so much
             raise NotConverged(f"some {expected.unknowns:.0g} cells would be needed for rtol = {rtol:g}")
         return expected
 
-    def _periodic(self, load, approach, goal):
+    def _periodic_cost(self, load: float | None, approach: Any, goal: float) -> cost.Cost:
+        """Returns the Cost of a period."""
         grid = Grid(1024, self.period / 1024, (0.0,))
         gaps = self.gaps(*grid.places).min(axis=0)
         rise = approach - gaps.min() if load is None else classical_rise(load, self.problem.E_star)
@@ -342,23 +351,26 @@ class LineSolver(CellSolver):
         ends = (*(self.ends or (-np.inf, np.inf)), *grid.jumps)
         return distance_to_ends(x, ends, self.blocks.shifts)
 
-    def estimate(self, changes, before, state):
-        """Error from the residual and the changes from grid to grid, a geometric series."""
+    def estimate(self, changes: list[float], before: LineCells, state: LineCells) -> float:
+        """Returns the error from the residual and the changes from grid to grid, a geometric series."""
         # next to ends and steps errors fall by the root of the cells
         series = GeometricSeries(1.4, 1.4, 1.4 if self.ends or state.grid.jumps else 1.75)
         return float(series.error(changes[-4:])) + 10 * state.residual + state.in_doubt / 2
 
-    def cannot_reach(self, changes, before, goal, finer, least):
-        """Whether grids so many times finer miss the goal. A grid that meets an edge by luck is up to four
-        times better than halving the error on each grid would make it.
+    def cannot_reach(
+        self, changes: list[float], before: LineCells, goal: float, finer: float, least: float
+    ) -> bool:
+        """Returns whether grids so many times finer miss the goal. A grid that meets an edge by luck is up
+        to four times better than halving the error on each grid would make it.
         """
         return finer <= 8 and least > 4 * finer * goal
 
-    def missed(self, state):
+    def missed(self, state: LineCells) -> tuple[tuple[str, ...], bool]:
         """Returns notes, and whether contact missed between cells is worth more than the estimate; raises
         NotConverged if the contact goes on beyond the window.
         """
-        pressed, grid = state.pressures[:, [0, -1]] > 0, state.grid
+        pressed = state.pressures[:, [0, -1]] > 0
+        grid = state.grid
         ends = grid.middle[0] + grid.side / 2 * np.array((-1, 1))
         outside = ends + grid.width / 2 * np.array((-1, 1))
         if self.period is None and np.any(pressed) and np.any(pressed & np.isfinite(self.gaps(outside))):
@@ -398,5 +410,6 @@ class LineSolver(CellSolver):
         x = np.union1d(x, self.kinks[0])
         return x[(x >= left) & (x <= right)]
 
-    def completed(self, state, H, found):
-        return state if H.second is None else replace(state, opposite=H.second @ found.forces)
+    def completed(self, state: LineCells, H: CellFlexibility, solved: Any) -> LineCells:
+        """Returns a state with the displacement of the second body under the corners, if any."""
+        return state if H.second is None else replace(state, opposite=H.second @ solved.forces)

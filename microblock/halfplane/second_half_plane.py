@@ -65,7 +65,7 @@ class SecondHalfPlane:
         waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
         return np.asarray(irfft(waves, self.length)[:, : forces.shape[1]], float)
 
-    def added(self, R: Array, displaced: Array) -> Array:
+    def added(self, R: Array, displaced: float) -> Array:
         """Returns R of a body with corners, plus this one's."""
         corners = np.array((np.cos(self.phase), np.sin(self.phase)))
         return R + self.smooth * corners[:, None] * corners
