@@ -59,16 +59,19 @@ SMALL = 1e-4  # literals below are thresholds, which 10^4 changes and 2 does not
 EQUIVALENT = {
     ("factor: 8 -> 16", "length * (1 / 8 if"): "of multipliers: another number of steps to the same state",
     ("index: 0 -> 1", "surface[0] -= "): "a preconditioner of rotated blocks: other steps to the same state",
-    ("factor: (slope + ahead) / 2 -> ", ""): "of a line search: other steps to the same state",
-    ("factor: turned * np.sign(", ""): "the least sine of an angle: no mesh is between",
+    ("factor: (before.slope + after.slope) / 2 -> ", ""): "of a line search: other steps to the same state",
+    ("factor: sines * np.sign(", ""): "the least sine of an angle: no mesh is between",
     ("index: 0 -> 1", "np.array(self.free)[u1]"): "another unknown that holds a free translation",
-    ("index: 1 -> 2", "other = np.zeros(forces.shape[1:])"): "the shape of zeros that are added alone",
+    ("index: 1 -> 2", "opposite = np.zeros(forces.shape[1:])"): "the shape of zeros that are added alone",
     ("factor: 0 -> 1", "times.max(initial=0)"): "a round that cuts no element",
     (
         "factor: np.abs(x2).min() / 20 -> ((np.abs(x2).min() / 20) / 2)",
         "",
     ): "finer integrals of the same fields",
-    ("factor: (high.load", "step = min("): "bounds a step of differences: loads move within their errors",
+    (
+        "factor: (self.high - self.low) / 2 -> ",
+        "step = min(",
+    ): "bounds a step of differences: loads move within their errors",
 }
 
 
