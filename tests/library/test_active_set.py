@@ -155,7 +155,7 @@ def test_the_residual_sees_the_load_and_the_gaps():
     gaps = np.zeros(2)
     halves = np.full(2, 0.5)
     closed = np.ones(2, bool)
-    assert active_set._kkt(H, gaps, halves, closed, 0.5, 1.0) == 0
-    assert active_set._kkt(H, gaps, 1.01 * halves, closed, 0.505, 1.0) == pytest.approx(0.01)
-    assert active_set._kkt(H, gaps, halves, closed, 0.51, 1.0) == pytest.approx(0.01 / 1.01)
-    assert active_set._kkt(H, gaps, halves * (1, 0), closed & (True, False), 0.5, 0.5) == 0.5
+    assert active_set.relative_residual(H, gaps, halves, closed, 0.5, 1.0) == 0
+    assert active_set.relative_residual(H, gaps, 1.01 * halves, closed, 0.505, 1.0) == pytest.approx(0.01)
+    assert active_set.relative_residual(H, gaps, halves, closed, 0.51, 1.0) == pytest.approx(0.01 / 1.01)
+    assert active_set.relative_residual(H, gaps, halves * (1, 0), closed & (True, False), 0.5, 0.5) == 0.5
