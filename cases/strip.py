@@ -13,6 +13,7 @@ Two rigid planes compress a strip whose blocks are rotated; they rotate back wit
 """
 
 import math
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -103,6 +104,52 @@ def closed_form(state):
 
     solid = state.solid
     return Strip(solid.ell, state.law.psi0, solid.nu, solid.beta, state.approach, solid.curvature)
+
+
+# %%
+# Relative errors in L2 over the thickness
+
+ROUNDING = 1e-13  # of the natural scale of a field: some hundred rounding errors
+
+
+def rule(state):
+    """Gauss points and weights over the half-thickness, exact for what the errors need."""
+    elements = state.fields.body.mesh.ne
+    points, weights = np.polynomial.legendre.leggauss(state.fields.body.order + 8)
+    x2 = (np.arange(elements)[:, None] + (points + 1) / 2) / elements
+    return x2.ravel(), np.tile(weights / (2 * elements), elements)
+
+
+def relative_error(values, reference, weights, scale):
+    """Returns the relative L2 error of values against a reference in a quadrature rule; see `relative`."""
+    norms = (
+        float(np.sqrt(weights @ np.sum(np.atleast_2d(field) ** 2, axis=0)))
+        for field in (np.subtract(values, reference), reference)
+    )
+    return relative(*norms, scale)
+
+
+def relative(error, size, scale):
+    """Returns an error over the size of the reference; where that is rounding of `scale`, 0 if the error is
+    too, else inf.
+    """
+    if size > ROUNDING * scale:
+        return error / size
+    return 0.0 if error <= ROUNDING * scale else math.inf
+
+
+def errors(state):
+    """Relative L2 errors over the thickness against the closed form: of psi, of u, and of psi as printed."""
+    x2, weights = rule(state)
+    psi, *u = below(state, x2)
+    exact = closed_form(state)
+    printed = replace(exact, curvature=2.0)
+    scale = abs(state.approach)
+    return {
+        "error_psi": relative_error(psi, exact.psi(x2), weights, scale),
+        "error_u": relative_error(u, [exact.u1(x2), exact.u2(x2)], weights, scale),
+        "error_psi_paper": relative_error(psi, printed.psi(x2), weights, scale),
+    }
 
 
 # %%

@@ -13,7 +13,6 @@ NAMES = {  # of the curves, and how they are drawn
     "AL, order 1": ("squares, augm. Lagrangian", "s-", "C1"),
     "condensed, order 1": ("squares, condensed", "v:", "C4"),
     "tamaas": ("tamaas", "*-", "C6"),
-    "scikit-fem, order 1": ("scikit-fem", "<:", "C3"),
 }
 
 

@@ -2,11 +2,11 @@
 
 The method that the program takes is the fastest, or nearly so, of those that can answer.
 
-:Geometry:  200 seeded problems on half-planes, periods, blocks, meshes and half-spaces, as in `verification`
+:Geometry:  180 seeded problems on half-planes, periods, blocks, meshes and half-spaces, as in `verification`
 :Equations: those of the paper, with a second body and with friction where a problem has them
 :Method:    each problem by the method that the program takes and by every other one that can answer
-:Reference: the second codes of `verification`, for the chosen method, or else another method
-:Units:     processor seconds of one thread; relative L2 errors
+:Reference: none: a method that raises no error has answered; sets of `verification` verify answers
+:Units:     processor seconds of one thread
 
 `python -m cases.benchmarks.choice [--first K] [--count N]` adds rows to the record.
 """
@@ -25,74 +25,57 @@ import pandas as pd
 
 import microblock as mb
 
-from .verification import SEED, friction, judging, lines, obstacles, space_problems
+from .verification import SEED, judging, lines, obstacles, space_problems
 
 RECORD = Path(__file__).parent / "results" / "choice.csv"
-KINDS = {"line": 80, "samples": 20, "period": 20, "block": 20, "mesh": 20, "space": 20, "friction": 20}
+KINDS = {"line": 80, "samples": 20, "period": 20, "block": 20, "mesh": 20, "space": 20}
 TOLERANCES = 1e-2, 1e-3, 1e-5
-LONGEST = 60  # seconds of a run, and of a judge
+LONGEST = 60  # seconds of a run
 ANSWERS = ["right", "warned", "wrong", "unjudged"]
 
 
 def drawn(kind, k):
-    """(words, Contact without a method, load, rtol, verify) of problem k of a kind but friction."""
+    """(words, Contact without a method, load, rtol) of problem k of a kind."""
     if kind == "line":
-        words, problem, load, window, features = obstacles.drawn(SEED, k, mb)
-        verify = lines.by_panels(problem, load, window=window, features=features)
-        return words, problem, load, TOLERANCES[k % 3], verify
+        return *obstacles.drawn(SEED, k, mb)[:3], TOLERANCES[k % 3]
     if kind == "samples":  # the tenth kind of obstacles are profiles
-        words, problem, load, window, features = obstacles.drawn(SEED, 15 * k + 10, mb)
-        return words, problem, load, 1e-2, lines.by_panels(problem, load, window=window, features=features)
+        return *obstacles.drawn(SEED, 15 * k + 10, mb)[:3], 1e-2
     if kind == "space":
         surface = space_problems.surface(8 * k)
-        problem, load = space_problems.problem(surface)
-        verify = space_problems.case(8 * k).verify
-        return surface.kind, problem, load, space_problems.RTOL, verify
-    if kind == "mesh":
-        return lines.drawn("body", 3 * k)
-    method = {"period": "cells", "block": "fitted"}[kind]
-    number = 3 * k
-    words, problem, load, rtol, verify = lines.drawn(method, number)
-    while kind == "period" and not problem.body.period:
-        number += 1
-        words, problem, load, rtol, verify = lines.drawn(method, number)
-    return words, problem.with_(method=None), load, rtol, verify
+        return surface.kind, *space_problems.problem(surface), space_problems.RTOL
+    method = {"period": "cells", "block": "fitted", "mesh": "body"}[kind]
+    problems = (lines.drawn(method, number)[:4] for number in range(3 * k, 10**6))
+    words, problem, load, rtol = next(row for row in problems if kind != "period" or row[1].body.period)
+    return words, problem.with_(method=None), load, rtol
 
 
 def answered(kind, k):
     """A row for each method of a problem, the chosen one first."""
-    if kind == "friction":
-        case = friction.case(k)
-        return [{"words": case.text, "rtol": case.rtol, "method": "chosen", **judging.outcome(case, LONGEST)}]
-    words, problem, load, rtol, verify = drawn(kind, k)
-    start = time.process_time()
+    words, problem, load, rtol = drawn(kind, k)
+    about = {"words": words, "rtol": rtol}
     candidates = []
+    start = time.process_time()
     with suppress(mb.MicroblockError):
         plan = problem.plan(load=load, rtol=rtol)
         candidates = [*plan.candidates, *plan.refused]
-    planning = time.process_time() - start
-    warm_up(problem, load, candidates)
-    about = {"words": words, "rtol": rtol}
-    chosen = judging.Case(words, rtol, lambda: problem.solve(load=load, rtol=rtol), verify)
-    rows = [about | {"method": "chosen", "planning": planning} | judging.outcome(chosen, LONGEST)]
+    first = {"method": "chosen", "planning": time.process_time() - start}
     if candidates:
-        rows[0] |= {"taken": candidates[0].name} | expected(candidates[0])
+        first |= {"taken": candidates[0].name} | expected(candidates[0])
+    measured(about, problem, load, LONGEST)  # imports and the kernels of the solid
+    rows = [about | first | measured(about, problem, load, LONGEST)]
     # a method that takes much longer than the chosen one need not end
     longest = min(LONGEST, 2 * (rows[0]["seconds"] or LONGEST) + 1)
     for candidate in candidates:
-        solve = partial(problem.with_(method=candidate.method).solve, load=load, rtol=rtol)
-        case = judging.Case(words, rtol, solve, lambda state: (0.0, state.error_estimate, 0.0))
-        outcome = judging.outcome(case, longest)
-        rows.append(about | {"method": candidate.name} | expected(candidate) | outcome)
+        row = measured(about, problem.with_(method=candidate.method), load, longest)
+        rows.append(about | {"method": candidate.name} | expected(candidate) | row)
     return rows
 
 
-def warm_up(problem, load, candidates):
-    """Imports, and the kernels of the solid."""
-    simple = mb.Sphere(1.0) if isinstance(problem.body, mb.HalfSpace) else mb.Cylinder(1.0)
-    for candidate in candidates:
-        with suppress(mb.MicroblockError):
-            problem.with_(obstacle=simple, method=candidate.method).solve(load=load)
+def measured(about, problem, load, longest):
+    """What became of a problem, and its seconds, up to the longest."""
+    solve = partial(problem.solve, load=load, rtol=about["rtol"])
+    case = judging.Case(about["words"], about["rtol"], solve, lambda state: (0.0, state.error_estimate, 0.0))
+    return judging.outcome(case, longest)
 
 
 def expected(candidate):

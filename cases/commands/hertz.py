@@ -89,52 +89,64 @@ def solve(
     return {"options": options, "states": solutions(options), "path": path}
 
 
-def resolved(**given):
+def resolved(**words):
     """Returns the options with their defaults filled in, the solid, and the scales a_Hz and p_Hz.
 
     Raises BadArgument for options that are out of range or do not go together.
     """
     defaults = {name: entry.default for name, entry in inspect.signature(solve).parameters.items()}
-    options = SimpleNamespace(**defaults | given)
+    options = SimpleNamespace(**defaults | words)
     _check(**vars(options))
     classical = mb.Elastic(options.E, options.nu)
     options.a_Hz, options.p_Hz = mb.hertz_scales(classical, options.R, options.P)
     options.alpha = options.ell / options.a_Hz if options.ell else options.alpha or 0.25
-    options.ell, ell = None, options.ell or options.alpha * options.a_Hz
+    ell = options.ell or options.alpha * options.a_Hz
+    options.ell = None
     options.solid = mb.Cosserat(options.E, options.nu, ell, beta=options.beta)
     options.model = options.model or "halfplane"
     if options.order is None and options.h is None:
         options.rtol = options.rtol or 1e-3
     if options.model == "fe":
-        options.mesh, options.method = options.mesh or "fitted", options.method or "condensed"
+        options.mesh = options.mesh or "fitted"
+        options.method = options.method or "condensed"
         options.domain = options.domain or "inf"
         if options.rtol is None and options.mesh == "uniform":
-            options.h, options.order = options.h or 0.02, options.order or 1  # section 4.2
+            options.h = options.h or 0.02  # section 4.2
+            options.order = options.order or 1
         elif options.rtol is None:
             options.order = options.order or 4  # of --h alone: the lowest that rtol takes
     return options
 
 
-def _check(model, mesh, method, contact, **given):
+def _check(model, mesh, method, contact, **options):
     """Raises BadArgument for options that are out of range or do not go together."""
-    require_ranges(given, RANGES)
-    given |= {"mesh": mesh, "method": method}
-    said = {name: value for name, value in given.items() if value is not None}
-    fe, uniform = model == "fe", mesh == "uniform"
+    require_ranges(options, RANGES)
+    options |= {"mesh": mesh, "method": method}
+    chosen = {name: value for name, value in options.items() if value is not None}
+    fe = model == "fe"
+    uniform = mesh == "uniform"
     lowest, highest = (1 if uniform else 2, 20) if fe else (4, 30)
     rules = [
-        ("ell", "alpha" not in said, "does not go together with --alpha"),
-        ("psi0_deg", contact == "microblock" or not said["psi0_deg"], "belongs to --contact microblock"),
+        ("ell", "alpha" not in chosen, "does not go together with --alpha"),
+        ("psi0_deg", contact == "microblock" or not chosen["psi0_deg"], "belongs to --contact microblock"),
         *((name, fe, "belongs to --model fe") for name in ("domain", "mesh", "h", "method", "rho")),
-        ("domain", _size(said.get("domain", "inf")) > 0, "must be a positive number (over a_Hz), or inf"),
+        ("domain", _size(chosen.get("domain", "inf")) > 0, "must be a positive number (over a_Hz), or inf"),
         ("method", uniform or method == "condensed", "goes with --mesh uniform: a fitted mesh is condensed"),
         ("rho", method in ("al", "penalty"), "belongs to --method al or penalty"),
-        ("order", lowest <= (said.get("order") or 0) <= highest, f"must lie between {lowest} and {highest}"),
-        ("rtol", not {"order", "h"} & set(said), "does not go together with --order or --h: it chooses them"),
+        (
+            "order",
+            lowest <= (chosen.get("order") or 0) <= highest,
+            f"must lie between {lowest} and {highest}",
+        ),
+        (
+            "rtol",
+            not {"order", "h"} & set(chosen),
+            "does not go together with --order or --h: it chooses them",
+        ),
     ]
     for name, allowed, words in rules:
-        if name in said and not allowed:
-            raise BadArgument(name, said[name], words)
+        if name in chosen and not allowed:
+            raise BadArgument(name, chosen[name], words)
 
 
 def _size(domain):
@@ -147,25 +159,25 @@ def _size(domain):
 
 def problem(options, method=None):
     """Returns the contact problem: on panels, or on finite elements by this method (fitted without it)."""
-    wedge, tilt = (math.tan(math.radians(angle)) for angle in (options.wedge_deg, options.tilt_deg))
     obstacles = {
         "cylinder": mb.Cylinder(options.R),
-        "wedge": mb.Wedge(wedge),
-        "punch": mb.Punch(options.punch_half_width * options.a_Hz, tilt),
+        "wedge": mb.Wedge(math.tan(math.radians(options.wedge_deg))),
+        "punch": mb.Punch(options.punch_half_width * options.a_Hz, math.tan(math.radians(options.tilt_deg))),
     }
-    rotated = (
-        math.radians(options.psi0_deg),
-        {"gap": "gaps and levers", "lever": "levers"}[options.psi0_reading],
-    )
-    law = script.LAWS[options.contact](*(rotated if options.contact == "microblock" else ()))
+    law = script.LAWS[options.contact]()
+    if options.contact == "microblock":
+        reading = {"gap": "gaps and levers", "lever": "levers"}[options.psi0_reading]
+        law = mb.Microblock(math.radians(options.psi0_deg), reading)
     if options.model == "halfplane":
-        body, method = mb.HalfPlane(options.solid), mb.Panels(order=options.order)
+        body = mb.HalfPlane(options.solid)
+        method = mb.Panels(order=options.order)
     else:
         body = mb.Block(options.solid, _size(options.domain) * options.a_Hz)
-        order, h = (options.order, options.h) if options.mesh == "fitted" else (None, None)
         # a square of finite size has an approach, which falling orders would spoil
-        even = math.isfinite(body.size)
-        method = method or mb.Fitted(order, spacing=h and h * options.a_Hz, even=even)
+        fitted = {"even": math.isfinite(body.size)}
+        if options.mesh == "fitted":
+            fitted |= {"order": options.order, "spacing": options.h and options.h * options.a_Hz}
+        method = method or mb.Fitted(**fitted)
     return mb.Contact(body, obstacles[options.obstacle], law, method)
 
 
@@ -178,13 +190,12 @@ def solutions(options):
             lambda h: _uniform(options, h, 2), (0.4, 0.2, 0.1, 0.05, 0.025), _distance, options.rtol
         )
         return [(state, estimate) for state in states]
-    contact, loads = problem(options), [load * options.P for load in options.loads]
-    # fitted meshes are sooner done, and their edges better, without a state to start from
-    states = (
-        [contact.solve(load, rtol=options.rtol) for load in loads]
-        if options.model == "fe"
-        else contact.states(loads, rtol=options.rtol)
-    )
+    contact = problem(options)
+    loads = [load * options.P for load in options.loads]
+    if options.model == "fe":  # sooner done, and edges better, without a state to start from
+        states = [contact.solve(load, rtol=options.rtol) for load in loads]
+    else:
+        states = contact.states(loads, rtol=options.rtol)
     return [(state, state.error_estimate) for state in states]
 
 
@@ -202,38 +213,30 @@ def _uniform(options, h, order):
 
 def _distance(coarse, fine):
     """The largest relative distance of states on two meshes."""
-    from microblock.fem.mesh_solution import change_between_meshes  # here: panels do without ngsolve
+    from microblock.fem.mesh_solution import difference  # here: panels do without ngsolve
 
-    return max(change_between_meshes(one.solution, other.solution) for one, other in zip(coarse, fine))
+    return max(difference(first.solution, second.solution) for first, second in zip(coarse, fine))
 
 
 def observe(options, state, estimate):
     """Returns the record of one state, in the units of the contract."""
-    a, p, data = options.a_Hz, options.p_Hz, state.to_dict()
+    a = options.a_Hz
+    p = options.p_Hz
+    data = state.to_dict()
     units = {"x": a, "weight": a, "micromoment": p * options.solid.ell, "psi": a / options.R}
     zones = {name: (np.array(pairs) / a).tolist() for name, pairs in data["zones"].items()}
-    contact = zones["contact"]
     outer = state.half_width / a
-    inner = max((right - left for (_, left), (right, _) in zip(contact, contact[1:])), default=0.0) / 2
-    load, corners, wedge = state.load / options.P, len(state.pressures), options.obstacle == "wedge"
-    sharp = options.obstacle == "punch" or (wedge and _covers_apex(state))
-    nodes = np.arange(len(state.x))
-    x = np.interp(np.linspace(0, nodes[-1], 4 * nodes[-1] + 1), nodes, state.x)
-    top, where = (None, []) if sharp else largest(state.pressure_at, x)
-    moment = np.abs(state.micromoment).max() if corners == 1 else None
-    if corners == 2 and not sharp:
-        moment = largest(lambda x: abs(state.micromoment_at(x)), x)[0]
+    gaps = (right - left for (_, left), (right, _) in zip(zones["contact"], zones["contact"][1:]))
+    inner = max(gaps, default=0.0) / 2
+    load = state.load / options.P
     return {
         "load": load,
-        "pressure_centre": None if wedge and sharp and corners == 1 else float(state.pressure_at(0.0)) / p,
-        "pressure_max": top and top / p,
-        "pressure_max_at": [place / a for place in where],
+        **extremes(options, state),
         "zones": zones,
         "half_width": outer,
         "inner_half_width": inner,
         "hardness_apparent": load / outer,
         "hardness_real": load / (outer - inner),
-        "micromoment_max": None if moment is None else float(moment) / units["micromoment"],
         "energy": state.energy / (p * a**3 / options.R),
         "approach": None if state.approach is None else state.approach * options.R / a**2,
         "kkt": state.residual,
@@ -243,6 +246,29 @@ def observe(options, state, estimate):
             name: values and np.array(values) / units.get(name, p) for name, values in data["profile"].items()
         },
     }
+
+
+def extremes(options, state):
+    """Pressure at x = 0, the largest pressure, where it is, and the largest micromoment; None where they are
+    infinite.
+    """
+    one_corner = len(state.pressures) == 1
+    at_apex = options.obstacle == "wedge" and _covers_apex(state)
+    record = {"pressure_centre": None, "pressure_max": None, "pressure_max_at": [], "micromoment_max": None}
+    if not (at_apex and one_corner):
+        record["pressure_centre"] = float(state.pressure_at(0.0)) / options.p_Hz
+    moment = np.abs(state.micromoment).max() if one_corner else None
+    if options.obstacle != "punch" and not at_apex:
+        nodes = np.arange(len(state.x))
+        x = np.interp(np.linspace(0, nodes[-1], 4 * nodes[-1] + 1), nodes, state.x)
+        top, places = largest(state.pressure_at, x)
+        record["pressure_max"] = top / options.p_Hz
+        record["pressure_max_at"] = [place / options.a_Hz for place in places]
+        if not one_corner:
+            moment = largest(lambda x: abs(state.micromoment_at(x)), x)[0]
+    if moment is not None:
+        record["micromoment_max"] = float(moment) / (options.p_Hz * options.solid.ell)
+    return record
 
 
 def _covers_apex(state):
@@ -260,15 +286,6 @@ def to_dict(result):
     options = result["options"]
     states = [observe(options, *solution) for solution in result["states"]]
     warnings = [words for state, _ in result["states"] for words in state.warnings]
-    if options.mesh == "uniform" and options.order is not None:
-        from microblock.fem.meshes import longest_element
-
-        longest = longest_element(options.solid, options.order) / options.a_Hz
-        words = (
-            f"elements of order {options.order} longer than {at_most(longest)} a_Hz do not resolve the "
-            "layer at the surface: take a smaller h, a higher order, or --mesh fitted"
-        )
-        warnings += [words] * (options.h > longest)
     return {
         "parameters": {name: getattr(options, name) for name in inspect.signature(solve).parameters},
         "model": options.model,
@@ -284,19 +301,36 @@ def to_dict(result):
             }
             for event in result["path"].events
         ],
-        "warnings": list(dict.fromkeys(warnings)),
+        "warnings": list(dict.fromkeys([*warnings, *unresolved(options)])),
     }
+
+
+def unresolved(options):
+    """A warning of equal squares that are longer than the layer at the surface allows."""
+    if options.mesh != "uniform" or options.order is None:
+        return []
+    from microblock.fem.meshes import longest_element
+
+    longest = longest_element(options.solid, options.order) / options.a_Hz
+    if options.h <= longest:
+        return []
+    return [
+        f"elements of order {options.order} longer than {at_most(longest)} a_Hz do not resolve the "
+        "layer at the surface: take a smaller h, a higher order, or --mesh fitted"
+    ]
 
 
 def figure(result):
     """Returns pressure and micromoment over x1 at each load."""
-    options, states = result["options"], [state for state, _ in result["states"]]
+    options = result["options"]
+    states = [state for state, _ in result["states"]]
     return script.figure(states, options.P, options.a_Hz, options.p_Hz)
 
 
 def largest(function, x):
     """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
-    values, span = function(x), x[-1] - x[0]
+    values = function(x)
+    span = x[-1] - x[0]
     padded = np.concatenate(([-np.inf], values, [-np.inf]))
     tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max() * (1 - 1e-3))
     peaks = [least_beside(lambda place: -function(place), x, i, 1e-7 * span) for i in np.flatnonzero(tops)]

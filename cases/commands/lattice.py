@@ -43,13 +43,15 @@ def compared(kind, states):
     exact = values.pop("blocks")
     if kind:
         values.pop("microclamped", None)  # its couples are reactions
-    off = {name: np.linalg.norm(own - exact) / np.linalg.norm(exact) for name, own in values.items()}
+    differences = {
+        name: np.linalg.norm(value - exact) / np.linalg.norm(exact) for name, value in values.items()
+    }
     return {
         "blocks": exact,
         "continuum": values.get("microblock"),
         "derived": values.get(lattice.DERIVED),
-        "difference": off.get("microblock"),
-        "differences": off,
+        "difference": differences.get("microblock"),
+        "differences": differences,
     }
 
 

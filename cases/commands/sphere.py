@@ -72,7 +72,8 @@ def solve(
 
 def row(state):
     """Returns what the JSON object has of a state."""
-    M, cell = p_Hz * state.problem.solid.ell, state.squares[0].width / a_Hz
+    M = p_Hz * state.problem.solid.ell
+    cell = state.squares[0].width / a_Hz
     scales = {"x1": a_Hz, "pressure": p_Hz, "m1": M, "m2": M, "psi1": a_Hz, "psi2": a_Hz}
     axis, diagonal = (
         {name: values / scales[name] for name, values in state.along(cut).items()}

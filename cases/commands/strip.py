@@ -9,7 +9,6 @@ Units      lengths over H, stresses over mu.
 """
 
 import math
-from dataclasses import replace
 from itertools import product
 from typing import Literal
 
@@ -22,7 +21,6 @@ from microblock.fem import meshes
 from .. import strip
 from . import MATERIAL, OPEN, refine, require_ranges
 
-ROUNDING = 1e-13  # of the natural scale of a field: some hundred rounding errors
 RANGES = MATERIAL | {
     "ell_over_H": (1e-6, 1e6),
     "psi0_deg": (-45, 45),
@@ -67,7 +65,8 @@ def solve(
     elements : elements per half-thickness (20 if only --order is given)
     rtol : relative L2 error; chooses order and elements, not together with them (1e-09 if nothing is given)
     """
-    options, failures = dict(locals()), []
+    options = dict(locals())
+    failures = []
     require_ranges(options, RANGES)
     if rtol is not None and (order or elements):
         raise mb.BadArgument("rtol", rtol, "chooses order and elements: leave out --order and --elements")
@@ -84,7 +83,9 @@ def solve(
 
 def results(options, demanded=False, *failures):
     """(State, JSON object) on the discretisation of the options, or refined to their rtol."""
-    rtol, rho, estimate = options["rtol"], options["rho"], None
+    rtol = options["rtol"]
+    rho = options["rho"]
+    estimate = None
     if rtol is None:
         state, delta_fc = level(options)
     else:
@@ -100,7 +101,7 @@ def results(options, demanded=False, *failures):
         "parameters": options | resolution(state),
         **observed(state, delta_fc, options["delta_over_H"]),
         "error_estimate": estimate,
-        **errors(state),
+        **strip.errors(state),
         "warnings": warnings(options, state.solid)
         + [f"computed to rtol = {rtol:g}: {failure}" for failure in failures[:1]],
     }
@@ -118,8 +119,8 @@ def refinements(options):
     The rho of the penalty, whose error falls like 1/rho, rises along unless it is given.
     """
     solid = problem(options | {"order": 1, "elements": 1}).body.solid
-    # order 16 resolves exp(-8) over an element
-    coarsest, most = max(1, math.ceil(1 / (8 * solid.layer_length))), RANGES["elements"][1]
+    coarsest = max(1, math.ceil(1 / (8 * solid.layer_length)))  # order 16 resolves exp(-8) over an element
+    most = RANGES["elements"][1]
     if coarsest > most:
         raise mb.NotConverged(
             f"the layer of thickness {solid.layer_length:.1e} H is too thin for a uniform mesh of "
@@ -151,71 +152,56 @@ def level(options):
     return solution.state(), delta_fc
 
 
-def rule(state):
-    """Gauss points and weights over the half-thickness, exact for what the errors need."""
-    elements = state.fields.body.mesh.ne
-    points, weights = np.polynomial.legendre.leggauss(state.fields.body.order + 8)
-    x2 = (np.arange(elements)[:, None] + (points + 1) / 2) / elements
-    return x2.ravel(), np.tile(weights / (2 * elements), elements)
-
-
 def distance(coarse, fine):
-    """Estimated relative error: of psi and u in L2, of delta_fc and forces by their difference, and what
-    rounding leaves.
+    """Estimated relative error of (State, delta_fc): of psi and u in L2, of delta_fc and forces by their
+    difference, and what rounding leaves.
     """
-    states, deltas = zip(coarse, fine)
-    x2, weights = rule(fine[0])
-    (psi, *u), (fine_psi, *fine_u) = (strip.below(state, x2) for state in states)
-    (pressure, better), moments = (
-        [getattr(s, name)[:1] for s in states] for name in ("pressure", "micromoment")
+    state, delta_fc = fine
+    scale = abs(state.approach)
+    x2, weights = strip.rule(state)
+    (psi, *u), (fine_psi, *fine_u) = (strip.below(pair[0], x2) for pair in (coarse, fine))
+    pressure = abs(state.pressure[0])
+    forces = (
+        ("pressure", pressure, pressure),
+        ("micromoment", abs(state.micromoment[0]), state.solid.ell * pressure),
     )
-    ell, scale, one = fine[0].solid.ell, abs(fine[0].approach), np.ones(1)
-    lag = ell * abs(fine[0].law.psi0)  # corner gaps are differences of lengths as large as delta
-    rounding = np.finfo(float).eps * scale / lag if lag else 0.0
+    lag = state.solid.ell * abs(state.law.psi0)  # corner gaps are differences of lengths as large as delta
     return max(
-        relative_error(psi, fine_psi, weights, scale),
-        relative_error(u, fine_u, weights, scale),
-        relative_error(pressure, better, one, abs(better[0])),
-        relative_error(*moments, one, ell * abs(better[0])),
-        abs(deltas[0] - deltas[1]) / (deltas[1] or 1.0),
-        fine[0].residual,
-        rounding,
+        strip.relative_error(psi, fine_psi, weights, scale),
+        strip.relative_error(u, fine_u, weights, scale),
+        *(
+            strip.relative(abs(getattr(coarse[0], name)[0] - getattr(state, name)[0]), size, natural)
+            for name, size, natural in forces
+        ),
+        abs(coarse[1] - delta_fc) / (delta_fc or 1.0),
+        state.residual,
+        np.finfo(float).eps * scale / lag if lag else 0.0,
     )
-
-
-def relative_error(values, reference, weights, scale):
-    """Returns the relative L2 error of values against a reference in a quadrature rule; where the reference
-    is rounding of `scale`, 0 if the values are too, else inf.
-    """
-    error, size = (
-        float(np.sqrt(weights @ np.sum(np.atleast_2d(field) ** 2, axis=0)))
-        for field in (np.subtract(values, reference), reference)
-    )
-    if size > ROUNDING * scale:
-        return error / size
-    return 0.0 if error <= ROUNDING * scale else math.inf
 
 
 def observed(state, delta_fc, delta):
     """Surface values with the signs of the paper, layer lengths, and fields over the height."""
-    (psi,), (u1,), (u2,) = strip.below(state, [1.0])
-    traction, micromoment = -float(state.pressure[0]), float(state.micromoment[0])
-    full = delta >= delta_fc * (1 - max(1e-11, state.residual))  # up to rounding of a solve
-    name = "separation" if delta <= 0 else "full" if full else "partial"
-    rounding = max(10 * state.residual, ROUNDING)
-    lost = delta <= 0 or abs(micromoment) <= rounding * state.solid.ell * abs(traction)
-    L_psi, L_u = (None, None) if lost else strip.lengths(state)
+    surface = dict(zip(("psi_surface", "u1_surface", "u2_surface"), np.ravel(strip.below(state, [1.0]))))
+    traction = -float(state.pressure[0])
+    micromoment = float(state.micromoment[0])
+    name = "partial"
+    if delta <= 0:
+        name = "separation"
+    elif delta >= delta_fc * (1 - max(1e-11, state.residual)):  # up to rounding of a solve
+        name = "full"
+    rounding = max(10 * state.residual, strip.ROUNDING)
+    lengths = (None, None)
+    if delta > 0 and abs(micromoment) > rounding * state.solid.ell * abs(traction):
+        lengths = strip.lengths(state)
     x2 = np.linspace(0, 1, max(state.fields.body.mesh.ne, 20) + 1)
     return {
         "state": name,
-        "psi_surface": psi,
-        "u1_surface": u1,
-        "u2_surface": u2,
+        **surface,
         "traction": traction,
         "micromoment": micromoment,
         "delta_fc": delta_fc,
-        "L_psi": L_psi,
-        "L_u": L_u,
+        "L_psi": lengths[0],
+        "L_u": lengths[1],
         "unknowns": state.unknowns,
         "iterations": state.iterations,
         "kkt": state.residual,
@@ -223,22 +209,10 @@ def observed(state, delta_fc, delta):
     }
 
 
-def errors(state):
-    """Relative L2 errors over the thickness against the closed form: of psi, of u, and of psi as printed."""
-    x2, weights = rule(state)
-    psi, *u = strip.below(state, x2)
-    exact = strip.closed_form(state)
-    printed, scale = replace(exact, curvature=2.0), abs(state.approach)
-    return {
-        "error_psi": relative_error(psi, exact.psi(x2), weights, scale),
-        "error_u": relative_error(u, [exact.u1(x2), exact.u2(x2)], weights, scale),
-        "error_psi_paper": relative_error(psi, printed.psi(x2), weights, scale),
-    }
-
-
 def warnings(options, solid):
     """Where the small-strain model leaves its range of validity, or the elements asked for miss the layer."""
-    delta, ell, elements = options["delta_over_H"], options["ell_over_H"], options["elements"] or math.inf
+    delta = options["delta_over_H"]
+    elements = options["elements"] or math.inf
     longest = meshes.longest_element(solid, options["order"] or 1)
     cases = (
         # there sin and tan leave the small-angle form (41) by over 1 %
@@ -248,7 +222,10 @@ def warnings(options, solid):
         ),
         (delta <= 0, f"delta = {delta:g} H: the planes do not press, all fields are zero (separation)"),
         (delta > 0.1, f"delta = {delta:g} H: beyond small strain"),
-        (ell > 1, f"ell = {ell:g} H: the blocks are larger than the half-thickness"),
+        (
+            options["ell_over_H"] > 1,
+            f"ell = {options['ell_over_H']:g} H: the blocks are larger than the half-thickness",
+        ),
         (
             1 / elements > longest,
             f"elements of order {options['order']} longer than {at_most(longest)} H do not resolve the "

@@ -53,11 +53,14 @@ def solve(
     require_ranges(locals(), RANGES)
     histories = []
     for size in alpha:
-        solid, other = mb.Cosserat(1 - nu**2, nu, size, beta=beta), second_solid(second, nu, beta, size)
-        E_star = 1.0 if other is None else 1 / (1 + 1 / other.E_star)
-        cylinder = mb.Cylinder(R=1.0)
-        obstacle = cylinder if other is None else mb.Deformable(mb.HalfPlane(other), cylinder)
-        problem = mb.Contact(mb.HalfPlane(solid), obstacle, LAWS[contact](friction=friction))
+        obstacle = mb.Cylinder(R=1.0)
+        cylinder = second_solid(second, nu, beta, size)
+        E_star = 1.0
+        if cylinder:
+            E_star = 1 / (1 + 1 / cylinder.E_star)
+            obstacle = mb.Deformable(mb.HalfPlane(cylinder), obstacle)
+        body = mb.HalfPlane(mb.Cosserat(1 - nu**2, nu, size, beta=beta))
+        problem = mb.Contact(body, obstacle, LAWS[contact](friction=friction))
         P = normal * math.pi / 4 * E_star
         pairs = [(P, share * friction * P) for share in (0.0, *shear)]
         histories.append(problem.history(pairs, coupled=coupled == "yes", rtol=rtol))
@@ -70,8 +73,8 @@ def second_solid(second, nu, beta, ell):
         return None
     words = (1.0, nu, beta, ell) if second == ("same",) else second
     try:
-        E, other_nu, other_beta, other_ell = map(float, words)
-        return mb.Cosserat(E * (1 - nu**2), other_nu, other_ell, beta=other_beta)
+        E2, nu2, beta2, ell2 = map(float, words)
+        return mb.Cosserat(E2 * (1 - nu**2), nu2, ell2, beta=beta2)
     except ValueError as failure:  # also a BadArgument of the solid
         raise BadArgument(
             "second",
@@ -83,17 +86,18 @@ def second_solid(second, nu, beta, ell):
 
 def row(state, E_star):
     """Returns what the JSON object has of a state."""
-    P, ell, data = math.pi / 4 * E_star, state.solid.ell, state.to_dict()
-    p_Hz, zones = E_star / 2, data["zones"]
+    P = math.pi / 4 * E_star
+    p_Hz = E_star / 2
+    data = state.to_dict()
     energies = {name: data[name] / P for name in ("dissipation", "energy", "work")}
-    scales = {"pressure": p_Hz, "shear": p_Hz, "micromoment": p_Hz * ell}
+    scales = {"pressure": p_Hz, "shear": p_Hz, "micromoment": p_Hz * state.solid.ell}
     columns = ("x", "weight", "pressure", "shear", "micromoment", "psi", "slip")
     return {
-        "alpha": ell,
+        "alpha": state.solid.ell,
         "normal": state.load / P,
         "shear": state.shear / (state.law.friction * state.load),
-        **{name: zones[name] for name in ("stick", "slip")},
-        "zones": {name: zones[name] for name in ("A", "B", "full", "contact")},
+        **{name: data["zones"][name] for name in ("stick", "slip")},
+        "zones": {name: data["zones"][name] for name in ("A", "B", "full", "contact")},
         "half_width": state.half_width,
         **energies,
         "balance": abs(energies["work"] - energies["energy"] - energies["dissipation"]),
@@ -105,24 +109,24 @@ def row(state, E_star):
 
 def event_row(event, history, E_star, normal):
     """Returns what the JSON object has of an event."""
-    P, law = math.pi / 4 * E_star, history.problem.law
+    P = math.pi / 4 * E_star
     return {
         "alpha": history.problem.solid.ell,
         **{name: getattr(event, name) for name in ("pair", "kind", "zone", "x")},
         "normal": event.load / P,
-        "shear": event.shear / (law.friction * normal * P),
+        "shear": event.shear / (history.problem.law.friction * normal * P),
         "error": event.load_error and event.load_error / P,
     }
 
 
 def to_dict(result):
     """Returns the JSON object: at each size of the blocks the state without shear, the others, the events."""
-    E_star, histories = result["E_star"], result["histories"]
-    rows = [[row(state, E_star) for state in history.states] for history in histories]
+    E_star = result["E_star"]
+    histories = result["histories"]
     return {
         "model": "halfplane",
-        "pressed": [first for first, *_ in rows],
-        "states": [state for _, *others in rows for state in others],
+        "pressed": [row(history.states[0], E_star) for history in histories],
+        "states": [row(state, E_star) for history in histories for state in history.states[1:]],
         "events": [
             event_row(event, history, E_star, result["normal"])
             for history in histories

@@ -18,8 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
-from cases import hertz
-from cases.commands import size_effect
+from cases import hertz, size_effect
 from microblock.halfplane.kernels import coalescence_exponent
 
 ROTATIONS = (5.0, "gaps and levers"), (5.0, "levers"), (0.5, "gaps and levers")
@@ -49,7 +48,9 @@ def solve(
     return {
         "loads": hertz.solve(loads=loads),
         "elements": [elements.solve(load=load * hertz.P, rtol=1e-3) for load in loads],
-        "rotated": [[one.solve(load=load * hertz.P, rtol=1e-4) for load in rotated_loads] for one in rotated],
+        "rotated": [
+            [problem.solve(load=load * hertz.P, rtol=1e-4) for load in rotated_loads] for problem in rotated
+        ],
         "alphas": {
             law: [hertz.solve(alpha, loads=(1.0,), contact=law)[0] for alpha in alphas]
             for law in ("microblock", "unilateral")
@@ -145,7 +146,8 @@ def fig10(laws):
 def meshes(uniform, alpha_mid):
     """alpha_mid over the side of bilinear squares, scaled as h^(2 zeta), in which it is a straight line."""
     drawing, axis = plt.subplots(figsize=(3.54, 2.8), layout="constrained")
-    (h, alphas), power = np.array(uniform).T, 2 * coalescence_exponent(hertz.problem().solid)
+    h, alphas = np.array(uniform).T
+    power = 2 * coalescence_exponent(hertz.problem().solid)
     rate = (alphas[-1] - alpha_mid) / h[-1] ** power
     axis.plot([0, h[0] ** power], [alpha_mid, alpha_mid + rate * h[0] ** power], "--", color="0.5")
     axis.plot(h**power, alphas, "o", label="bilinear squares")

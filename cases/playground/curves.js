@@ -1,5 +1,5 @@
 "use strict";
-// States between those of table.js, as cases/playground/table.py has them: a test compares both.
+// States between those of table.js, which cases/playground/table.py computes; a test compares them with the solver.
 // A state has edges [left, right of A, left, right of B], and factors of corner, part and node.
 const NUMBERS = new Int16Array(Uint8Array.from(atob(TABLE.numbers), letter => letter.charCodeAt(0)).buffer);
 const LOGARITHMS = TABLE.alphas.map(Math.log), NODES = TABLE.nodes;

@@ -16,7 +16,7 @@ from cases.benchmarks.verification import __main__ as verification
 from cases.benchmarks.verification import judging
 
 RESULTS = Path(chart.RECORD).parent
-SPECIAL = "locking", "incompressible", "strip", "stretched", "penalty", "supported"
+SPECIAL = "locking", "strip", "stretched", "penalty", "supported"
 
 
 def test_records_of_limits_hold_what_the_page_says():

@@ -91,8 +91,8 @@ def test_size_effect_by_finite_elements():
 @pytest.mark.parametrize("nu, beta", [(0.2, 0.3), (0.4, 1.5), (0.0, 1.0), (0.45, 1.0)])
 def test_alpha_mid_of_other_materials_by_finite_elements(nu, beta):
     """Beside panels, whose event is known to 1e-7 of the load."""
-    (exact, doubt), _ = sizes.by_panels(nu, beta)
-    (alpha, error), _ = sizes.by_elements(nu, beta)
+    (exact, doubt), _ = size_effect.by_panels(nu, beta)
+    (alpha, error), _ = size_effect.by_elements(nu, beta)
     assert abs(alpha - exact) < error + doubt and error < 2e-5
 
 
@@ -137,6 +137,6 @@ def test_the_alpha_mid_of_the_paper_is_that_of_its_mesh():
     """Squares approach the limit like h^(2 zeta): at a_Hz/50 they have the 0.8874 of the paper, to 0.002 as
     the line is drawn from squares that are three times as large.
     """
-    (limit, _), ((h, alpha),) = sizes.by_panels(0.3, 1.0)[0], sizes.bilinear(0.3, 1.0, (0.05,))
+    (limit, _), ((h, alpha),) = size_effect.by_panels(0.3, 1.0)[0], size_effect.bilinear(0.3, 1.0, (0.05,))
     power = 2 * coalescence_exponent(hertz.problem().solid)
     assert limit + (alpha - limit) * (0.02 / h) ** power == pytest.approx(0.8874, abs=0.002)

@@ -20,7 +20,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 import microblock as mb
 from cases.__main__ import main
 from cases.closed_forms import Strip, ThinLayer
-from cases.commands.size_effect import axis_closes
+from cases.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
 from microblock.fem.loads import Loads
 from microblock.halfplane import kernels

@@ -55,35 +55,43 @@ class Problem:
     """
 
     def __init__(self, contact, load, features=(), window=()):
-        solid, law = contact.solid, contact.law
-        self.load, self.ell, self.E_star = load, solid.ell, solid.E_star
-        self.c, self.material = (1 - solid.nu) / solid.mu, (solid.nu, solid.beta, solid.curvature)
-        self.height = getattr(contact.obstacle, "height", contact.obstacle)
-        self.clamped, self.names = law.clamps_rotation, law.corners
-        two, half = len(law.corners) == 2, solid.ell / 2
-        psi0 = law.psi0 if two else 0.0
-        lift = half * psi0 if two and law.psi0_in == "gaps and levers" else 0.0
-        self.levers = (1 + psi0, psi0 - 1) if two else (0.0,)
-        self.shifts = (-half, half) if two else (0.0,)  # of a corner from the contact point, (20)
-        self.lifts = (lift, -lift) if two else (0.0,)
-        features = [*((x, 0.0) for x in getattr(contact.obstacle, "kinks", None) or ()), *features]
+        solid = contact.solid
+        obstacle = contact.obstacle
+        self.load = load
+        self.ell = solid.ell
+        self.E_star = solid.E_star
+        self.c = (1 - solid.nu) / solid.mu
+        self.material = (solid.nu, solid.beta, solid.curvature)
+        self.height = getattr(obstacle, "height", obstacle)
+        self.clamped = contact.law.clamps_rotation
+        self.levers, self.shifts, self.lifts = corners(contact.law, solid.ell / 2)
+        features = [*((x, 0.0) for x in getattr(obstacle, "kinks", None) or ()), *features]
         self.places = {x - shift: width for x, width in features for shift in self.shifts}
-        ends = getattr(contact.obstacle, "ends", None) or ()
+        ends = getattr(obstacle, "ends", None) or ()
         self.ends = np.array([end - shift for end in ends for shift in self.shifts])
         around = np.array([0, *np.geomspace(0.01, 3, 12)])
         near = [x + max(width, 1e-3 * self.ell) * sign * around for x, width in features for sign in (1, -1)]
-        self.looked = np.concatenate([np.linspace(*window, SAMPLES) if window else [], *near])
+        self.samples = np.concatenate([np.linspace(*window, SAMPLES) if window else [], *near])
 
-    def kernel(self, target, source):
-        """Gap of a corner under a unit force of another one, a function of x over ell."""
+    def kernels(self, target):
+        """Gap of a corner under a unit force of each of them, functions of x over ell."""
         if self.clamped:
-            return table(self.material, {"clamped": self.c})
-        t, s = self.levers[target], self.levers[source]
-        return table(self.material, {"U": self.c, "W": self.c * t * s, "V": self.c * (t - s)})
+            return [table(self.material, {"clamped": self.c})]
+        t = self.levers[target]
+        factors = ({"U": self.c, "W": self.c * t * s, "V": self.c * (t - s)} for s in self.levers)
+        return [table(self.material, factor) for factor in factors]
 
     def gap(self, corner, x):
         """Initial gap of a corner."""
         return self.height(x + self.shifts[corner]) + self.lifts[corner]
+
+
+def corners(law, half):
+    """Levers, distances from the contact point (20), and lifts of the corners."""
+    if len(law.corners) == 1:
+        return (0.0,), (0.0,), (0.0,)
+    lift = half * law.psi0 if law.psi0_in == "gaps and levers" else 0.0
+    return (1 + law.psi0, law.psi0 - 1), (-half, half), (lift, -lift)
 
 
 @dataclass(frozen=True)
@@ -99,26 +107,28 @@ class Panels:
     @classmethod
     def on(cls, problem, zones, order):
         """Panels that shrink towards all edges of the zones {corner: [(left, right), ...]} and features."""
-        rows, edges = [], all_edges(zones)
+        edges = all_edges(zones)
         every = np.unique([*edges, *problem.places])
-        for corner, pairs in zones.items():
-            for left, right in pairs:
-                breaks = every[(every >= left) & (every <= right)]
-                for a, b in zip(breaks, breaks[1:]):
-                    for end, sign in ((a, 1), (b, -1)):
-                        kind = ROOT if end in edges else PLAIN if problem.places[end] else LOG
-                        size = INNERMOST * min(problem.ell, way(every, end), (b - a) / 2)
-                        done, size = 0.0, min(size, problem.places.get(end) or np.inf)
-                        while done < (b - a) / 2:
-                            until = 2 * done or size
-                            until = (b - a) / 2 if until > 0.4 * (b - a) else until
-                            rows.append(
-                                (corner, end + sign * done, sign * (until - done), PLAIN if done else kind)
-                            )
-                            done = until
+        rows = []
+        for corner, left, right in [(corner, *pair) for corner, pairs in zones.items() for pair in pairs]:
+            breaks = every[(every >= left) & (every <= right)]
+            for a, b in zip(breaks, breaks[1:]):
+                for end, length in ((a, (b - a) / 2), (b, (a - b) / 2)):
+                    kind = LOG
+                    if end in edges:
+                        kind = ROOT
+                    elif problem.places[end]:
+                        kind = PLAIN
+                    size = INNERMOST * min(problem.ell, way(every, end), abs(length))
+                    size = min(size, problem.places.get(end) or np.inf)
+                    rows += [(corner, *panel) for panel in graded(end, length, size, kind)]
         if not rows:
             raise NoAnswer("no zone is wider than nothing")
         return cls(*map(np.array, zip(*rows)), order)
+
+    def place(self, number, v):
+        """Parts of a panel at v."""
+        return v * v if self.kind[number] == ROOT else v
 
     def basis(self, number, v):
         """Basis functions of the density at v (m,): array (m, order)."""
@@ -134,25 +144,55 @@ class Panels:
 
     def integrals(self, x, kernels, ell):
         """Integrals at x (n,) of the kernel of each source corner times each basis function: (n, all)."""
+        return np.hstack([self._column(n, x, kernels[corner], ell) for n, corner in enumerate(self.corner)])
+
+    def _column(self, number, x, kernel, ell):
+        """Integrals at x (n,) of a kernel times the basis functions of a panel: (n, order)."""
+        along = (x - self.e[number]) / self.h[number]
+        reach = 1.0 if self.kind[number] == ROOT else NEAR
+        near = (along > -reach) & (along < 1 + reach)
         gauss, weights = leggauss(self.order + EXTRA)
-        share, rest, sinh_weights = tanh_sinh()
-        columns = []
-        for number, (corner, e, h, kind) in enumerate(zip(self.corner, self.e, self.h, self.kind)):
-            along, kernel, root = (x - e) / h, kernels[corner], kind == ROOT
-            near = (along > -1) & (along < 2) if root else (along > -NEAR) & (along < 1 + NEAR)
-            v, v_weights = (share, sinh_weights) if kind == LOG else ((gauss + 1) / 2, weights / 2)
-            source, block = e + h * (v * v if root else v), np.empty((len(x), self.order))
-            block[~near] = (kernel((x[~near, None] - source) / ell) * v_weights) @ self.density(number, v)
-            inside = np.clip(along[near], 0, 1)
-            beyond = np.where(inside == along[near], 0.0, x[near] - (e + h * inside))[:, None]
-            cut = (np.sqrt(inside) if root else inside)[:, None]  # parameter nearest to the target
-            v = np.concatenate((cut * rest, cut + (1 - cut) * share), axis=1)
-            back = np.concatenate((cut * share, -(1 - cut) * share), axis=1)  # cut - v
-            both = np.concatenate((cut * sinh_weights, (1 - cut) * sinh_weights), axis=1)
-            values = kernel((beyond + h * (back * (cut + v) if root else back)) / ell) * both
-            block[near] = np.einsum("pq,pqj->pj", values, self.density(number, v))
-            columns.append(block)
-        return np.hstack(columns)
+        v = (gauss + 1) / 2
+        weights = weights / 2
+        if self.kind[number] == LOG:
+            v, _, weights = tanh_sinh()
+        source = self.e[number] + self.h[number] * self.place(number, v)
+        column = np.empty((len(x), self.order))
+        column[~near] = (kernel((x[~near, None] - source) / ell) * weights) @ self.density(number, v)
+        column[near] = self._near(number, x[near], kernel, ell)
+        return column
+
+    def _near(self, number, x, kernel, ell):
+        """The same at x within the panel or next to it, by tanh-sinh on either side of x."""
+        e, h = (values[number] for values in (self.e, self.h))
+        share, rest, weights = tanh_sinh()
+        along = (x - e) / h
+        inside = np.clip(along, 0, 1)
+        beyond = np.where(inside == along, 0.0, x - (e + h * inside))[:, None]
+        cut = inside[:, None]  # parameter nearest to the target
+        if self.kind[number] == ROOT:
+            cut = np.sqrt(cut)
+        v = np.concatenate((cut * rest, cut + (1 - cut) * share), axis=1)
+        back = np.concatenate((cut * share, -(1 - cut) * share), axis=1)  # cut - v
+        if self.kind[number] == ROOT:
+            back = back * (cut + v)
+        values = kernel((beyond + h * back) / ell) * np.concatenate(
+            (cut * weights, (1 - cut) * weights), axis=1
+        )
+        return np.einsum("pq,pqj->pj", values, self.density(number, v))
+
+
+def graded(end, length, size, kind):
+    """Yields (start, signed length, kind) of panels from an end on, the first one of a size, doubling."""
+    done = 0.0
+    sign = np.sign(length)
+    length = abs(length)
+    while done < length:
+        until = 2 * done or size
+        if until > 0.8 * length:
+            until = length
+        yield end + sign * done, sign * (until - done), PLAIN if done else kind
+        done = until
 
 
 @dataclass(frozen=True)
@@ -167,14 +207,14 @@ class Reference:
 
     def pressure(self, corner, x):
         """Pressure of a corner at x (n,)."""
-        p, panels = np.zeros(len(x)), self.panels
-        for number in np.flatnonzero(panels.corner == corner):
-            along = (x - panels.e[number]) / panels.h[number]
-            root = panels.kind[number] == ROOT
+        p = np.zeros(len(x))
+        for number in np.flatnonzero(self.panels.corner == corner):
+            along = (x - self.panels.e[number]) / self.panels.h[number]
+            root = self.panels.kind[number] == ROOT
             # where two panels meet, rounding would leave a point to neither of them
-            here = (along > (0 if root else -HAIR)) & (along <= 1 + HAIR)
-            v = np.sqrt(along[here]) if root else along[here]
-            p[here] = panels.basis(number, v) @ self.f[number] / (v if root else 1.0)
+            inside = (along > (0 if root else -HAIR)) & (along <= 1 + HAIR)
+            v = np.sqrt(along[inside]) if root else along[inside]
+            p[inside] = self.panels.basis(number, v) @ self.f[number] / (v if root else 1.0)
         return p
 
     def fields(self, x):
@@ -191,33 +231,42 @@ class Reference:
         """Conditions (26): tensile pressure over the largest pressure, and overlap over the load's scale;
         zones of overlap {corner: intervals}.
         """
-        problem, edges, worst, more = self.problem, all_edges(self.zones), 0.0, {}
+        edges = all_edges(self.zones)
         steps = np.ptp(edges) * np.geomspace(1e-6, 1, 60)
-        x = np.unique([*(edges[:, None] + steps).ravel(), *(edges[:, None] - steps).ravel(), *problem.looked])
+        around = [*(edges[:, None] + steps).ravel(), *(edges[:, None] - steps).ravel()]
+        x = np.unique([*around, *self.problem.samples])
+        worst = 0.0
+        overlapping = {}
         for corner, pairs in self.zones.items():
             p = self.pressure(
                 corner, np.concatenate([[], *(np.linspace(*pair, 203)[1:-1] for pair in pairs)])
             )
-            kernels = [problem.kernel(corner, source) for source in range(len(problem.levers))]
-            free = x[np.all([x == x, *((x < left) | (x > right) for left, right in pairs)], axis=0)]
-            with np.errstate(over="ignore"):
-                gap = problem.gap(corner, free) - self.approach
-            low = gap < 9 * problem.load / problem.E_star  # elsewhere the surface does not come near
-            free, gap = (
-                free[low],
-                gap[low] + self.panels.integrals(free[low], kernels, problem.ell) @ self.f.ravel(),
-            )
-            overlap = -gap * problem.E_star / problem.load
+            free, overlap = self.overlap(corner, x)
             worst = max(worst, -p.min(initial=0.0) / p.max(initial=1e-300), overlap.max(initial=0.0))
             bad = np.pad(overlap > VIOLATION, 1).astype(int)
             ends = np.flatnonzero(np.diff(bad)).reshape(-1, 2)
-            more[corner] = [(free[max(a - 1, 0)], free[min(b, len(free) - 1)]) for a, b in ends]
-        return worst, more
+            overlapping[corner] = [(free[max(a - 1, 0)], free[min(b, len(free) - 1)]) for a, b in ends]
+        return worst, overlapping
+
+    def overlap(self, corner, x):
+        """Places of x outside the zones of a corner where the surface comes near, and the overlap there."""
+        problem = self.problem
+        free = x[np.all([x == x, *((x < left) | (x > right) for left, right in self.zones[corner])], axis=0)]
+        with np.errstate(over="ignore"):
+            gap = problem.gap(corner, free) - self.approach
+        low = gap < 9 * problem.load / problem.E_star
+        raised = self.panels.integrals(free[low], problem.kernels(corner), problem.ell) @ self.f.ravel()
+        return free[low], -(gap[low] + raised) * problem.E_star / problem.load
 
 
 def all_edges(zones):
     """Edges of all corners, ascending."""
-    return np.unique([edge for pairs in zones.values() for pair in pairs for edge in pair])
+    return np.unique(edges_of(zones))
+
+
+def edges_of(zones):
+    """Edges in the order of corners and intervals."""
+    return [edge for pairs in zones.values() for pair in pairs for edge in pair]
 
 
 def way(edges, edge):
@@ -228,15 +277,15 @@ def way(edges, edge):
 def solve(problem, zones, order):
     """The `Reference` that closes the gaps on given zones."""
     panels = Panels.on(problem, zones, order)
-    kind, v = panels.kind[:, None], (leggauss(order)[0] + 1) / 2
-    v = np.where(kind == LOG, v**CLUSTER, np.where(kind == ROOT, v * v, v))
-    x = panels.e[:, None] + panels.h[:, None] * v
-    system, right = np.zeros((x.size + 1, x.size + 1)), np.full(x.size + 1, problem.load)
+    v = (leggauss(order)[0] + 1) / 2
+    powers = np.where(panels.kind == LOG, CLUSTER, np.where(panels.kind == ROOT, 2, 1))[:, None]
+    x = (panels.e[:, None] + panels.h[:, None] * v**powers).ravel()
+    system = np.zeros((x.size + 1, x.size + 1))
+    right = np.full(x.size + 1, problem.load)
     for corner in zones:
-        own = np.flatnonzero(np.repeat(panels.corner == corner, order))
-        kernels = [problem.kernel(corner, source) for source in range(len(problem.levers))]
-        system[own, :-1] = panels.integrals(x.ravel()[own], kernels, problem.ell)
-        right[own] = -problem.gap(corner, x.ravel()[own])
+        rows = np.flatnonzero(np.repeat(panels.corner == corner, order))
+        system[rows, :-1] = panels.integrals(x[rows], problem.kernels(corner), problem.ell)
+        right[rows] = -problem.gap(corner, x[rows])
     system[:-1, -1] = -1.0
     share, _, weights = tanh_sinh()
     system[-1, :-1] = np.concatenate([weights @ panels.density(n, share) for n in range(len(panels.e))])
@@ -246,66 +295,75 @@ def solve(problem, zones, order):
 
 def singular_parts(state):
     """Coefficients of 1/sqrt(r) at the edges of the zones, each at its own corner."""
-    panels, parts = state.panels, []
+    panels = state.panels
     at_zero = legvander(-np.ones(1), panels.order - 1)[0]
+    parts = []
     for corner, pairs in state.zones.items():
         for edge, sign in [(edge, sign) for pair in pairs for edge, sign in zip(pair, (1, -1))]:
             if edge in state.problem.ends:  # a punch has it there
                 parts.append(0.0)
                 continue
-            here = (panels.corner == corner) & (panels.kind == ROOT) & (panels.e == edge)
-            (number,) = np.flatnonzero(here & (np.sign(panels.h) == sign))
+            beside = (panels.corner == corner) & (panels.kind == ROOT) & (panels.e == edge)
+            (number,) = np.flatnonzero(beside & (np.sign(panels.h) == sign))
             parts.append(at_zero @ state.f[number] * np.sqrt(abs(panels.h[number])))
     return np.array(parts)
 
 
 def moved(zones, steps):
     """The zones with edges moved by steps, in the order of corners and intervals."""
-    rest = iter(steps)
-    return {c: [(a + next(rest), b + next(rest)) for a, b in pairs] for c, pairs in zones.items()}
+    step = iter(steps)
+    return {c: [(a + next(step), b + next(step)) for a, b in pairs] for c, pairs in zones.items()}
+
+
+def derivatives(problem, zones, ways, order):
+    """Jacobian of the singular parts over the edges, by differences."""
+    edges = edges_of(zones)
+    steps = np.diag(DIFFERENCE * np.minimum(ways, problem.ell))
+    parts = singular_parts(solve(problem, zones, order))
+    jacobian = np.eye(len(edges))
+    for n in np.flatnonzero(~np.isin(edges, problem.ends)):
+        shifted = singular_parts(solve(problem, moved(zones, steps[n]), order))
+        jacobian[:, n] = (shifted - parts) / steps[n, n]
+    return jacobian
 
 
 def fitted(problem, zones, orders):
     """A `Reference` of each order on zones whose edges carry no 1/sqrt(r); NoAnswer if Newton fails."""
-    states, jacobian = [], None
+    states = []
+    jacobian = None
     for order in orders:
         last = np.inf
         for iteration in range(STEPS):
             state = solve(problem, zones, order)
-            parts, edges = singular_parts(state), [e for pairs in zones.values() for p in pairs for e in p]
-            ways = np.array([way(all_edges(zones), edge) for edge in edges])
+            ways = np.array([way(all_edges(zones), edge) for edge in edges_of(zones)])
             if jacobian is None or (iteration % 4 == 3 and order == orders[0]):
-                free = ~np.isin(edges, problem.ends)
-                steps = np.diag(DIFFERENCE * np.minimum(ways, problem.ell))
-                here = singular_parts(solve(problem, zones, orders[0]))
-                jacobian = np.eye(len(edges))
-                for n in np.flatnonzero(free):
-                    near = singular_parts(solve(problem, moved(zones, steps[n]), orders[0]))
-                    jacobian[:, n] = (near - here) / steps[n, n]
-            step = np.linalg.solve(jacobian, -parts)
+                jacobian = derivatives(problem, zones, ways, orders[0])
+            step = np.linalg.solve(jacobian, -singular_parts(state))
             size = np.abs(step / ways).max()
             if size < TOLERANCE or (size < ROUNDING and size > last / 3):
                 break
-            zones, last = moved(zones, step * min(1.0, LONGEST_STEP / size)), size
+            zones = moved(zones, step * min(1.0, LONGEST_STEP / size))
+            last = size
         else:
             raise NoAnswer(f"edges still move by {size:.1e} of their ways")
         states.append(state)
     return states
 
 
-def reference(contact, load, state, orders=ORDERS, **known):
+def reference(contact, load, state, orders=ORDERS, **obstacle):
     """(Reference, its error) of a contact problem, from the zones of a state.
 
-    known : features and window of the obstacle, see `Problem`
+    obstacle : features and window, see `Problem`
 
     Raises
     ------
     NoAnswer
         If (26) are not met.
     """
-    problem, zones = Problem(contact, load, **known), zones_of(state)
+    problem = Problem(contact, load, **obstacle)
+    zones = zones_of(state)
     for _ in range(REPAIRS):
-        if not 0 < 2 * sum(map(len, zones.values())) <= EDGES:
+        if not 0 < len(edges_of(zones)) <= EDGES:
             raise NoAnswer(f"no reference: no zones, or more than {EDGES} edges")
         zones = {
             c: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs]
@@ -315,11 +373,11 @@ def reference(contact, load, state, orders=ORDERS, **known):
             *_, coarse, fine = fitted(problem, zones, orders)
         except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError) as failure:
             raise NoAnswer(f"no reference: {failure}") from failure
-        violation, more = fine.violation()
+        violation, overlapping = fine.violation()
         if violation < VIOLATION:
             places = [*all_edges(coarse.zones), *all_edges(fine.zones), *problem.places]
             return fine, distance(coarse.fields, fine.fields, places, problem.ends)
-        zones = {corner: sorted([*pairs, *more[corner]]) for corner, pairs in fine.zones.items()}
+        zones = {corner: sorted([*pairs, *overlapping[corner]]) for corner, pairs in fine.zones.items()}
     raise NoAnswer(f"no reference: (26) violated by {violation:.1e}")
 
 
@@ -332,13 +390,17 @@ def _snapped(ends, edge):
 
 def zones_of(state):
     """Zones {corner: intervals} of a state; edges that the corners share are set apart."""
-    names = state.law.corners if len(state.law.corners) == 2 else ("contact",)
-    zones = {corner: [tuple(pair) for pair in state.zones[name]] for corner, name in enumerate(names)}
-    edges, hair = [e for pair in zones[0] for e in pair], 1e-3 * state.solid.ell
-    for number, (a, b) in enumerate(zones.get(1, ())):
-        apart = [hair * (np.min(np.abs(np.subtract(edges, e)), initial=np.inf) < 1e-6 * hair) for e in (a, b)]
-        zones[1][number] = a + apart[0], b - apart[1]
-    return zones
+    if len(state.law.corners) == 1:
+        return {0: [tuple(pair) for pair in state.zones["contact"]]}
+    first, second = ([tuple(pair) for pair in state.zones[name]] for name in state.law.corners)
+    edges = [edge for pair in first for edge in pair]
+    hair = 1e-3 * state.solid.ell
+
+    def apart(edge):
+        shared = np.min(np.abs(np.subtract(edges, edge)), initial=np.inf) < 1e-6 * hair
+        return hair if shared else 0.0
+
+    return {0: first, 1: [(a + apart(a), b - apart(b)) for a, b in second]}
 
 
 def distance(first, second, places, ends=()):
@@ -349,11 +411,13 @@ def distance(first, second, places, ends=()):
     least = 4e-15 * np.ptp(places)  # nearer to a place rounding decides on which side a point is
     places = places[np.concatenate(([True], np.diff(places) > 3 * least))]
     share, rest, weights = tanh_sinh()
-    left, right = places[:-1, None], places[1:, None]
+    left = places[:-1, None]
+    right = places[1:, None]
     x = np.where(share < 0.5, left + (right - left) * share, right - (right - left) * rest)
-    x, weights = np.clip(x, left + least, right - least).ravel(), ((right - left) * weights).ravel()
+    x = np.clip(x, left + least, right - least).ravel()
+    weights = ((right - left) * weights).ravel()
     for end in ends:
         weights = weights * np.minimum(1, 2 * np.abs(x - end) / np.ptp(places))
-    (p, moment), (other, turning) = first(x), second(x)
-    wrong = max(weights @ (p - other) ** 2, weights @ (moment - turning) ** 2)
-    return float(np.sqrt(wrong / (weights @ other**2)))
+    true = np.array(second(x))
+    wrong = first(x) - true
+    return float(np.sqrt((wrong**2 @ weights).max() / (weights @ true[0] ** 2)))
