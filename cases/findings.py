@@ -33,8 +33,8 @@ def solve(alpha=0.25, wide=1.0, thin=0.05, rtol=1e-4):
     laws = "microblock", "unilateral"
     corners, plain = (a_Hz / problem(wide, contact=law).solve(load=P, rtol=rtol).half_width for law in laws)
     layers = [problem(thin, contact=law).solve(load=P, rtol=rtol) for law in laws]
-    x1, x2 = np.full(2, 0.3 * a_Hz), -thin * a_Hz * np.array((0.5, 1.5))
-    upper, lower = np.subtract(*(layer.fields(x1, x2).psi for layer in layers))
+    points = a_Hz * np.array([(0.3, 0.3), (-0.5 * thin, -1.5 * thin)])
+    upper, lower = np.subtract(*(layer.fields(*points).psi for layer in layers))
     sentences = (
         f"The contact splits in two if blocks are larger than {alpha_mid:.4f} a_Hz, the half-width of Hertz' "
         f"contact. The paper has {paper}, {100 * (paper / alpha_mid - 1):.0f} % more: the value of its mesh.",

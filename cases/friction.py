@@ -79,8 +79,9 @@ def traction_figure(states):
         for zones, width in (("contact", 0.8), ("stick", 5)):
             for ends in state.zones[zones]:
                 bottom.plot(ends, (level, level), color=colour, linewidth=width, solid_capstyle="butt")
-    loads = [f"{state.shear / (state.law.friction * state.load):.2g}" for state in states]
-    bottom.set_yticks(range(len(states)), loads)
+    bottom.set_yticks(
+        range(len(states)), [f"{state.shear / (state.law.friction * state.load):.2g}" for state in states]
+    )
     top.set(ylabel=r"$q/(f p)$", title="shear traction, colours as below")
     bottom.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$Q/(f P)$", title="thick: stick, thin: slip")
     return drawing

@@ -63,7 +63,8 @@ def fit(x2, values, alpha):
     Lengths lie between alpha/20 and 20 a_Hz, the shorter one goes first, but for a part too faint to be seen.
     A deviation is infinite where the values do not see the length.
     """
-    bounds, largest = np.log((alpha / 20, 20)), np.abs(values).max()
+    bounds = np.log((alpha / 20, 20))
+    largest = np.abs(values).max()
 
     def misfit(logarithms):
         shapes = np.exp(np.divide.outer(x2, np.exp(np.clip(logarithms, *bounds))))
@@ -79,12 +80,16 @@ def fit(x2, values, alpha):
     faint = np.abs(amplitudes) <= 1e-6  # those are errors of the states
     order = np.lexsort((search.x, faint))
     sizes = np.maximum(np.linalg.norm(search.jac, axis=0), 1e-300)
-    cosine = np.prod(search.jac / sizes, axis=1).sum()
-    deviations = np.sqrt(2 * search.cost / (len(x2) - 4) / max(1 - cosine**2, 1e-300)) / sizes
-    lost = (search.x <= bounds[0]) | (search.x >= bounds[1]) | faint
-    residual = np.sqrt(2 * search.cost) / np.linalg.norm(values / largest)
-    found = np.exp(np.clip(search.x, *bounds)), largest * amplitudes, np.where(lost, np.inf, deviations)
-    return *(one[order] for one in found), residual
+    squared_sine = 1 - np.prod(search.jac / sizes, axis=1).sum() ** 2
+    deviations = np.sqrt(2 * search.cost / (len(x2) - 4) / max(squared_sine, 1e-300)) / sizes
+    lengths = np.exp(np.clip(search.x, *bounds))
+    deviations[(search.x <= bounds[0]) | (search.x >= bounds[1]) | faint] = np.inf
+    return (
+        lengths[order],
+        largest * amplitudes[order],
+        deviations[order],
+        np.sqrt(2 * search.cost) / np.linalg.norm(values / largest),
+    )
 
 
 def valleys(x2, values, bounds):
@@ -182,14 +187,16 @@ def figure(result):
     drawing, axis = plt.subplots(layout="constrained", figsize=(3.54, 3.0))
     for number, alpha in enumerate(dict.fromkeys(row["alpha"] for row in result["layers"])):
         rows = [row for row in result["layers"] if row["alpha"] == alpha]
-        columns = ("x1", "mode_length_over_ell", "L_bl_over_ell", "L_bl_error")
-        x1, mode, length, error = (np.array([row[name] for row in rows], float) for name in columns)
+        x1, mode, length, error = (
+            np.array([row[name] for row in rows], float)
+            for name in ("x1", "mode_length_over_ell", "L_bl_over_ell", "L_bl_error")
+        )
         axis.plot(x1[mode > 0], mode[mode > 0], "_", color=f"C{number}", markersize=9)
         style = {"color": f"C{number}", "markerfacecolor": "none", "capsize": 2, "label": f"{alpha:g}"}
         axis.errorbar(x1, length, error, fmt="os^Dv"[number % 5], **style)
     axis.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$L_\mathrm{bl}/\ell$")
-    handles, labels = axis.get_legend_handles_labels()
-    drawing.legend(handles, labels, loc="outside upper center", ncols=5, title=r"$\ell/a_\mathrm{Hz}$")
+    style = {"loc": "outside upper center", "ncols": 5, "title": r"$\ell/a_\mathrm{Hz}$"}
+    drawing.legend(*axis.get_legend_handles_labels(), **style)
     return drawing
 
 

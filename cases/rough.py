@@ -76,16 +76,17 @@ def figure(result):
     """(a) The micromoment where the pressure is largest: at the rim of the grey, one corner carries all."""
     drawing, (top, bottom) = plt.subplots(2, 1, figsize=(3.54, 4.4), layout="constrained")
     state = result["profile"]
-    middle, half = np.argmax(state.pressure), len(state.x) // 32
+    middle = np.argmax(state.pressure)
+    half = len(state.x) // 32
     part = slice(max(middle - half, 0), middle + half)
-    x, p = state.x[part], state.pressure[part]
-    top.fill_between(x, -p, p, color="0.7", label=r"$\pm p/(E^* h')$")
-    moment = 2 * state.micromoment[part] / state.solid.ell
-    top.plot(x, moment, "C1", linewidth=0.8, label=r"$2M/(E^* h'\,\ell)$")
+    p = state.pressure[part]
+    top.fill_between(state.x[part], -p, p, color="0.7", label=r"$\pm p/(E^* h')$")
+    style = {"linewidth": 0.8, "label": r"$2M/(E^* h'\,\ell)$"}
+    top.plot(state.x[part], 2 * state.micromoment[part] / state.solid.ell, "C1", **style)
     top.set(xlabel="$x_1$ over the period", ylabel="pressure, micromoment", title="(a) rough profile")
     for words, lengths in result["lengths"].items():
-        mean, scatter = lengths.mean(axis=1), lengths.std(axis=1)
-        bottom.errorbar(result["psi0"], mean, scatter, marker=".", capsize=2, label=words)
+        style = {"marker": ".", "capsize": 2, "label": words}
+        bottom.errorbar(result["psi0"], lengths.mean(axis=1), lengths.std(axis=1), **style)
     bottom.set(
         xscale="log",
         xlabel=r"root mean square of $\psi_0 R/a_\mathrm{Hz}$",

@@ -84,21 +84,19 @@ def figure(result):
     draw_corners(above, result["state"])
     for number, (contact, states) in enumerate(result["sizes"].items()):
         alphas = np.array([state.problem.solid.ell for state in states]) / a_Hz
-        values = np.array(
-            [
-                (state.approach / a_Hz**2, math.pi * a_Hz**2 * state.load / state.contact_area)
-                for state in states
-            ]
-        ).T
-        for axis, curve, end in zip(below, values, large_blocks(states[0].problem.solid, contact)):
+        curves = (
+            [state.approach / a_Hz**2 for state in states],
+            [math.pi * a_Hz**2 * state.load / state.contact_area for state in states],
+        )
+        for axis, curve, limit in zip(below, curves, large_blocks(states[0].problem.solid, contact)):
             axis.semilogx(alphas, curve, "o-", color=f"C{number}", label=contact)
-            axis.plot([1.3 * alphas[-1], 2 * alphas[-1]], [end, end], color=f"C{number}")
-    for axis, words in zip(below, ("approach over Hertz's", "hardness over Hertz's")):
+            axis.plot([1.3 * alphas[-1], 2 * alphas[-1]], [limit, limit], color=f"C{number}")
+    for axis, curve in zip(below, ("approach", "hardness")):
         axis.axhline(1, linestyle=":", color="gray")
         axis.minorticks_off()
         axis.set(
             xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$",
-            ylabel=words,
+            ylabel=f"{curve} over Hertz's",
             xticks=alphas,
             xticklabels=np.round(alphas, 3),
         )

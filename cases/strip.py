@@ -161,14 +161,15 @@ def figure(states):
     drawing, axes = plt.subplots(2, 1, sharex=True, layout="constrained", figsize=(3.54, 3.8))
     x2, fine = np.linspace(0, 1, 16), np.linspace(0, 1, 201)
     for number, state in enumerate(states):
-        exact, style = closed_form(state), {"color": f"C{number}"}
+        exact = closed_form(state)
+        style = {"color": f"C{number}"}
         for axis, name, values in zip(axes, ("psi", "u1"), below(state, x2)):
             axis.plot(fine, getattr(exact, name)(fine), **style)
             axis.plot(x2, values, "os^Dv"[number % 5], label=f"{state.approach:.3g}", **style)
     axes[0].set(ylabel=r"$\psi$ (rad)")
     axes[1].set(xlabel="$x_2/H$", ylabel="$u_1/H$")
-    handles, labels = axes[0].get_legend_handles_labels()
-    drawing.legend(handles, labels, loc="outside upper center", ncols=5, title=r"$\delta/H$")
+    labels = axes[0].get_legend_handles_labels()
+    drawing.legend(*labels, loc="outside upper center", ncols=5, title=r"$\delta/H$")
     return drawing
 
 

@@ -224,10 +224,9 @@ def observe(options, state, estimate):
     p = options.p_Hz
     data = state.to_dict()
     units = {"x": a, "weight": a, "micromoment": p * options.solid.ell, "psi": a / options.R}
-    zones = {name: (np.array(pairs) / a).tolist() for name, pairs in data["zones"].items()}
+    zones = {name: (np.array(values) / a).tolist() for name, values in data["zones"].items()}
     outer = state.half_width / a
-    gaps = (right - left for (_, left), (right, _) in zip(zones["contact"], zones["contact"][1:]))
-    inner = max(gaps, default=0.0) / 2
+    inner = max(np.diff(np.ravel(zones["contact"]))[1::2].tolist(), default=0.0) / 2
     load = state.load / options.P
     return {
         "load": load,

@@ -61,8 +61,8 @@ def fig3(states):
             u1 = 25 * H * strip.below(state, x2)[1]
             axis.plot([1.5 * place, 1.5 * place], [0, H], "--", color="0.5", linewidth=0.5)
             axis.plot(1.5 * place + u1, x2 * H, "C0", linewidth=0.9)
-            turn = np.exp(30j * (state.law.psi0 + strip.below(state, [share])[0][0]))
-            block = turn * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j, -1 - 1j]) / 2
+            block = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j, -1 - 1j]) / 2
+            block *= np.exp(30j * (state.law.psi0 + strip.below(state, [share])[0][0]))
             height = min(share * H, H - block.imag.max())
             x1 = 1.5 * place + np.interp(height, x2 * H, u1)
             axis.plot(x1 + block.real, height + block.imag, "C1", linewidth=0.9)

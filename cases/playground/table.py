@@ -81,8 +81,7 @@ def stored(state: mb.State) -> np.ndarray:
         for start, end in parts(edges, corner):
             x = start + (end - start) * (1 - np.cos(angles)) / 2
             x = np.clip(x, left + margin, right - margin)
-            pressure = state.pressure_at(x * a_Hz, name) / p_Hz
-            factors.append(pressure / np.sqrt((x - left) * (right - x)))
+            factors.append(state.pressure_at(x * a_Hz, name) / p_Hz / np.sqrt((x - left) * (right - x)))
     return np.concatenate([edges, *factors])
 
 

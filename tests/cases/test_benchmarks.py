@@ -11,7 +11,7 @@ import pytest
 
 from cases import report
 from cases.__main__ import main
-from cases.benchmarks import chart, choice, limits, speed
+from cases.benchmarks import chart, limits, speed
 from cases.benchmarks.verification import __main__ as verification
 from cases.benchmarks.verification import judging
 
@@ -78,15 +78,6 @@ def test_the_study_of_speed_on_one_curve(monkeypatch):
     (run,) = answer["runs"]
     (grown,) = answer["growth"]
     assert run["failure"] is None and grown["unknowns"] == run["unknowns"] and grown["seconds"] > 0
-
-
-def test_a_problem_of_the_choice(monkeypatch, tmp_path):
-    monkeypatch.setattr(choice, "RECORD", tmp_path / "choice.csv")
-    monkeypatch.setattr(choice, "KINDS", {"mesh": 2})
-    choice.main(["--first", "1", "--count", "1"])
-    record = pd.read_csv(choice.RECORD)
-    assert list(record.method) == ["chosen", "condensed", "newton"] and not (record["class"] == "crash").any()
-    assert choice.figure(record).axes[0].lines
 
 
 @pytest.mark.parametrize("name", verification.SETS)

@@ -113,6 +113,19 @@ def flexibility(edges, E_star, period):
     return waves[np.abs(numbers[:, None] - numbers)]
 
 
+def closing(matrix, gaps, widths, closed, load):
+    """Pressures that close the gaps of some cells under the load, and the approach."""
+    numbers = np.flatnonzero(closed)
+    system = np.zeros((len(numbers) + 1,) * 2)
+    system[:-1, :-1] = matrix[np.ix_(numbers, numbers)]
+    system[:-1, -1] = -1.0
+    system[-1, :-1] = widths[numbers]
+    solution = np.linalg.solve(system, np.append(-gaps[numbers], load))
+    p = np.zeros(len(widths))
+    p[numbers] = solution[:-1]
+    return p, solution[-1]
+
+
 def pressed(height, edges, load, E_star, period=None):
     """Pressures of cells under a rigid obstacle on a classical half-plane, by active sets."""
     widths = np.diff(edges)
@@ -121,16 +134,9 @@ def pressed(height, edges, load, E_star, period=None):
     matrix = flexibility(edges, E_star, period)
     closed = solid & (gaps <= gaps[solid].min() + load / E_star)
     for _ in range(200):
-        numbers = np.flatnonzero(closed)
-        system = np.zeros((len(numbers) + 1,) * 2)
-        system[:-1, :-1] = matrix[np.ix_(numbers, numbers)]
-        system[:-1, -1] = -1.0
-        system[-1, :-1] = widths[numbers]
-        solution = np.linalg.solve(system, np.append(-gaps[numbers], load))
-        p = np.zeros(len(widths))
-        p[numbers] = solution[:-1]
+        p, approach = closing(matrix, gaps, widths, closed, load)
         opens = closed & (p < 0)
-        gap = np.where(solid, gaps, inf) + matrix @ p - solution[-1]
+        gap = np.where(solid, gaps, inf) + matrix @ p - approach
         closes = ~closed & (gap < -1e-12 * np.abs(gap[solid]).max())
         if not opens.any() and not closes.any():
             return p
@@ -355,7 +361,6 @@ def functions(rng):
     if rng.random() < 0.5:
         ends = half * np.array((-1, 1)) * rng.uniform(0.5, 2, 2)
     plane = HalfPlane(rng, unit)
-    load = load_of(half)
 
     def plain(x):
         return unit * height(x / unit - move)
@@ -379,13 +384,13 @@ def functions(rng):
     return Input(
         f"function {name} {dress} ends {np.round(ends / half, 1)} "
         f"unit {unit:.0e} at {move:.0e} {plane.words}",
-        lambda **options: plane.solve(function, load, **options),
+        lambda **options: plane.solve(function, load_of(half), **options),
         lambda x: cut(x * unit) / unit,
         tuple(np.clip(ends, -FAR * half, FAR * half) + move),
-        load,
+        load_of(half),
         unit,
         refusal=refusal,
-        mended=lambda: plane.solve(mended, load),
+        mended=lambda: plane.solve(mended, load_of(half)),
     )
 
 

@@ -40,7 +40,6 @@ class Problem:
     second: tuple | None = None  # solid of the obstacle
     coupled: bool = True
     rtol: float = 0.05
-    ends: tuple = ()  # edges of the obstacle
 
     def __str__(self):
         words = f"{self.law:12s} {self.kind:8s} {'body' if self.second else '':4s} ell {self.solid[3]:4.2f}"
@@ -63,7 +62,8 @@ def draw(k):
     rng = np.random.default_rng((SEED, 20, k))
     law = LAWS[k % 4]
     kind = SHAPES[k % 5]
-    alpha, f = (float(np.exp(rng.uniform(*np.log(ends)))) for ends in ((0.05, 1.0), (0.1, 0.6)))
+    alpha = float(np.exp(rng.uniform(*np.log((0.05, 1.0)))))
+    f = float(np.exp(rng.uniform(*np.log((0.1, 0.6)))))
     nu = rng.uniform(0, 0.45)
     beta = rng.uniform(0.1, 1.9)
     P = rng.uniform(0.4, 1.0)
@@ -73,13 +73,17 @@ def draw(k):
         second = (rng.uniform(0.3, 3.0), rng.uniform(0, 0.45), rng.uniform(0.1, 1.9), rng.uniform(0.05, 0.5))
     if kind == "punch":
         alpha = 2 / round(2 / alpha)  # edges of both corners were edges of the second code's cells
-    pairs = loads(rng, P, f)
-    coupled = bool(rng.random() < 0.75)
-    rtol = 0.4
-    if law != "microblock" or not second:
-        rtol = float(np.exp(rng.uniform(*np.log((0.02, 0.06)))))
-    ends = (-1.0, 1.0) if kind == "punch" else ()
-    return Problem(kind, obstacle, pairs, (1 - nu**2, nu, beta, alpha), law, f, second, coupled, rtol, ends)
+    return Problem(
+        kind,
+        obstacle,
+        loads(rng, P, f),
+        (1 - nu**2, nu, beta, alpha),
+        law,
+        f,
+        second,
+        bool(rng.random() < 0.75),
+        0.4 if second and law == "microblock" else float(np.exp(rng.uniform(*np.log((0.02, 0.06))))),
+    )
 
 
 def shape(rng, kind):
@@ -122,7 +126,8 @@ def error(history, state, edges, fields):
     wrong = means(edges, state, history.solid[3], history.law == "microblock") - fields
     x = (edges[1:] + edges[:-1]) / 2
     arms = (-history.solid[3] / 2, history.solid[3] / 2) if history.law == "microblock" else (0.0,)
-    distances = [abs(x - end + arm) for end in history.ends for arm in arms]
+    ends = history.obstacle.ends if history.kind == "punch" else ()
+    distances = [abs(x - end + arm) for end in ends for arm in arms]
     weights = np.diff(edges) * np.min([np.ones_like(x), *distances], axis=0)
     return np.max(np.sqrt(wrong**2 @ weights / (fields[0] ** 2 @ weights)) / [1, 1, history.friction])
 

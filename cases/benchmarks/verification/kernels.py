@@ -3,7 +3,7 @@
 The cosine and sine transforms of the symbol are taken along the ray k = r exp(i ANGLE), where exp(i k x)
 decays and the symbol has neither pole nor branch point: by k D s rationalised, k^2 at a zero of D solves
 (2 G + b G^2) k^4 + (1 + 2 b G) k^2 + b = 0, b = 2 beta/gamma', G = gamma' (1 - nu), so that arg k >= 75
-degrees. In log r the trapezoidal rule then converges exponentially. Values, and their means from 0 to x,
+degrees. In log r the trapezoidal rule then converges exponentially. Values
 become polynomials on pieces of x. Lengths are over ell, kernels over c = (1 - nu)/mu.
 """
 
@@ -37,35 +37,35 @@ def logarithm(name, nu, beta, curvature):
     return {"U": U, "clamped": U, "W": 1 / (4 * curvature * (1 - nu))}.get(name, 0.0)
 
 
-def transform(name, material, x, log, mean):
-    """Kernel at x > 0 (n,), or its mean from 0 to x, with `log` times log(x)/pi added.
+def transform(name, material, x, log):
+    """Kernel at x > 0 (n,), with `log` times log(x)/pi added.
 
     U and clamped have the level at which U -> -log(x)/pi for large x.
     """
     k = np.exp(GRID + 1j * ANGLE)
-    waves = 1j * np.outer(x, k)
-    waves = np.expm1(waves) / waves if mean else np.exp(waves)
+    waves = np.exp(1j * np.outer(x, k))
     # the integral of (cos(k x) - exp(-k))/k is -log(x); at k = 0 only U and clamped need exp(-k)
     level = (name in ("U", "clamped")) - log
     total = STEP / np.pi * (waves @ (symbols(*material, k)[name] * k - log) - level * np.exp(-k).sum())
-    return (total.imag if name in ODD else total.real) + (log / np.pi if mean else 0.0)
+    return total.imag if name in ODD else total.real
 
 
 @lru_cache(maxsize=24)
-def coefficients(name, material, mean):
+def coefficients(name, material):
     """Power coefficients (DEGREE + 1, pieces) of a kernel without its logarithm for x < 1, and the factor of
     that.
     """
     left, half = pieces()
     t = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
-    x, first, log = left[:, None] + half[:, None] * (t + 1), np.searchsorted(left, 1.0), 0.0
+    x = left[:, None] + half[:, None] * (t + 1)
     log = logarithm(name, *material)
-    parts = [
-        transform(name, material, part.ravel(), log * near, mean)
-        for block, near in ((x[:first], True), (x[first:], False))
-        for part in np.array_split(block, 8)
-    ]
-    values = np.concatenate(parts).reshape(x.shape)
+    values = np.concatenate(
+        [
+            transform(name, material, part.ravel(), factor).reshape(part.shape)
+            for block, factor in ((x[left < 1], log), (x[left >= 1], 0.0))
+            for part in np.array_split(block, 8)
+        ]
+    )
     middle = values[:, DEGREE // 2].copy()  # taken off: high powers would amplify its rounding
     rows = np.linalg.solve(np.vander(t, increasing=True), (values - middle[:, None]).T)
     rows[0] += middle
@@ -78,26 +78,26 @@ def pieces():
     return ends[:-1], np.diff(ends) / 2
 
 
-def table(material, factors, mean=False):
-    """A function of x, of both signs: the sum of kernels {name: factor}, or of their means from 0 to x.
+def table(material, factors):
+    """A function of x, of both signs: the sum of kernels {name: factor}.
 
     Parameters
     ----------
     material : (nu, beta, gamma')
     """
     left, half = pieces()
-    parts, log = [0.0, 0.0], 0.0
+    both = np.zeros((DEGREE + 1, 2 * len(left)))
+    logs = np.zeros(len(left))
     for name, factor in factors.items():
-        rows, own = coefficients(name, material, mean)
-        parts[name in ODD] = parts[name in ODD] + factor * rows
-        log += factor * own
-    both = np.hstack((parts[0] + parts[1], parts[0] - parts[1])) + np.zeros((DEGREE + 1, 2 * len(left)))
-    logs = np.where(left < 1, -log / np.pi, 0.0)
+        rows, log = coefficients(name, material)
+        both += factor * np.hstack((rows, -rows if name in ODD else rows))
+        logs -= np.where(left < 1, factor * log / np.pi, 0.0)
 
     def values(x):
         size = np.clip(np.abs(x), 2.0**FIRST, 2.0 ** (FIRST + OCTAVES) * (1 - 1e-15))
         piece = np.clip((PER_OCTAVE * (np.log2(size) - FIRST)).astype(np.intp), 0, len(left) - 1)
-        t, total = (size - left[piece]) / half[piece] - 1, logs[piece] * np.log(size)
+        t = (size - left[piece]) / half[piece] - 1
+        total = logs[piece] * np.log(size)
         piece += np.where(x < 0, len(left), 0)
         power = both[DEGREE][piece]
         for row in both[DEGREE - 1 :: -1]:

@@ -42,8 +42,8 @@ def drawn(k):
         name = "waves"
         height = waves(rng, half, size)
         window = (-size, size)
-    words = f"{kind:7s}{name:16s}{type(law).__name__:13s}"
-    return words, mb.Contact(body, height, law, method), float(load), window
+    kind = f"{kind:7s}{name:16s}{type(law).__name__:13s}"
+    return kind, mb.Contact(body, height, law, method), float(load), window
 
 
 def material(rng, half):

@@ -142,6 +142,11 @@ class Panels:
         values = self.basis(number, np.ravel(v)).reshape(*np.shape(v), self.order)
         return values * abs(self.h[number]) * (2 if self.kind[number] == ROOT else 1)
 
+    def forces(self):
+        """Force of each basis function, (all,)."""
+        share, _, weights = tanh_sinh()
+        return np.concatenate([weights @ self.density(n, share) for n in range(len(self.e))])
+
     def integrals(self, x, kernels, ell):
         """Integrals at x (n,) of the kernel of each source corner times each basis function: (n, all)."""
         return np.hstack([self._column(n, x, kernels[corner], ell) for n, corner in enumerate(self.corner)])
@@ -287,8 +292,7 @@ def solve(problem, zones, order):
         system[rows, :-1] = panels.integrals(x[rows], problem.kernels(corner), problem.ell)
         right[rows] = -problem.gap(corner, x[rows])
     system[:-1, -1] = -1.0
-    share, _, weights = tanh_sinh()
-    system[-1, :-1] = np.concatenate([weights @ panels.density(n, share) for n in range(len(panels.e))])
+    system[-1, :-1] = panels.forces()
     solution = np.linalg.solve(system, right)
     return Reference(problem, zones, panels, solution[:-1].reshape(-1, order), float(solution[-1]))
 
@@ -366,8 +370,8 @@ def reference(contact, load, state, orders=ORDERS, **obstacle):
         if not 0 < len(edges_of(zones)) <= EDGES:
             raise NoAnswer(f"no reference: no zones, or more than {EDGES} edges")
         zones = {
-            c: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs]
-            for c, pairs in zones.items()
+            corner: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs]
+            for corner, pairs in zones.items()
         }
         try:
             *_, coarse, fine = fitted(problem, zones, orders)

@@ -32,12 +32,6 @@ class Units:
     length: float = 1.0
     stress: float = 1.0
 
-    def elastic(self, E: float, nu: float) -> mb.Elastic:
-        return mb.Elastic(E=E * self.stress, nu=nu)
-
-    def cosserat(self, E: float, nu: float, ell: float, beta: float) -> mb.Cosserat:
-        return mb.Cosserat(E=E * self.stress, nu=nu, ell=ell * self.length, beta=beta)
-
     def height(self, function: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *x: self.length * function(*(along / self.length for along in x))
 
@@ -53,7 +47,9 @@ def solid_of(rng: np.random.Generator, u: Units, classical: bool, ell: float = 0
     nu = rng.uniform(0, 0.45)
     beta = rng.uniform(0.2, 1.8)
     side = 10 ** rng.uniform(-2, -0.3)
-    return u.elastic(100.0, nu) if classical else u.cosserat(100.0, nu, ell or side, beta)
+    if classical:
+        return mb.Elastic(E=100.0 * u.stress, nu=nu)
+    return mb.Cosserat(E=100.0 * u.stress, nu=nu, ell=(ell or side) * u.length, beta=beta)
 
 
 def law_of(rng: np.random.Generator, classical: bool) -> Any:

@@ -238,17 +238,25 @@ def drawn(k):
     b = size * rng.uniform(0.2, 0.95)
     steep = log(rng, 1e-3, 0.1)
     if kind == "ellipsoid":
-        R1 = size * log(rng, 10, 100)
-        R2 = size * log(rng, 0.1, 100)
-        load = modulus * log(rng, 1e-4, 1e-2) * min(R1, R2) ** 2
-        problem = mb.Contact(body, mb.Ellipsoid(R1, R2), mb.Unilateral())
-        return f"ellipsoid {R1 / R2:.3g}", problem, load, Elliptic(R1, R2, modulus, load)
+        return ellipsoid(rng, body, modulus, size)
     profile = profile_of(rng, kind, size, b, steep, k % 2)
     load = steep * modulus * size * (size * pi / 4 if in_space else 1)
     if kind != "punch":
         load *= log(rng, 0.3, 2)
-    problem = mb.Contact(body, obstacle_of(kind, profile, size, steep, in_space), mb.Unilateral())
-    return profile.name, problem, load, Symmetric(profile, modulus, load, in_space)
+    return (
+        profile.name,
+        mb.Contact(body, obstacle_of(kind, profile, size, steep, in_space), mb.Unilateral()),
+        load,
+        Symmetric(profile, modulus, load, in_space),
+    )
+
+
+def ellipsoid(rng, body, modulus, size):
+    R1 = size * log(rng, 10, 100)
+    R2 = size * log(rng, 0.1, 100)
+    load = modulus * log(rng, 1e-4, 1e-2) * min(R1, R2) ** 2
+    problem = mb.Contact(body, mb.Ellipsoid(R1, R2), mb.Unilateral())
+    return f"ellipsoid {R1 / R2:.3g}", problem, load, Elliptic(R1, R2, modulus, load)
 
 
 def profile_of(rng, kind, size, b, steep, odd):

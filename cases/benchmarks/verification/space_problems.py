@@ -110,9 +110,16 @@ def pin(rng):
             return sphere - np.where(r < width / 2, tip * (1 + np.cos(2 * pi * r / width)) / 2, 0.0)
         return np.minimum(sphere, rho * rho / 2 - tip + r * r * 4 * (tip + rho * width) / width**2)
 
-    features = ((*place, width / 2),)
-    note = f"{shape} of width {width / a:.3f} a at {rho / a:.2f} a"
-    return Surface("pin", height, load, solid, law, ((0.0, 0.0), place), features, note=note)
+    return Surface(
+        "pin",
+        height,
+        load,
+        solid,
+        law,
+        ((0.0, 0.0), place),
+        ((*place, width / 2),),
+        note=f"{shape} of width {width / a:.3f} a at {rho / a:.2f} a",
+    )
 
 
 def ridge(rng):
@@ -199,11 +206,11 @@ def wavy(rng):
     return Surface("wavy", height, load, (E, nu, beta, ell), law, places, period=1.0, note=note)
 
 
-FACES = (  # up to this number of a draw: face, its size, distance
-    (0.3, "round punch", 1, np.hypot),
-    (0.55, "square punch", 1, lambda x, y: np.maximum(abs(x), abs(y))),
-    (0.8, "sphere cut by a plane", 0.5, lambda x, y: x + 0 * y),
-    (1, "sphere cut round", 0.5, np.hypot),
+FACES = (  # up to this number of a draw: face, its size, radius of the sphere, distance
+    (0.3, "round punch", 1, inf, np.hypot),
+    (0.55, "square punch", 1, inf, lambda x, y: np.maximum(abs(x), abs(y))),
+    (0.8, "sphere cut by a plane", 0.5, 1.0, lambda x, y: x + 0 * y),
+    (1, "sphere cut round", 0.5, 1.0, np.hypot),
 )
 
 
@@ -211,12 +218,11 @@ def ends(rng):
     a, load, solid, law = _base(rng, 0.02, 0.2)
     x0, y0 = a * rng.uniform(-50, 50, 2)
     draw = rng.random()
-    _, name, size, distance = next(face for face in FACES if draw < face[0])
+    name, size, R, distance = next(face[1:] for face in FACES if draw < face[0])
     size *= a * rng.uniform(0.5, 1.2)
 
     def height(x, y):
-        rise = 0.0 if "punch" in name else ((x - x0) ** 2 + (y - y0) ** 2) / 2
-        return np.where(distance(x - x0, y - y0) <= size, rise, inf)
+        return np.where(distance(x - x0, y - y0) <= size, ((x - x0) ** 2 + (y - y0) ** 2) / (2 * R), inf)
 
     return Surface("ends", height, load, solid, law, ((x0, y0),), norm=False, note=name)
 
@@ -311,5 +317,6 @@ def case(k):
             raise NoAnswer("below the promised width")
         return errors[worst], state.error_estimate, true["bars"][worst]
 
-    text = f"{s.kind:8s}{s.law:13s}{s.note:36s}"
-    return Case(text, RTOL, lambda: contact.solve(load=load, rtol=RTOL), verify)
+    return Case(
+        f"{s.kind:8s}{s.law:13s}{s.note:36s}", RTOL, lambda: contact.solve(load=load, rtol=RTOL), verify
+    )
