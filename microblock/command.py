@@ -146,6 +146,8 @@ def parser(program: str, module: Any, offered: Iterable[Option]) -> OneLineParse
         text = option.text
         short = option.name.rpartition("_")[2].upper()
         form: dict[str, Any] = {"nargs": option.many, "metavar": "|".join(option.choices) or short}
+        if option.many == "+":  # an option that is repeated adds to what it had
+            form["action"] = "extend"
         if option.kind is bool:
             form = {"action": "store_true"}
         elif option.default not in (None, ()):

@@ -1,8 +1,8 @@
 """What a computation would take is estimated before it is begun.
 
-RATES are those of one core of a usual processor; `cases/benchmarks/choice.py` measures them. They are the
-same on every machine, so that a problem takes the same method everywhere, but for bodies in space, where
-SciPy's SuperLU takes much longer than CHOLMOD.
+RATES are those of one core of a usual processor; `cases/benchmarks/results/choice.csv` has the seconds that
+were measured. They are the same on every machine, so that a problem takes the same method everywhere, but for
+bodies in space, where SciPy's SuperLU takes much longer than CHOLMOD.
 """
 
 import gc

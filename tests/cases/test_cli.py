@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from cases.__main__ import cases
-from microblock.command import flag, options, summary
+from microblock.command import flag, options, parser, summary
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = [path for path in ROOT.glob("cases/**/*.py") if path.parent.name in ("cases", "paper")]
@@ -51,6 +51,15 @@ def test_help_has_every_option(name, run):
     status, out, err = run(f"{name} --help")
     assert (status, err) == (0, "") and "--json" in out and ":math:" not in out
     assert all(flag(option) in out for option in options(import_module(cases()[name][0]).solve))
+
+
+def test_a_repeated_option_adds_to_what_it_had():
+    """The last one alone counted: `report --only a --only b` drew b."""
+    offered = options(import_module("cases.report").solve).values()
+    words = parser("report", import_module("cases.report"), offered).parse_args(
+        ["--only", "wave", "--only", "strip", "rough"]
+    )
+    assert words.only == ["wave", "strip", "rough"]
 
 
 def test_help_has_defaults_of_zero(run):
