@@ -26,13 +26,14 @@ from .errors import (
 )
 from .model import law as laws
 from .model import obstacles
-from .model.bodies import Unbounded, offered_by, over_surface, require_body
+from .model.bodies import BodyLike, Unbounded, offered_by, over_surface, require_body
 from .model.corner_geometry import Blocks
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
+from .model.law import Law
 from .model.material import Cosserat, Elastic
-from .model.methods import OfferedByMethod, offered
+from .model.methods import MethodLike, OfferedByMethod, offered
 from .model.plan import Candidate, Plan, first_answer, planned
 from .model.problem import require_even, require_jumps, require_uniform
 from .model.progress import counted, counting, kept
@@ -40,7 +41,7 @@ from .model.refinement import Usual
 from .model.results import line
 from .model.scales import on_own_scale
 from .model.state import State
-from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
+from .model.types import ObstacleLike
 from .threads import bounded
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ class Contact:
 
     body: BodyLike
     obstacle: ObstacleLike
-    law: LawLike
+    law: Law
     method: MethodLike | None = None
 
     def __post_init__(self) -> None:
@@ -441,7 +442,7 @@ class Contact:
         body: BodyLike | None = None,
         solid: Cosserat | None = None,
         obstacle: ObstacleLike | None = None,
-        law: LawLike | None = None,
+        law: Law | None = None,
         method: MethodLike | None = None,
     ) -> Contact:
         """Returns the problem with some of its parts replaced.

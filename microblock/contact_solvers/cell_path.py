@@ -16,7 +16,7 @@ from ..model.periodic import EQUAL
 from ..model.progress import counted
 from ..model.refinement import FEWEST, GeometricSeries
 from ..model.types import Array, Flags, Integers
-from .cell_solver import spots
+from .fft_compliance import spots
 
 STEP = 1.5  # from load to load of the scan
 BRACKET = 2e-4  # of a load, between which an event lies

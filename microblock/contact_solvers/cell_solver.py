@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import label
 
 from .. import cost
 from ..errors import BadArgument, NotConverged, out_of_reach, require
@@ -17,7 +16,7 @@ from ..model.periodic import EQUAL, Repeated, agree_at_ends
 from ..model.refinement import RefinementLevel, levels, refine
 from ..model.solution import Solution
 from ..model.solver import Solver
-from ..model.types import Array, Flags, Integers
+from ..model.types import Array
 from . import projected_gradients
 from .fft_compliance import Grid
 
@@ -375,14 +374,3 @@ def halvings(nodes: int, few: int = 1024) -> list[int]:
     while sizes[-1] > 2 * few or len(sizes) < 3:
         sizes.append((sizes[-1] + 1) // 2)
     return sizes[::-1]
-
-
-def spots(flags: Flags, periodic: bool) -> Integers:
-    """Returns labels of connected cells, from 1; on a period across its ends."""
-    labels = label(flags, np.ones((3,) * flags.ndim))[0]
-    for axis in range(flags.ndim if periodic else 0):
-        first, last = (np.moveaxis(labels, axis, 0)[end] for end in (slice(1), slice(-1, None)))  # views
-        for place in zip(*np.nonzero((first > 0) & (last > 0))):
-            if first[place] != last[place]:
-                labels[labels == last[place]] = first[place]
-    return labels

@@ -20,7 +20,7 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import label, map_coordinates
 
 from ..model.types import Array, Flags, Integers
 from .convolution import FourierOperator, circulant_spectrum
@@ -449,3 +449,14 @@ def exchanged(R: Array, numbers: range) -> Array:
         R[:, j] = column / pivot
         R[j, j] = 1 / pivot
     return R
+
+
+def spots(flags: Flags, periodic: bool) -> Integers:
+    """Returns labels of connected cells, from 1, in the shape of the flags; on a period across its ends."""
+    labels = label(flags, np.ones((3,) * flags.ndim))[0]
+    for axis in range(flags.ndim if periodic else 0):
+        first, last = (np.moveaxis(labels, axis, 0)[end] for end in (slice(1), slice(-1, None)))  # views
+        for place in zip(*np.nonzero((first > 0) & (last > 0))):
+            if first[place] != last[place]:
+                labels[labels == last[place]] = first[place]
+    return labels

@@ -19,8 +19,8 @@ from .. import cost
 from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require, require_kind
-from ..model.law import level_surface
-from ..model.types import Array, Flags, LawLike
+from ..model.law import Law, level_surface
+from ..model.types import Array, Flags
 from ..threads import bounded, with_outer_threads
 from . import factors, supports
 from .body import Body
@@ -199,7 +199,7 @@ def condensed(body: Body, clamped: bool = False, followed: bool = False) -> Cond
     return supported.once(("condensed", followed), lambda: CondensedNodes(supported, followed))
 
 
-def without_idle_rotation(body: Body, law: LawLike) -> Body:
+def without_idle_rotation(body: Body, law: Law) -> Body:
     """Returns the body without psi, made once, where neither the law nor the solid couples it to u and
     nothing prescribes it; else the body itself.
     """

@@ -12,8 +12,9 @@ from ..contact_solvers.compliance import nearest_alone
 from ..errors import require
 from ..model import law as laws
 from ..model.corner_geometry import Blocks, CornerGeometry
+from ..model.law import Law
 from ..model.obstacles import STEEPEST
-from ..model.types import Array, LawLike, ObstacleLike
+from ..model.types import Array, ObstacleLike
 from . import contact_term, supports
 from .body import Body
 from .contact_nodes import ContactNodes
@@ -48,7 +49,7 @@ class ContactFacets(ContactNodes):
     ((2, 4), 0.5)
     """
 
-    def __init__(self, body: Body, law: LawLike, obstacle: ObstacleLike) -> None:
+    def __init__(self, body: Body, law: Law, obstacle: ObstacleLike) -> None:
         laws.check(law)
         words = "belongs to FrictionFacets: these terms know no shear tractions"
         friction = law.friction

@@ -27,13 +27,14 @@ from ..halfplane.kernels import HalfPlane
 from ..halfplane.zone_search import CONDITIONS_SHARE
 from ..model import contact_candidates
 from ..model.contact_candidates import ContactCandidates, low
+from ..model.contact_like import ContactLike
 from ..model.intervals import common, zone_edges
 from ..model.methods import Condensed, Panels
 from ..model.obstacles import as_obstacle, heights, jumps_of
 from ..model.problem import Problem
 from ..model.progress import counted
 from ..model.refinement import RefinementLevel, refine
-from ..model.types import ContactLike, CornerZones
+from ..model.types import CornerZones
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
 from .forecast import fitted_cost

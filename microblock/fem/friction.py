@@ -18,10 +18,11 @@ from ..model.corner_geometry import Blocks
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
 from ..model.intervals import borders
+from ..model.law import Law
 from ..model.progress import kept
 from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
 from ..model.solver import Solver
-from ..model.types import Array, LawLike, ObstacleLike, Zones
+from ..model.types import Array, ObstacleLike, Zones
 from .body import Body
 from .body_fields import BodyFields
 from .condensation import CondensedNodes, condensed
@@ -63,7 +64,7 @@ class FrictionFacets:
     0.002
     """
 
-    def __init__(self, body: Body, law: LawLike, obstacle: ObstacleLike) -> None:
+    def __init__(self, body: Body, law: Law, obstacle: ObstacleLike) -> None:
         require_kind(Body, "a Body", body=body)
         laws.check(law)
         self.friction: float = law.friction

@@ -13,6 +13,7 @@ from ..contact_solvers.rounding import EPS_PIVOT
 from ..errors import SMALLEST, BadArgument, NotConverged
 from ..model import contact_candidates
 from ..model.contact_candidates import ContactCandidates
+from ..model.contact_like import ContactLike
 from ..model.deformable import second_solid, shape_of
 from ..model.history import History
 from ..model.intervals import distance, distance_to_ends, runs
@@ -24,7 +25,7 @@ from ..model.problem import Problem
 from ..model.refinement import GeometricSeries, Usual
 from ..model.scales import classical_rise
 from ..model.solution import LineSolution, Solution
-from ..model.types import Array, ContactLike, CornerZones, Flags
+from ..model.types import Array, CornerZones, Flags
 from .forecast import cells_cost, period_cost
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol

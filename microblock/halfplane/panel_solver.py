@@ -9,6 +9,7 @@ from ..cost import Cost
 from ..errors import BadArgument, MicroblockError, NotConverged, at_least, out_of_reach, require
 from ..model import contact_candidates
 from ..model.contact_candidates import ContactCandidates
+from ..model.contact_like import ContactLike
 from ..model.deformable import second_solid, shape_of
 from ..model.events import LoadPath
 from ..model.history import History
@@ -19,7 +20,7 @@ from ..model.problem import Problem
 from ..model.refinement import Usual
 from ..model.solution import Solution
 from ..model.solver import Solver
-from ..model.types import Array, ContactLike
+from ..model.types import Array
 from .forecast import panels_cost
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane

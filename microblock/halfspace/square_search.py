@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import find_objects, map_coordinates, minimum_filter
 
-from ..contact_solvers.cell_solver import spots
-from ..contact_solvers.fft_compliance import Grid
+from ..contact_solvers.fft_compliance import Grid, spots
 from ..errors import NotConverged
 from ..model.periodic import EQUAL
 from ..model.progress import counted

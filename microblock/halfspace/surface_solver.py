@@ -15,9 +15,9 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.active_set import ContactState
-from ..contact_solvers.cell_solver import CellSolution, CellSolver, spots
+from ..contact_solvers.cell_solver import CellSolution, CellSolver
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
-from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
+from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid, spots
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid

@@ -1,15 +1,27 @@
 """Bodies that are given by a solid and a size or period, and what a body of a user's own offers."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from ..errors import BadArgument, Checked, checked, require_kind, require_positive
 from .material import Cosserat
-from .methods import Fitted, Uniform, offered
+from .methods import Fitted, MethodLike, Uniform, offered
 
 AnyBody = TypeVar("AnyBody", bound="OfSolid")
+
+
+class BodyLike(Protocol):
+    """A body of one solid."""
+
+    @property
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
+
+    @property
+    def methods(self) -> Sequence[type[MethodLike]]:
+        """The methods that solve on it, the usual one first."""
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import BadArgument, require
-from .bodies import over_surface, require_body
+from .bodies import BodyLike, over_surface, require_body
 from .obstacles import OFFERED, RigidObstacle, as_obstacle, check
-from .types import BodyLike, ObstacleLike
+from .types import ObstacleLike
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
 from ..threads import bounded
+from .contact_like import ContactLike
 from .progress import counting
 from .refinement import Usual
 from .results import PlainData, line, number, saved
-from .types import Axes, ContactLike, Figure, Target
+from .types import Axes, Figure, Target
 from .views import pictures
 
 if TYPE_CHECKING:

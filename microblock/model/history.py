@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import require, require_floats
+from .contact_like import ContactLike
 from .events import Event
 from .intervals import common, distance, without
 from .results import PlainData, line, saved
 from .solution import PlaneSolution
 from .state import State
-from .types import Array, Axes, ContactLike, Figure, Interval, Target, Zones
+from .types import Array, Axes, Figure, Interval, Target, Zones
 from .views import pictures
 
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..errors import BadArgument, Checked, checked, real_numbers, require, require_choice, require_finite
 from . import obstacles
-from .types import Array, Function, LawLike, Tilt
+from .types import Array, Function, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
@@ -331,7 +331,7 @@ def check(law: Any, in_space: bool = False) -> None:
     _check_corners(law)
 
 
-def is_uniform(law: LawLike) -> bool:
+def is_uniform(law: Law) -> bool:
     """Returns whether a law says that it is uniform, and none of what that is said of is derived later."""
     owners = [
         next(kind for kind in type(law).mro() if name in vars(kind))
@@ -366,7 +366,7 @@ def _check_corners(law: Law) -> None:
     require(np.all(np.diff(sizes) <= 0), "law", law, words)
 
 
-def require_shifts(law: LawLike, ell: float) -> None:
+def require_shifts(law: Law, ell: float) -> None:
     """Raises BadArgument unless corners are everywhere as far from their contact point along the surface."""
     if type(law) in BUILT_IN:
         return
@@ -375,7 +375,7 @@ def require_shifts(law: LawLike, ell: float) -> None:
     require(np.ptp(along, axis=1).max() <= 1e-9, "law", law, words)
 
 
-def require_pure_force(law: LawLike, ell: float) -> None:
+def require_pure_force(law: Law, ell: float) -> None:
     """Raises BadArgument where the only corner has a lever: half-planes then know no moment."""
     if len(law.corners) == 1:
         words = "has one corner with a lever: on a half-plane it must be 0, a Block or a Body takes any"

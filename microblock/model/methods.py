@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 from ..errors import (
     Checked,
@@ -52,6 +52,14 @@ def offered(given: Any, interface: type[AnyOffer]) -> AnyOffer:
 
 
 _order = checked(require_whole, 1, 20)  # of elements
+
+
+class MethodLike(Protocol):
+    """A method: what it fixes, and the solver that it stands for."""
+
+    @property
+    def solver(self) -> str | type[Any]:
+        """A Solver class, or its dotted path below microblock."""
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from typing import Any
 
 from ..cost import MOST_MEMORY, Cost
 from ..errors import MicroblockError, NotConverged, shortened
+from .methods import MethodLike
 from .refinement import SECONDS
-from .types import MethodLike
 
 PATIENCE = 2.0  # seconds that an answer to rtol may take more than one that misses it
 

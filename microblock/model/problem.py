@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from ..errors import require
 from .corner_geometry import Blocks
 from .intervals import contains, joined
-from .law import BUILT_IN, is_uniform, level_surface
+from .law import BUILT_IN, Law, is_uniform, level_surface
 from .material import Cosserat, joint_modulus
 from .obstacles import RigidObstacle, as_obstacle, heights, jumps_of, scales
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy
-from .types import Array, CornerZones, Integers, Interval, LawLike, ObstacleLike
+from .types import Array, CornerZones, Integers, Interval, ObstacleLike
 
 GROWTH = 4.0  # of panels away from an edge
 
@@ -29,7 +29,7 @@ class Problem:
     """
 
     solid: Cosserat
-    law: LawLike
+    law: Law
     obstacle: RigidObstacle  # or what `as_obstacle` makes one of
     mirror: bool = False
     candidates: Any = field(default=None, compare=False, repr=False)  # ContactCandidates, or None
@@ -185,7 +185,7 @@ def half_line(problem: Problem) -> bool:
     return problem.mirror and len(problem.law.corners) == 1
 
 
-def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
+def require_even(law: Law, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are `even` and are not."""
     x = scales(ell)
     same = 1e-9
@@ -202,7 +202,7 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
         require(np.allclose(levers, -levers[::-1, ::-1], rtol=same, atol=same), "law", law, words)
 
 
-def require_uniform(law: LawLike, ell: float) -> None:
+def require_uniform(law: Law, ell: float) -> None:
     """Raises BadArgument where a law says that it is `uniform` and is not."""
     if type(law) in BUILT_IN or not is_uniform(law):
         return

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from .bodies import offered_by, over_surface
+from .bodies import BodyLike, offered_by, over_surface
 from .deformable import Deformable, second_solid
 from .material import Elastic, joint_modulus
 from .obstacles import named_places, quiet_heights
-from .types import Array, BodyLike, Flags, Interval, ObstacleLike
+from .types import Array, Flags, Interval, ObstacleLike
 
 PER_DECADE = 8  # places: a parabola's lowest one is seen to a seventh of its distance, and then followed
 

@@ -10,13 +10,14 @@ import numpy as np
 from ..cost import Cost
 from ..errors import BadArgument, NotConverged, require
 from .bodies import offered_by
+from .contact_like import ContactLike
 from .deformable import body_of
 from .events import LoadPath
 from .law import require_shifts
 from .obstacles import as_obstacle, check_lowest, heights, scales
 from .refinement import Usual
 from .solution import Solution
-from .types import Array, ContactLike
+from .types import Array
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
 SOLVED = 1e-6

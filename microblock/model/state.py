@@ -21,24 +21,13 @@ from ..errors import (
     shown,
 )
 from .archive import Absent
+from .contact_like import ContactLike
 from .interpolant import Interpolant, SurfaceResponse, set_read_only
+from .law import Law
 from .material import Cosserat
 from .results import LISTED, PlainData, intervals, line, number, plain_data, saved
 from .surface import Surface
-from .types import (
-    Array,
-    Axes,
-    ContactLike,
-    Figure,
-    Flags,
-    Integers,
-    Interval,
-    LawLike,
-    ObstacleLike,
-    Target,
-    ZoneErrors,
-    Zones,
-)
+from .types import Array, Axes, Figure, Flags, Integers, Interval, ObstacleLike, Target, ZoneErrors, Zones
 from .views import pictures
 
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
@@ -170,7 +159,7 @@ class State(PlainData):
     problem: ContactLike
     solid: Cosserat
     obstacle: ObstacleLike
-    law: LawLike
+    law: Law
     method: str
     load: float
     approach: float | None

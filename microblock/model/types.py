@@ -13,11 +13,6 @@ if TYPE_CHECKING:
     import matplotlib.axes
     import matplotlib.figure
 
-    from microblock import Contact
-
-    from .law import Law
-    from .material import Cosserat
-    from .solver import Solver
 
 Array: TypeAlias = NDArray[np.float64]
 AnyArray: TypeAlias = NDArray[Any]  # also complex
@@ -32,8 +27,6 @@ Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
-ContactLike: TypeAlias = "Contact"
-LawLike: TypeAlias = "Law"
 
 
 class HasHeight(Protocol):
@@ -44,21 +37,3 @@ class HasHeight(Protocol):
 
 
 ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
-
-
-class MethodLike(Protocol):
-    @property
-    def solver(self) -> str | type[Solver]:
-        """A Solver class, or its dotted path below microblock."""
-
-
-class BodyLike(Protocol):
-    """A body of one solid; `bodies` says what else it may offer."""
-
-    @property
-    def solid(self) -> Cosserat:
-        """The solid of the body."""
-
-    @property
-    def methods(self) -> Sequence[type[MethodLike]]:
-        """The methods that solve on it, the usual one first."""
