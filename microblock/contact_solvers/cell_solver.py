@@ -50,14 +50,14 @@ class CellSolution(Solution):
     displacement: Array
     residual: float
     iterations: int
-    error_estimate: float | None = None  # type: ignore[assignment]
+    error_estimate: float | None = None
     notes: tuple[str, ...] = ()
     opposite: Any = None
 
     method = "cells"
 
     @property
-    def unknowns(self) -> int:  # type: ignore[override]
+    def unknowns(self) -> int:
         return self.pressures.size
 
     @property

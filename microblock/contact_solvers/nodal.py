@@ -16,7 +16,9 @@ from ..model.progress import counted, kept
 from ..model.refinement import FEWEST
 from ..model.solution import PlaneSolution, Solution
 from ..model.solver import Solver
+from ..model.types import Array, Flags, Interval, LawLike, Zones
 from . import active_set
+from .compliance import Compliance
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,33 +41,33 @@ class OfNodes(Solution):
     solver: Any
     load: float
     approach: float
-    forces: np.ndarray
-    displacement: np.ndarray
-    psi: np.ndarray
+    forces: Array
+    displacement: Array
+    psi: Array
     residual: float
     iterations: int
     unknowns: int
     mirrored: bool = False
 
     @property
-    def nodes(self):
+    def nodes(self) -> Any:
         return self.solver.nodes
 
     @cached_property
-    def points(self):
-        return self._whole(self.nodes.points.T, [[-1], [1]]).T
+    def points(self) -> Array:
+        return self._on_both_sides(self.nodes.points.T, [[-1], [1]]).T
 
     @cached_property
-    def normals(self):
-        return self._whole(self.nodes.normals.T, [[-1], [1]]).T
+    def normals(self) -> Array:
+        return self._on_both_sides(self.nodes.normals.T, [[-1], [1]]).T
 
     @cached_property
-    def weights(self):
+    def weights(self) -> Array:
         """Lengths (areas) of the surface: the load is ``weights @ (p*n2)``."""
         on_axis = self.mirrored & (self.nodes.points[:, 0] == 0)
-        return self._whole(np.where(on_axis, 2, 1) * self.nodes.weights)
+        return self._on_both_sides(np.where(on_axis, 2, 1) * self.nodes.weights)
 
-    def _whole(self, values, sign=1, corners=False):
+    def _on_both_sides(self, values: Any, sign: Any = 1, corners: bool = False) -> Any:
         """Values on the whole line from those of the computed part, (..., n), the mirrored ones times `sign`;
         `corners` change places.
         """
@@ -74,17 +76,17 @@ class OfNodes(Solution):
         return np.concatenate((sign * (values[::-1] if corners else values)[..., :0:-1], values), axis=-1)
 
     @property
-    def carried(self):
+    def carried(self) -> Array:
         """Force of each corner, (corners, n); of corners that move together the mean."""
         return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces)
 
     @cached_property
-    def pressures(self):
+    def pressures(self) -> Array:
         """Pressure of each corner, (corners, n)."""
-        return self._whole(self.carried / self.nodes.weights, corners=True)
+        return self._on_both_sides(self.carried / self.nodes.weights, corners=True)
 
     @cached_property
-    def energy(self):
+    def energy(self) -> float:
         """Elastic energy (per thickness), half the work of the corners."""
         depth = self.approach * self.nodes.normals[:, -1] - np.where(self.forces > 0, self.gaps, 0)
         return (1 + self.mirrored) * float(np.sum(np.where(self.forces > 0, self.forces * depth, 0)) / 2)
@@ -100,66 +102,80 @@ class NodalSolution(OfNodes, PlaneSolution):
     """
 
     _: KW_ONLY
-    gaps: np.ndarray
-    closed: np.ndarray
+    gaps: Array
+    closed: Flags
 
     @property
-    def law(self):
+    def law(self) -> Any:
         return self.solver.law
 
     @cached_property
-    def problem(self):
-        solver, obstacle = self.solver, self.solver.obstacle
+    def problem(self) -> Problem:
+        solver = self.solver
+        obstacle = solver.obstacle
         counter = second_solid(obstacle)
         return Problem(solver.solid, self.law, shape_of(obstacle), counter=counter, blocks=solver.blocks)
 
     @property
-    def x(self):
+    def x(self) -> Array:
         return self.points[:, 0]
 
-    def interpolated(self, values, x):
+    def interpolated(self, values: Array, x: Array) -> Array:
         """Nodal values at x, array (n,): a polygon."""
-        return np.interp(x, self.x, values)
+        return np.asarray(np.interp(x, self.x, values))
 
-    def reaches(self, x):
+    def reaches(self, x: Array) -> Flags:
         """Whether x lies on the contact boundary, boolean array (n,)."""
         return (x >= self.x[0]) & (x <= self.x[-1]) & ~interrupted(self.x, self.apart, x)
 
-    def pressure(self, corner, x):
+    def pressure(self, corner: int, x: Array) -> Array:
         """Pressure of a corner (number) at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.pressures[corner], x), 0.0)
 
-    def moment_at(self, x):
+    def moment_at(self, x: Array) -> Array:
         """M at x1 = x, array (n,)."""
         return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
 
     @classmethod
-    def of_forces(cls, solver, nodes, load, approach, forces, gaps, closed, *counts, **more):
+    def of_forces(
+        cls,
+        solver: Any,
+        nodes: Any,
+        load: float,
+        approach: float,
+        forces: Array,
+        gaps: Array,
+        closed: Flags,
+        *counts: Any,
+        **fields: Any,
+    ) -> Any:
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
         compliance = getattr(nodes, "compliance", nodes)
         raised, psi = np.split(compliance.matrix @ compliance.loads(solver.blocks, forces), 2)
         counts = *counts, getattr(nodes, "unknowns", forces.size)
-        return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **more)
+        return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **fields)
 
     @property
-    def apart(self):
+    def apart(self) -> Flags | None:  # type: ignore[override]
         return self.nodes.apart
 
     @cached_property
-    def micromoment(self):
+    def micromoment(self) -> Array:
         """M of (29), or the reaction to a prescribed psi."""
         if self.law.clamps_rotation:
             rows = self.solver.body.compliance(False).matrix[len(self.x) :]
-            turned, across = np.split(rows, 2, axis=1)
-            return np.linalg.lstsq(across, turned @ self.forces.sum(axis=0), rcond=None)[0] / self.weights
-        return self.solver.solid.ell / 2 * np.sum(self.solver.blocks.levers(self.x) * self.pressures, axis=0)
+            of_forces, of_moments = np.split(rows, 2, axis=1)
+            rotation = of_forces @ self.forces.sum(axis=0)
+            return np.asarray(np.linalg.lstsq(of_moments, rotation, rcond=None)[0] / self.weights)
+        levers = self.solver.blocks.levers(self.x)
+        return np.asarray(self.solver.solid.ell / 2 * np.sum(levers * self.pressures, axis=0))
 
     @cached_property
-    def zones_by_name(self):
+    def zones_by_name(self) -> Zones:
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
         return zones_of(self.x, self.closed, self.law, self.apart)
 
-    def remarks(self):
+    def remarks(self) -> list[str]:
         """Sentences where the contact reaches the last node and the obstacle goes on."""
         return [
             f"the contact reaches the last node, x1 = {self.x[end]:.3g}: if the body goes on there, "
@@ -168,16 +184,17 @@ class NodalSolution(OfNodes, PlaneSolution):
             if len(self.x) > 1 and self.goes_on(end, 2 * self.points[end] - self.points[inner])
         ]
 
-    def goes_on(self, end, there):
+    def goes_on(self, end: int, place: Array) -> bool:
         """Whether a corner of an end (0 or -1) is closed and the obstacle lies over a place beyond it."""
-        beyond = self.solver.blocks.under(self.problem.obstacle, there[None], self.normals[[end]])
-        return self.closed[:, end].any() and np.isfinite(beyond.initial_gaps).any()
+        beyond = self.solver.blocks.under(self.problem.obstacle, place[None], self.normals[[end]])
+        return bool(self.closed[:, end].any() and np.isfinite(beyond.initial_gaps).any())
 
 
 class NodalSolver(Solver):
     """States of a body with a method ``compliance(clamped)`` that returns a Compliance."""
 
-    solution = NodalSolution
+    solution: Any = NodalSolution
+    body: Any
     verifies = True
     most_corners = None
 
@@ -187,17 +204,19 @@ class NodalSolver(Solver):
         return 0.5  # of most solids it is 0.5 to 0.8
 
     @cached_property
-    def compliance(self):
-        found = self.body.compliance(self.law.clamps_rotation)
-        found.require_symmetric()
-        return found
+    def compliance(self) -> Compliance:
+        compliance = self.body.compliance(self.law.clamps_rotation)
+        compliance.require_symmetric()
+        return compliance
 
     @property
-    def nodes(self):
+    def nodes(self) -> Any:
         """Points, normals, weights and twins of the nodes."""
         return self.compliance
 
-    def solve(self, load, approach, rtol, initial=None):
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> Any:
         require(
             rtol is None,
             "rtol",
@@ -206,65 +225,69 @@ class NodalSolver(Solver):
         )
         return self.at(load, approach, initial)
 
-    def at(self, load, approach=None, initial=None):
+    def at(self, load: float | None, approach: float | None = None, initial: Any = None) -> Any:
         flexibility, gaps, share = self.system
         count = len(self.law.corners)
         start = None
         if isinstance(initial, NodalSolution) and len(initial.closed) == count:  # at the nearest nodes
-            x, start = self.compliance.points[:, 0], initial.closed
+            x = self.compliance.points[:, 0]
+            start = initial.closed
             if len(x) != len(initial.x):
                 start = start[:, np.searchsorted(borders(initial.x)[1:-1], x)]
             start = start.ravel()
-        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
-        forces, closed = found.forces.reshape(count, -1), self.together(found.closed)
-        load = found.load if load is None else load  # as it was asked for: the sum of the forces is rounded
+        contact = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
+        if load is None:  # a load is as it was asked for: the sum of the forces is rounded
+            load = contact.load
         return self.solution.of_forces(
             self,
             self.nodes,
             load,
-            found.approach,
-            forces,
+            contact.approach,
+            contact.forces.reshape(count, -1),
             gaps.reshape(count, -1),
-            closed,
-            found.kkt,
-            found.iterations,
+            self.together(contact.closed),
+            contact.kkt,
+            contact.iterations,
         )
 
-    def path(self, last, rtol):
+    def path(self, last: float, rtol: float | None) -> LoadPath:
         return NodalPath(self.contact, last, None)
 
     @cached_property
-    def system(self):
+    def system(self) -> tuple[Array, Array, Array]:
         """(flexibility, initial gaps, shares in the load) of the law's corners."""
-        found = self.compliance.corner_system(self.blocks, self.obstacle)
+        flexibility, gaps, share = self.compliance.corner_system(self.blocks, self.obstacle)
         require(
-            np.isfinite(found[1]).any(),
+            np.isfinite(gaps).any(),
             "obstacle",
             self.obstacle,
             "faces no node of the contact boundary: it has to be above it, and the boundary's outward "
             "normal has to point up, along x2",
         )
         require(
-            np.isfinite(found[0]).all(), "law", self.law, "must have finite levers at every node of the body"
+            np.isfinite(flexibility).all(),
+            "law",
+            self.law,
+            "must have finite levers at every node of the body",
         )
-        return found
+        return flexibility, gaps, share
 
-    def together(self, closed):
+    def together(self, closed: Flags) -> Flags:
         """Closed corners, array (corners, nodes), all where psi is constrained."""
         closed = closed.reshape(len(self.law.corners), -1)
-        return closed | (self.nodes.twins & closed.any(axis=0))
+        return np.asarray(closed | (self.nodes.twins & closed.any(axis=0)))
 
 
 class NodalPath(LoadPath):
     """The load path at the nodes of a compliance, or of the Contact `followed`."""
 
-    def __init__(self, problem, last, rtol, followed=None):
+    def __init__(self, problem: Any, last: float, rtol: float | None, followed: Any = None) -> None:
         super().__init__(problem, last, rtol)
         self._solver = (followed or problem).solver
 
     @cached_property
     @following
-    def events(self):
+    def events(self) -> list[Event]:
         """Zones that are born, merge, split or vanish, ascending in load.
 
         Nodes see an event off by a share h/a of its load (h the distance of nodes, a the half-width then), or
@@ -272,11 +295,16 @@ class NodalPath(LoadPath):
         from the nodal change before to the last load whose event may be seen here. First touch is exact. x is
         good to h.
         """
-        law, before, found = self.problem.law, {}, []
-        kept(found)
+        events: list[Event] = []
+        before: Zones = {}
+        kept(events)
         loads, zones, unseen, _ = self._followed
         # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
-        crossing = np.minimum(1, 1.7 * unseen**self._solver.crossing) if len(law.corners) > 1 else unseen
+        crossing = (
+            np.minimum(1, 1.7 * unseen**self._solver.crossing)
+            if len(self.problem.law.corners) > 1
+            else unseen
+        )
         for number, (load, after) in enumerate(zip(loads, zones)):
             for zone, intervals in after.items():
                 share = crossing if zone in ("full", "contact") else unseen
@@ -284,33 +312,36 @@ class NodalPath(LoadPath):
                 seen_here = np.divide(load, 1 - share, out=np.full(len(share), np.inf), where=share < 1)
                 above = np.minimum(seen_here, loads[1:])[seen_here >= loads[:-1]].max() - load
                 error = 0.0 if load == 0 and zone != "full" else max(below, above)
-                happened = zone_changes(before.get(zone, ()), intervals)
-                found += [Event(load, error, kind, zone, x) for kind, x in happened]
+                changes = zone_changes(before.get(zone, ()), intervals)
+                events += [Event(load, error, kind, zone, x) for kind, x in changes]
             before = after
-        return found
+        return events
 
     @cached_property
-    def _followed(self):
+    def _followed(self) -> tuple[Array, list[Zones], Array, float]:
         """Loads at which nodes close or open, and the last one; zones after each; the largest distance of
         nodes over the half-width of the contact, array, and over that of its narrowest zone at the end.
         """
-        solver, loads, zones = self._solver, [], []
+        solver = self._solver
+        loads: list[float] = []
+        zones: list[Zones] = []
         flexibility, gaps, share = solver.system
-        x, apart = solver.compliance.points[:, 0], solver.compliance.apart
+        x = solver.compliance.points[:, 0]
+        apart = solver.compliance.apart
         closed = np.zeros(len(gaps), bool)
-        followed = active_set.path(flexibility, gaps, self.last, c=share)
-        for load, changes in groupby(followed, key=lambda event: event.load):
+        corner_events = active_set.path(flexibility, gaps, self.last, c=share)
+        for load, changes in groupby(corner_events, key=lambda event: event.load):
             counted(load=load)
             for change in changes:
                 closed[change.corner] ^= True
             loads.append(load)
             zones.append(zones_of(x, solver.together(closed), self.problem.law, apart))
-        unseen = np.array([_unseen(x, apart, own["contact"]) for own in zones])
+        unseen = np.array([_unseen(x, apart, at_load["contact"]) for at_load in zones])
         narrowest = max(_unseen(x, apart, [interval]) for interval in zones[-1]["contact"])
         return np.array([*loads, self.last]), zones, unseen, narrowest
 
     @cached_property
-    def warnings(self):
+    def warnings(self) -> list[str]:
         blurred = [
             event.load + event.load_error for event in self.events if event.load_error > 0.1 * event.load
         ]
@@ -322,25 +353,28 @@ class NodalPath(LoadPath):
         return [words + "take smaller elements"] * bool(last)
 
 
-def _unseen(x, apart, contact):
+def _unseen(x: Array, apart: Flags | None, contact: list[Interval]) -> float:
     """Largest distance of nodes over the half-width of contact, at most 1."""
     if not contact:
         return 0.0
-    left, right = contact[0][0], contact[-1][1]
-    beside = (x[1:] >= left) & (x[:-1] <= right) & (True if apart is None else ~apart)
-    return min(
-        1.0, float(np.diff(x)[beside].max(initial=0.0)) / max((right - left) / 2, np.finfo(float).tiny)
-    )
+    left = contact[0][0]
+    right = contact[-1][1]
+    beside = (x[1:] >= left) & (x[:-1] <= right)
+    if apart is not None:
+        beside &= ~apart
+    distance = float(np.diff(x)[beside].max(initial=0.0))
+    return min(1.0, distance / max((right - left) / 2, np.finfo(float).tiny))
 
 
-def zones_of(x, closed, law, apart=None, end=None):
+def zones_of(
+    x: Array, closed: Flags, law: LawLike, apart: Flags | None = None, end: float | None = None
+) -> Zones:
     """{name: intervals} of closed nodes, half the way to their neighbours, at the last node up to `end`."""
     pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
-    own = [[] for _ in closed]
+    zones: list[list[Interval]] = [[] for _ in closed]
     for piece in pieces:
-        here = x[piece]
-        edges = borders(here, last=end)
-        for found, flags in zip(own, closed[:, piece]):
+        edges = borders(x[piece], last=end)
+        for intervals, flags in zip(zones, closed[:, piece]):
             flags[1:-1] |= flags[:-2] & flags[2:]  # one node may close after its neighbours
-            found += [(float(edges[first]), float(edges[after + 1])) for first, after in runs(flags)]
-    return contact_zones(dict(enumerate(own)), law.corners)
+            intervals += [(float(edges[first]), float(edges[last + 1])) for first, last in runs(flags)]
+    return contact_zones(dict(enumerate(zones)), law.corners)

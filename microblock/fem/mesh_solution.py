@@ -151,7 +151,7 @@ class MeshSolution(OnMesh, NodalSolution):
             if self.block is not None and self.solver.symmetric:
                 reaction[0] = 0.0
             moments = moments + reaction
-        return self._whole(moments, -1)
+        return self._on_both_sides(moments, -1)
 
     def _shared_ends(self) -> Iterator[tuple[Integers, int, Array]]:
         """Yields (nodes of a facet, its end that supports beside the contact hold as well, 0 or 1 there)."""
@@ -330,9 +330,9 @@ def of_block(solver: Any, part: MeshSolution, load: float, zones: CornerZones, *
     solution = replace(part, mirrored=solver.symmetric, **more)
     return replace(
         solution,
-        closed=solution._whole(part.carried > 0, corners=True),
-        displacement=solution._whole(part.displacement),
-        psi=solution._whole(part.psi, -1),
+        closed=solution._on_both_sides(part.carried > 0, corners=True),
+        displacement=solution._on_both_sides(part.displacement),
+        psi=solution._on_both_sides(part.psi, -1),
     )
 
 
