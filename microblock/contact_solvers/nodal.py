@@ -11,12 +11,13 @@ from ..errors import require
 from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath, following
 from ..model.intervals import borders, contact_zones, interrupted, runs, zone_changes
+from ..model.law import Law
 from ..model.problem import Problem
 from ..model.progress import counted, kept
 from ..model.refinement import FEWEST
 from ..model.solution import PlaneSolution, Solution
 from ..model.solver import Solver
-from ..model.types import Array, Flags, Interval, LawLike, Zones
+from ..model.types import Array, Flags, Interval, Zones
 from . import active_set
 from .compliance import Compliance
 
@@ -367,7 +368,7 @@ def _unseen(x: Array, apart: Flags | None, contact: list[Interval]) -> float:
 
 
 def zones_of(
-    x: Array, closed: Flags, law: LawLike, apart: Flags | None = None, end: float | None = None
+    x: Array, closed: Flags, law: Law, apart: Flags | None = None, end: float | None = None
 ) -> Zones:
     """{name: intervals} of closed nodes, half the way to their neighbours, at the last node up to `end`."""
     pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
