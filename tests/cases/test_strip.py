@@ -81,7 +81,7 @@ def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):
     full = solved(psi0_deg=-1.5)
     errors = {name: full[name] for name in ("error_psi", "error_u", "error_psi_paper")}
     monkeypatch.setitem(sys.modules, "cases.closed_forms", None)
-    monkeypatch.setattr(strip, "errors", lambda state: errors)
+    monkeypatch.setattr("cases.strip.errors", lambda state: errors)
     np.testing.assert_equal(solved(psi0_deg=-1.5), full)
 
 
