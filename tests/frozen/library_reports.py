@@ -354,7 +354,7 @@ def candidates_in_space():
         for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
             contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
             for load, approach in ((1.0, None), (None, 0.02)):
-                squares = contact.solver._picture(load, approach, contact.solver.given_window())
+                squares = contact.solver._candidates(load, approach, contact.solver.given_window())
                 numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
                 numbers |= {
                     "samples": squares.samples[:, :2],
