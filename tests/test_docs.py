@@ -140,6 +140,28 @@ def test_links_names_and_words_of_pages():
         assert not re.findall(rf"\b(?:{PRIVATE})\b", plain, re.I), page
 
 
+def folders_imported(folder):
+    """Folders of the library from which the files of one import, at whatever place in a file."""
+    module = ROOT / "microblock" / folder
+    paths = module.glob("*.py") if module.is_dir() else [module.with_suffix(".py")]
+    pattern = rf"^\s*from {'.' * (1 + module.is_dir())}(\w+)"
+    return {name for path in paths for name in re.findall(pattern, path.read_text(), re.M)}
+
+
+def test_the_architecture_page_draws_the_imports():
+    """Its first table has each arrow between folders and no other; files that it names exist."""
+    page = text(DOCS / "architecture.md")
+    rows = re.findall(r"^\| `(\w+)` \| .* \| (.*) \|$", page.partition("## The way")[0], re.M)
+    floors = [name for name, _ in rows]
+    assert {path.name for path in (ROOT / "microblock").iterdir() if (path / "__init__.py").exists()} < {
+        *floors
+    }
+    for name, below in rows:
+        assert folders_imported(name) & {*floors} == {*re.findall(r"`(\w+)`", below)}, name
+    for file in re.findall(r"\b((?:\w+/)+\w+\.py)\b", page):
+        assert (ROOT / "microblock" / file).exists(), file
+
+
 def test_the_workflow_runs_what_contributing_says():
     yaml = pytest.importorskip("yaml", reason="the extra `docs` brings it")
     jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text())["jobs"]
