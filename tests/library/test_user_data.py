@@ -559,15 +559,15 @@ def sampled(count, size=0.0, noise=None):
 
 
 def sampling_uncertainty(state):
-    (words,) = [sentence for sentence in state.warnings if "open" in sentence]
-    return float(words.split("leave ")[1].split()[0])
+    (words,) = [sentence for sentence in state.warnings if "uncertain by" in sentence]
+    return float(words.split("uncertain by ")[1].split(":")[0])
 
 
 @pytest.mark.parametrize(
     "count, size, noise",
     [(100, 0.0, None), (300, 0.0, None), (100, 3e-4, None), (100, 3e-4, 3e-4), (1000, 1e-5, 1e-5)],
 )
-def test_samples_say_what_they_leave_open(count, size, noise):
+def test_samples_say_how_uncertain_they_leave_the_pressure(count, size, noise):
     exact = mb.Contact(GROUND, mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0, rtol=1e-5)
     state = sampled(count, size, noise).solve(load=1.0, rtol=1e-3)
     # the pressure of what was sampled, which smooth curves and all noise of that size share
@@ -578,11 +578,12 @@ def test_the_noise_counts():
     # of a smooth profile every second sample shows none
     quiet, noisy = (sampled(1000, 0.0, noise).solve(load=1.0, rtol=1e-3) for noise in (None, 1e-4))
     assert sampling_uncertainty(noisy) > 5 * sampling_uncertainty(quiet)
-    assert not [words for words in sampled(10001).solve(load=1.0, rtol=1e-3).warnings if "open" in words]
+    warnings = sampled(10001).solve(load=1.0, rtol=1e-3).warnings
+    assert not any("uncertain by" in words for words in warnings)
 
 
 @pytest.mark.parametrize("count, size", [(1000, 1e-5), (2000, 1e-4)])
-def test_cells_stop_below_what_samples_leave_open_or_say_that_all_is_noise(count, size):
+def test_cells_stop_below_the_sampling_uncertainty_or_say_that_all_is_noise(count, size):
     state = sampled(count, size, size).solve(load=1.0, rtol=1e-3)
     (words,) = [sentence for sentence in state.warnings if "cells stop at an error" in sentence]
     assert ("those of noise" in words) == (sampling_uncertainty(state) > 0.5)
