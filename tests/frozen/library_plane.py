@@ -4,7 +4,8 @@ import numpy as np
 
 import microblock as mb
 from cases.closed_forms import ThinLayer
-from cases.commands import hertz, strip
+from cases.commands import hertz
+from cases.strip import relative_error
 from microblock.contact_solvers import active_set, projected_gradients
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane import averages, first_zones, kernels, shear_cells, transmitted_singularities
@@ -265,7 +266,7 @@ def of_intervals():
     low, place = intervals.lowest(lambda x: (x - 0.3) ** 2, x)
     numbers = {
         "distance": intervals.distance(weights, values, 2 * values**2, 1 + values, values - 3),
-        "relative error": strip.relative_error(values, values**2, weights, 1.0),
+        "relative error": relative_error(values, values**2, weights, 1.0),
         "distance to ends": digest(intervals.distance_to_ends(x, (-1.0, 1.0), (0.0, 0.1))),
         "lagrange": digest(quadrature.lagrange(np.array([0.1, 0.4, 0.9]), x)),
         "gauss rule": digest(quadrature.gauss_rule(7)),
