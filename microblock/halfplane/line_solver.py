@@ -69,10 +69,10 @@ class LineCells(CellSolution, LineSolution):
     def touching(self) -> dict[str, Flags]:
         """{zone: which cells are pressed}."""
         pressed: Flags = self.pressures > 0
-        zones: dict[str, Any] = {"contact": pressed.any(axis=0)}
+        zones: dict[str, Flags] = {}
         if len(pressed) > 1:
-            zones |= {**dict(zip(self.solver.law.corners, pressed)), "full": pressed.all(axis=0)}
-        return zones
+            zones = {**dict(zip(self.solver.law.corners, pressed)), "full": pressed.all(axis=0)}
+        return {**zones, "contact": pressed.any(axis=0)}
 
     def pressure(self, corner: int, x: Array) -> Array:
         """Returns the pressure of a corner at x, array (n,): a polygon through the centres, and logarithms at
