@@ -69,7 +69,7 @@ class LineCells(CellSolution, LineSolution):
     def touching(self) -> dict[str, Flags]:
         """{zone: which cells are pressed}."""
         pressed: Flags = self.pressures > 0
-        zones: dict[str, Flags] = {}
+        zones: dict[str, Any] = {}
         if len(pressed) > 1:
             zones = {**dict(zip(self.solver.law.corners, pressed)), "full": pressed.all(axis=0)}
         return {**zones, "contact": pressed.any(axis=0)}
