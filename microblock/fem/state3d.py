@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..model.solution import SpaceSolution
+from ..model.state import State
 from ..model.types import Array, Integers
 from .mesh_solution import OnMesh
 
@@ -22,7 +23,7 @@ class SurfaceNodes(OnMesh, SpaceSolution):
     _: KW_ONLY
     closed: Integers
 
-    def state(self):
+    def state(self) -> State:
         """Returns the State at the contact nodes."""
         points = self.nodes.points
         x1, x2 = points.T[:2]
