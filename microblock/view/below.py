@@ -1,11 +1,15 @@
 """Pictures of the fields below the surface."""
 
+from __future__ import annotations
+
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from ..errors import require_choice
 from ..model.fields import FIRST_ROW, largest_shear
+from ..model.state import State
+from ..model.types import Array, Axes, Figure
 from . import plots
 
 QUANTITIES = {
@@ -17,34 +21,60 @@ QUANTITIES = {
 }
 
 
+SIGNED = ("psi", "skew")
+
+
 @plots.styled
-def draw_below(state, quantity, axis):
-    """A Figure with contours of one of QUANTITIES of a state whose solution has fields_below(box): x1, x2,
-    triangles (m, 3), psi, stress (2, 2, n) at points (n,), box ((left, right), depth).
+def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
+    """Returns the figure of an axis, or a new one, with contours of one of QUANTITIES below the contact of a
+    state.
     """
     require_choice(QUANTITIES, field=quantity)
     contact = state.zones["contact"]
-    left, right = contact[0][0], contact[-1][1]
+    left = contact[0][0]
+    right = contact[-1][1]
     depth = right - left
-    ends = left - depth / 2, right + depth / 2
+    ends = (left - depth / 2, right + depth / 2)
     x1, x2, triangles, psi, stress = state.solution.fields_below((ends, depth))
-    (s11, s12), (s21, s22) = stress
-    known = {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}
-    known["shear"] = largest_shear(stress)
-    triangulation, field = Triangulation(x1, x2, triangles), known[quantity]
-    deep = field[x2 <= -FIRST_ROW * depth]  # edges of the contact and corners of a body may have no bound
-    low, high = np.quantile(deep, (2e-3, 1 - 2e-3))
-    signed, size = quantity in ("psi", "skew"), max(abs(low), abs(high))
-    levels = MaxNLocator(20).tick_values(*((-size, size) if signed else (low, high)))
+    triangulation = Triangulation(x1, x2, triangles)
+    field = _field(quantity, psi, stress)
+    # edges of the contact and corners of a body may have no bound
+    levels = _levels(quantity, field[x2 <= -FIRST_ROW * depth])
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)
-    for pair in contact:
-        axis.plot(pair, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
-    if signed:  # dashed where negative: the ends of the colours are equally dark in print; at 0 is noise
+    for interval in contact:
+        axis.plot(interval, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
+    colours = "cividis"  # both are distinguished by the colour-blind
+    if quantity in SIGNED:
+        colours = "RdBu_r"
+        # dashed where negative: the ends of the colours are equally dark in print; at 0 is noise
         lines = levels[np.abs(levels) > (levels[1] - levels[0]) / 2]
         axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.5)
-    colours = "RdBu_r" if signed else "cividis"  # distinguished by the colour-blind
-    drawn = axis.tricontourf(triangulation, field, levels, cmap=colours, extend="both")
+    surfaces = axis.tricontourf(triangulation, field, levels, cmap=colours, extend="both")
     axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends)
     axis.set_ylim(max(x2.min(), -depth), max(0.03 * depth, x2.max()))
-    drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75)
+    drawing.colorbar(surfaces, ax=axis, label=QUANTITIES[quantity], shrink=0.75)
     return drawing
+
+
+def _field(quantity: str, psi: Array, stress: Array) -> Array:
+    """Returns one of QUANTITIES, array (n,), of the microrotation (n,) and the stress (2, 2, n)."""
+    (s11, s12), (s21, s22) = stress
+    fields = {
+        "psi": np.degrees(psi),
+        "s22": -s22,
+        "s11": -s11,
+        "skew": s12 - s21,
+        "shear": largest_shear(stress),
+    }
+    return fields[quantity]
+
+
+def _levels(quantity: str, field: Array) -> Array:
+    """Returns about 20 levels, array (m,), of a field (n,) without its extremes; of one with a sign symmetric
+    ones.
+    """
+    low, high = np.quantile(field, (2e-3, 1 - 2e-3))
+    if quantity in SIGNED:
+        high = max(abs(low), abs(high))
+        low = -high
+    return np.asarray(MaxNLocator(20).tick_values(low, high))

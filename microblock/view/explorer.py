@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..contact import Contact
 from ..errors import MicroblockError, MissingExtra, require_kind
-from ..model.law import Microblock, Microclamped, Unilateral
+from ..model.law import Law, Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
 from ..model.obstacles import Cylinder
 from ..model.surfaces import Sphere
@@ -55,9 +55,13 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
         raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
     state: Any = problem.solve(load=load, rtol=rtol)
     numbers, laws = offered(problem)
-    controls = {"load": load, **numbers}
-    for name, value in controls.items():
-        low, high = (value - 0.05, value + 0.05) if name == "psi0" else (value / 20, 4 * value)
+    controls: dict[str, Any] = {}
+    for name, value in {"load": load, **numbers}.items():
+        low = value / 20
+        high = 4 * value
+        if name == "psi0":
+            low = value - 0.05
+            high = value + 0.05
         controls[name] = widgets.FloatSlider(
             value,
             description=name,
@@ -69,10 +73,12 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
         )
     controls["law"] = widgets.Dropdown(options=laws, value=problem.law, description="law")
     field = widgets.Dropdown(options=["none", *QUANTITIES], description="below")
-    picture, below = (widgets.Image(format="png", layout={"max_width": "100%"}) for _ in range(2))
-    table, failed = widgets.HTML(), widgets.HTML()
+    picture = widgets.Image(format="png", layout={"max_width": "100%"})
+    below = widgets.Image(format="png", layout={"max_width": "100%"})
+    table = widgets.HTML()
+    failed = widgets.HTML()
 
-    def show(change=None):
+    def show(change: Any = None) -> None:
         nonlocal state
         failed.value = ""
         try:
@@ -80,7 +86,8 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
                 values = {name: control.value for name, control in controls.items()}
                 changed = varied(problem, **values)
                 state = changed.solve(load=values["load"], rtol=rtol, initial=state)
-            table.value, picture.value = f"<pre>{escape(repr(state))}</pre>", state.plot()._repr_png_()
+            table.value = f"<pre>{escape(repr(state))}</pre>"
+            picture.value = state.plot()._repr_png_()
             below.value = b""  # which a state without fields leaves
             if field.value != "none":
                 below.value = state.plot_below(field.value)._repr_png_()
@@ -90,26 +97,44 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     for control in (*controls.values(), field):
         control.observe(show, "value")
     show()
-    columns = [*controls.values(), field, failed, table], [picture, below]
-    return widgets.Box([widgets.VBox(own) for own in columns], layout={"flex_flow": "row wrap"})
+    inputs = widgets.VBox([*controls.values(), field, failed, table])
+    figures = widgets.VBox([picture, below])
+    return widgets.Box([inputs, figures], layout={"flex_flow": "row wrap"})
 
 
-def offered(problem):
-    """Numbers of sliders by name, and the laws of the list, the problem's own as it is."""
-    law, obstacle, solid = problem.law, problem.obstacle, problem.solid
-    numbers = {"R": obstacle.R} if isinstance(obstacle, (Cylinder, Sphere)) else {}
-    if isinstance(solid, Elastic):  # without blocks
+def offered(problem: Contact) -> tuple[dict[str, float], dict[str, Law]]:
+    """Returns the numbers of sliders by name, and the laws of the list, the problem's own as it is."""
+    law = problem.law
+    numbers = {}
+    if isinstance(problem.obstacle, (Cylinder, Sphere)):
+        numbers["R"] = problem.obstacle.R
+    if isinstance(problem.solid, Elastic):  # without blocks
         return numbers, {type(law).__name__: law}
-    psi0 = law.psi0 if isinstance(law, Microblock) else 0.0
-    numbers |= {"ell": solid.ell} | ({"psi0": psi0} if isinstance(psi0, (int, float)) else {})
-    kinds = Microblock, Unilateral, Microclamped
-    return numbers, {kind.__name__: kind() for kind in kinds} | {type(law).__name__: law}
+    numbers["ell"] = problem.solid.ell
+    psi0: Any = 0.0
+    if isinstance(law, Microblock):
+        psi0 = law.psi0
+    if isinstance(psi0, (int, float)):
+        numbers["psi0"] = psi0
+    laws = {kind.__name__: kind() for kind in (Microblock, Unilateral, Microclamped)}
+    return numbers, laws | {type(law).__name__: law}
 
 
-def varied(problem, load, law, psi0=None, R=None, ell=None):
-    """The problem with other numbers and another law."""
-    return problem.with_(
-        law=replace(law, psi0=psi0) if psi0 is not None and isinstance(law, Microblock) else law,
-        solid=None if ell is None else replace(problem.solid, ell=ell),
-        obstacle=None if R is None else replace(problem.obstacle, R=R),
-    )
+def varied(
+    problem: Contact,
+    load: float,
+    law: Law,
+    psi0: float | None = None,
+    R: float | None = None,
+    ell: float | None = None,
+) -> Contact:
+    """Returns the problem with other numbers and another law."""
+    solid: Any = None
+    obstacle: Any = problem.obstacle
+    if psi0 is not None and isinstance(law, Microblock):
+        law = replace(law, psi0=psi0)
+    if ell is not None:
+        solid = replace(problem.solid, ell=ell)
+    if R is not None:
+        obstacle = replace(obstacle, R=R)
+    return problem.with_(law=law, solid=solid, obstacle=obstacle)

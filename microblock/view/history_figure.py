@@ -1,31 +1,28 @@
 """Figures of a history of shear within the bounds of friction, and of the events of a path."""
 
-import numpy as np
+from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
+from ..model.events import LoadPath
 from ..model.intervals import contains
+from ..model.state import State
+from ..model.types import Axes, Figure
 from . import plots
 
 MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
 
 
 @plots.styled
-def draw_history(states, axis):
-    """The figure of a history: shear traction of the last state (a), and the way there (b); of an axis with
-    the way alone.
+def draw_history(states: Sequence[State], axis: Axes | None) -> Figure:
+    """Returns the figure of a history: shear traction of the last state (a), and the way there (b); of an
+    axis with the way alone.
     """
     if axis is not None:
         return draw_loop(axis, states)
     drawing, (tractions, loop) = plots.figure(2, 1)
-    state = states[-1]
-    bound, x = state.law.friction * state.pressure, state.x
-    left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
-    beside, top = 0.15 * (right - left), 1.15 * float(bound.max())
-    stick = contains(state.zones["stick"], x)
-    tractions.fill_between(x, -top, top, where=stick, color="0.9", linewidth=0)
-    tractions.plot(x, state.shear_traction, color=plots.COLOURS[1], label="shear traction $q$")
-    tractions.plot(x, bound, ":", color="0.4", label=r"friction allows $\pm f p$")
-    tractions.plot(x, -bound, ":", color="0.4")
-    tractions.set(xlabel="$x_1$", ylabel="stress", ylim=(-top, top), xlim=(left - beside, right + beside))
+    _draw_tractions(tractions, states[-1])
     tractions.set_title("(a)  shaded: stick", loc="left")
     plots.legend_below(tractions)
     draw_loop(loop, states)
@@ -33,24 +30,59 @@ def draw_history(states, axis):
     return drawing
 
 
+def _draw_tractions(axis: Axes, state: State) -> None:
+    """Draws the shear traction of a state within the bounds of friction, stick shaded."""
+    x = state.x
+    traction: Any = state.shear_traction
+    bound = state.law.friction * state.pressure
+    contact = state.zones["contact"]
+    left = contact[0][0]
+    right = contact[-1][1]
+    margin = 0.15 * (right - left)
+    top = 1.15 * float(bound.max())
+    axis.fill_between(x, -top, top, where=contains(state.zones["stick"], x), color="0.9", linewidth=0)
+    axis.plot(x, traction, color=plots.COLOURS[1], label="shear traction $q$")
+    axis.plot(x, bound, ":", color="0.4", label=r"friction allows $\pm f p$")
+    axis.plot(x, -bound, ":", color="0.4")
+    axis.set(xlabel="$x_1$", ylabel="stress", ylim=(-top, top), xlim=(left - margin, right + margin))
+
+
 @plots.styled
-def draw_loop(axis, states):
-    """The figure of an axis with Q/(f P) of states over their mean slip."""
+def draw_loop(axis: Axes | None, states: Sequence[State]) -> Figure:
+    """Returns the figure of an axis with Q/(f P) of states over their mean slip."""
     drawing, axis = plots.in_place(axis)
-    slips = [state.weights @ (state.pressure * state.slip) / state.load for state in states]
-    shares = [state.shear / (state.law.friction * state.load) for state in states]
-    axis.plot(slips, shares, color=plots.COLOURS[0], marker="o", markevery=[-1])
+    slips = [_mean_slip(state) for state in states]
+    shears = [_relative_shear(state) for state in states]
+    axis.plot(slips, shears, color=plots.COLOURS[0], marker="o", markevery=[-1])
     axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
     return drawing
 
 
+def _mean_slip(state: State) -> float:
+    """Returns the slip of a state with friction, weighted by pressure (length)."""
+    slip: Any = state.slip
+    return float(state.weights @ (state.pressure * slip) / state.load)
+
+
+def _relative_shear(state: State) -> float:
+    """Returns Q/(f P) of a state with friction."""
+    shear: Any = state.shear
+    return float(shear / (state.law.friction * state.load))
+
+
 @plots.styled
-def draw_path(path, axis):
-    """The figure of the events of a LoadPath."""
+def draw_path(path: LoadPath, axis: Axes | None) -> Figure:
+    """Returns the figure of an axis, or a new one, with the events of a path."""
     drawing, axis = plots.in_place(axis)
     for kind, zone in dict.fromkeys((event.kind, event.zone) for event in path.events):
-        rows = [(e.x, e.load, e.load_error) for e in path.events if (e.kind, e.zone) == (kind, zone)]
-        axis.errorbar(*np.transpose(rows), fmt=MARKS[kind], label=f"{zone} {kind}")
+        events = [event for event in path.events if (event.kind, event.zone) == (kind, zone)]
+        axis.errorbar(
+            [event.x for event in events],
+            [event.load for event in events],
+            [event.load_error for event in events],
+            fmt=MARKS[kind],
+            label=f"{zone} {kind}",
+        )
     axis.set(xlabel="$x_1$ (length)", ylabel="load (force per thickness)", ylim=(0, 1.05 * path.last))
     if path.events:
         plots.legend_below(axis)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from ..model.state import State
 from ..model.types import Axes, Figure
 from . import state_figure, surface_figure
 from .below import draw_below as draw_below
@@ -12,8 +11,10 @@ from .history_figure import draw_history as draw_history
 from .history_figure import draw_path as draw_path
 
 
-def draw_state(state: Any, axis: Axes | None) -> Figure:
+def draw_state(state: State, axis: Axes | None) -> Figure:
     """Returns the figure of a state; of an axis with pressures, in the plane also micromoment."""
     if not state.flat:
         return surface_figure.draw(state, axis)
-    return state_figure.draw(state) if axis is None else state_figure.draw_curves(axis, state)
+    if axis is None:
+        return state_figure.draw(state)
+    return state_figure.draw_curves(axis, state)

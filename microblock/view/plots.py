@@ -1,7 +1,7 @@
 """Figure style: sizes for print, colours for the colour-blind."""
 
 import io
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -34,26 +34,36 @@ styled = matplotlib.rc_context(STYLE)
 class Drawing(Figure):
     """A figure that shows itself in a notebook."""
 
-    def _repr_png_(self):
-        written = io.BytesIO()
-        self.savefig(written, format="png", dpi=110, pil_kwargs={"compress_level": 1})
-        return written.getvalue()
+    def _repr_png_(self) -> bytes:
+        image = io.BytesIO()
+        self.savefig(image, format="png", dpi=110, pil_kwargs={"compress_level": 1})
+        return image.getvalue()
 
 
-def figure(rows=1, columns=1, height=2.6, width=COLUMN, layout="constrained"):
-    """An empty (Figure, Axes or array of Axes); inches of its width and of a panel's height."""
+def figure(
+    rows: int = 1,
+    columns: int = 1,
+    height: float = 2.6,
+    width: float = COLUMN,
+    layout: Literal["constrained", "compressed"] = "constrained",
+) -> tuple[Drawing, Any]:
+    """Returns an empty figure and its Axes, of several panels their array (rows, columns), without the ones
+    among these; height of a panel and width of the figure in inches.
+    """
     drawing = Drawing(figsize=(width, height * rows), layout=layout)
     return drawing, drawing.subplots(rows, columns)
 
 
-def in_place(axis, **size):
-    """(Figure, Axes) of an axis, or of a new figure; BadArgument where it is no Axes."""
+def in_place(axis: Axes | None, height: float = 2.6, width: float = COLUMN) -> tuple[Any, Axes]:
+    """Returns the figure and the Axes of an axis, or of a new figure of this size (inches); raises
+    BadArgument if it is no Axes.
+    """
     if axis is None:
-        return figure(**size)
+        return figure(height=height, width=width)
     require_kind(Axes, "an Axes of matplotlib", ax=axis)
     return axis.figure, axis
 
 
-def legend_below(axis):
-    """A legend under the panel and its label."""
+def legend_below(axis: Axes) -> None:
+    """Puts a legend under the panel and its label."""
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=5.5, ncols=2)

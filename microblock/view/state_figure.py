@@ -1,7 +1,15 @@
 """The figure of a state of the plane: curves over x1, zones and rotated blocks."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
 import numpy as np
 
+from ..model.state import State
+from ..model.surface import Surface
+from ..model.types import Array, Axes, Figure, Zones
 from . import blocks, plots
 
 LABELS = {
@@ -12,78 +20,99 @@ LABELS = {
 }
 
 
+class Curve(NamedTuple):
+    """A line over x1: values (n,) at the points of a surface, and options of matplotlib."""
+
+    label: str
+    values: Array
+    look: dict[str, Any]
+
+
 @plots.styled
-def draw(state):
-    """The figure of a state about its contact."""
-    surface, corners = blocks.without_rounding(state.surface()), tuple(state.pressures)
+def draw(state: State) -> Figure:
+    """Returns the figure of a state about its contact."""
+    surface = blocks.without_rounding(state.surface())
     drawing = plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
-    places = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
-    axes = drawing.subplot_mosaic(places, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
+    panels: Any = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
+    axes = drawing.subplot_mosaic(panels, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.5, zorder=0)
         _plot(axes[name], surface, lines)
         axes[name].set_ylabel(LABELS[name])
         if len(lines) > 1:
             axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
-    most = 4 * state.load / state.contact_area if state.contact_area else np.inf
-    for name in ("pressure", "micromoment"):
-        _cut(axes[name], most)
-    _bars(axes["zones"], state.zones, corners)
-    for name in ("pressure", "micromoment", "gap", "turn", "zones"):
-        axes[name].set(xlim=surface.x[[0, -1]], xlabel="$x_1$ (length)" * (name in ("turn", "zones")))
-        axes[name].tick_params(labelbottom=name in ("turn", "zones"))
+    if state.contact_area:
+        for name in ("pressure", "micromoment"):
+            _cut(axes[name], 4 * state.load / state.contact_area)
+    _bars(axes["zones"], state.zones, tuple(state.pressures))
+    for name in (*LABELS, "zones"):
+        axes[name].set_xlim(surface.x[[0, -1]])
+        if name in ("turn", "zones"):  # the lowest panels
+            axes[name].set_xlabel("$x_1$ (length)")
+        else:
+            axes[name].tick_params(labelbottom=False)
     blocks.draw_blocks(state, axes["blocks"])
     return drawing
 
 
 @plots.styled
-def draw_curves(axis, state):
-    """The figure of an axis with pressures and micromoment of a state."""
+def draw_curves(axis: Axes, state: State) -> Figure:
+    """Returns the figure of an axis with pressures and micromoment of a state."""
     drawing, axis = plots.in_place(axis)
     surface = state.surface()
-    shown = curves(surface)
-    lines = *shown["pressure"], *((name, row, look | {"ls": ":"}) for name, row, look in shown["micromoment"])
+    panels = curves(surface)
+    dotted = [curve._replace(look=curve.look | {"ls": ":"}) for curve in panels["micromoment"]]
+    lines = panels["pressure"] + dotted
     _plot(axis, surface, lines)
     axis.set(xlabel="$x_1$ (length)", ylabel="stress")
     axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=len(lines))
     return drawing
 
 
-def _plot(axis, surface, lines):
-    for label, row, look in lines:
-        axis.plot(*blocks.interrupted(surface, np.stack((surface.x, row))), label=label, **look)
+def _plot(axis: Axes, surface: Surface, lines: Sequence[Curve]) -> None:
+    for label, values, look in lines:
+        x, heights = blocks.interrupted(surface, np.stack((surface.x, values)))
+        axis.plot(x, heights, label=label, **look)
 
 
-def curves(surface):
-    """{panel: [(label, values, look), ...]} of a `Surface`."""
-    looks = [{"color": colour, "ls": "--" if k == 1 else "-"} for k, colour in enumerate(plots.COLOURS)]
-    look = {"color": plots.COLOURS[2]}
-    shown = {
-        "pressure": list(zip(_named("p", surface.corners), surface.pressures, looks)),
-        "gap": list(zip(_named("g", surface.corners), surface.gaps, looks)),
-        "micromoment": [(r"$M/\ell$", surface.micromoment / surface.ell, look)],
-        "turn": [("", np.degrees(surface.rotation), look)],
+def curves(surface: Surface) -> dict[str, list[Curve]]:
+    """Returns {panel: its curves} of a surface."""
+    colour = plots.COLOURS[2]
+    panels = {
+        "pressure": _of_corners("p", surface, surface.pressures),
+        "gap": _of_corners("g", surface, surface.gaps),
+        "micromoment": [Curve(r"$M/\ell$", surface.micromoment / surface.ell, {"color": colour})],
+        "turn": [Curve("", np.degrees(surface.rotation), {"color": colour})],
     }
     if len(surface.corners) > 1:
-        shown["pressure"].append(("$p$", surface.pressures.sum(axis=0), {"color": "0.45", "lw": 1}))
-    return shown
+        panels["pressure"].append(Curve("$p$", surface.pressures.sum(axis=0), {"color": "0.45", "lw": 1}))
+    return panels
 
 
-def _named(letter, corners):
-    return [rf"${letter}_{{\rm {corner}}}$" for corner in corners]
+def _of_corners(letter: str, surface: Surface, rows: Array) -> list[Curve]:
+    """Returns the curves of rows (corners, n), the second one dashed."""
+    return [
+        Curve(rf"${letter}_{{\rm {corner}}}$", row, {"color": colour, "ls": style})
+        for corner, row, colour, style in zip(surface.corners, rows, plots.COLOURS, ("-", "--"))
+    ]
 
 
-def _bars(axis, zones, corners):
-    names = [*corners, "full"] if len(corners) > 1 else ["contact"]
+def _bars(axis: Axes, zones: Zones, corners: tuple[str, ...]) -> None:
+    """Draws the zones of the corners and of both, of a law without corners the contact, as bars."""
+    names = ["contact"]
+    if len(corners) > 1:
+        names = [*corners, "full"]
     for number, name in enumerate(names):
-        colour = plots.COLOURS[number] if name in corners else "k"
-        for pair in zones[name]:
-            axis.plot(pair, (number, number), color=colour, linewidth=5, solid_capstyle="butt")
+        colour = "k"
+        if name in corners:
+            colour = plots.COLOURS[number]
+        for interval in zones[name]:
+            axis.plot(interval, (number, number), color=colour, linewidth=5, solid_capstyle="butt")
     axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5), ylabel="closed")
     axis.tick_params(axis="y", length=0)
 
 
-def _cut(axis, most):
+def _cut(axis: Axes, most: float) -> None:
     """Ends an axis at 4 times the mean pressure, of which a cylinder has 1.3, and says so."""
     low, high = axis.dataLim.intervaly
     if max(-low, high) <= most:

@@ -1,45 +1,67 @@
 """Figures of a state in three dimensions."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.tri import Triangulation
 
+from ..model.state import State
+from ..model.types import AnyArray, Axes, Figure
 from . import plots
 
 
 @plots.styled
-def draw(state, axis):
-    """The figure of a state on cells or at nodes; of an axis with the pressure alone."""
-    if axis is None:  # panels of equal sides, which else push labels out
-        figure, axes = plots.figure(1, 3, 2.4, 2 * plots.COLUMN, layout="compressed")
-    else:
-        figure, axes = plots.in_place(axis)
-    pressure, *others = np.ravel(axes)
-    _from_above(pressure, state, state.pressure, "$p$", cmap="cividis")
-    if others:
-        moment = np.hypot(*state.micromoment.T) / state.solid.ell
-        _from_above(others[0], state, moment, r"$|M|/\ell$", cmap="cividis")
-        corners = len(state.pressures)
-        none = "0.85" if state.squares is None else "w"  # not white at nodes: a mark has to be seen
-        colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
-        norm = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
-        bar = _from_above(others[1], state, state.closed, "closed corners", cmap=colours, norm=norm)
-        bar.set_ticks(range(corners + 1))
-    return figure
+def draw(state: State, axis: Axes | None) -> Figure:
+    """Returns the figure of a state on cells or at nodes; of an axis with the pressure alone."""
+    if axis is not None:
+        drawing, axis = plots.in_place(axis)
+        _draw_pressure(axis, state)
+        return drawing
+    # panels of equal sides, which else push labels out
+    drawing, (pressure, micromoment, closed) = plots.figure(1, 3, 2.4, 2 * plots.COLUMN, layout="compressed")
+    _draw_pressure(pressure, state)
+    moment = np.hypot(*state.micromoment.T) / state.solid.ell
+    _from_above(micromoment, state, moment, r"$|M|/\ell$", cmap="cividis")
+    _draw_closed(closed, state)
+    return drawing
 
 
-def _from_above(axis, state, values, label, **look):
-    """The colour bar of values at cells or nodes, (n,), drawn from above."""
+def _draw_pressure(axis: Axes, state: State) -> None:
+    _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
+
+
+def _draw_closed(axis: Axes, state: State) -> None:
+    """Draws the number of closed corners."""
+    corners = len(state.pressures)
+    none = "w"
+    if state.squares is None:
+        none = "0.85"  # not white at nodes: a mark has to be seen
+    colours = ListedColormap([none, *("#C6DBEF", "#6BAED6", "#3182BD", "#08306B")[-corners:]])
+    norm = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
+    bar = _from_above(axis, state, state.closed, "closed corners", cmap=colours, norm=norm)
+    bar.set_ticks(range(corners + 1))
+
+
+def _from_above(axis: Axes, state: State, values: AnyArray, label: str, **look: Any) -> Any:
+    """Returns the colour bar of values at cells or nodes, array (n,), drawn from above."""
+    drawn: Any
+    x1: Any = state.x1
+    x2: Any = state.x2
     if state.squares is not None:
         look = {"norm": Normalize(values.min(), values.max()), **look}
-        for square, own in zip(state.squares, np.split(values, len(state.squares))):
-            rows = own.reshape(square.count, square.count).T
-            shown = axis.pcolormesh(*square.axes, rows, rasterized=True, **look)
+        for square, cells in zip(state.squares, np.split(values, len(state.squares))):
+            rows = cells.reshape(square.count, square.count).T
+            drawn = axis.pcolormesh(*square.axes, rows, rasterized=True, **look)
     elif "norm" in look:  # numbers have nothing between nodes
-        shown = axis.scatter(state.x1, state.x2, c=values, s=5, linewidths=0, **look)
+        drawn = axis.scatter(x1, x2, c=values, s=5, linewidths=0, **look)
     else:
-        places = state.x1, state.x2, state.triangles
-        shown = axis.tripcolor(*places, values, shading="gouraud", rasterized=True, **look)
+        drawn = axis.tripcolor(
+            Triangulation(x1, x2, state.triangles), values, shading="gouraud", rasterized=True, **look
+        )
     axis.set(xlabel="$x_1$", ylabel="$x_2$", title=label)
     axis.set(aspect="equal", adjustable="datalim", box_aspect=1)  # a row of squares has room above it
     axis.locator_params(nbins=4)  # as many as are there when the layout is made
-    return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
+    return axis.figure.colorbar(drawn, ax=axis, shrink=0.9, pad=0.02)
