@@ -1,60 +1,52 @@
-"""20 histories of half-planes with friction, drawn by program, beside answers of a second code: pressure,
-micromoment over ell and shear traction, as means over cells.
-
-The answers are kept in `friction_truth.json`, with `bar`, their distance from those of half as many cells and
-steps. That code (kernels from the energy, small implicit steps in the loads, in each of which corners open or
-close and cells stick or slip until no sign is violated) is in the history of this file.
+"""20 histories of half-planes with friction, drawn by program, beside the second code `friction_code`:
+pressure, micromoment over ell and shear traction, as means over cells.
 
 `case` draws history (SEED, 20, k): its error is the largest relative L2 error, over the pressure, of p, M/ell
-and q/f.
+and q/f. What the second code does not know is the same distance between its two answers.
 """
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
+from math import inf
 
 import numpy as np
 
 import microblock as mb
 
-from . import SEED, NoAnswer
+from . import SEED, friction_code
+from .friction_code import CELLS, STEPS
 from .judging import Case
 
-TRUTH = Path(__file__).with_name("friction_truth.json")
 LAWS = "microblock", "microblock", "unilateral", "microclamped"
 SHAPES = "cylinder", "wedge", "power", "punch", "uneven"
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Plain data of a history: lengths over the contact's half-width, E* about 1; solids are (E, nu, beta,
-    ell).
+class History:
+    """Lengths over the contact's half-width, E* about 1; `problem` is that of the second code, `obstacle` the
+    library's.
     """
 
     kind: str
     obstacle: object
-    pairs: tuple
-    solid: tuple
-    law: str
-    friction: float
-    second: tuple | None = None  # solid of the obstacle
-    coupled: bool = True
+    problem: friction_code.Problem
     rtol: float = 0.05
 
     def __str__(self):
-        words = f"{self.law:12s} {self.kind:8s} {'body' if self.second else '':4s} ell {self.solid[3]:4.2f}"
-        return f"{words} f {self.friction:4.2f} {'' if self.coupled else 'un'}coupled rtol {self.rtol:.2f}"
+        p = self.problem
+        words = f"{p.law:12s} {self.kind:8s} {'body' if p.second else '':4s} ell {p.solid[3]:4.2f}"
+        return f"{words} f {p.friction:4.2f} {'' if p.coupled else 'un'}coupled rtol {self.rtol:.2f}"
 
     def solve(self):
         """The states of the library."""
+        p = self.problem
         body, second = (
             solid and mb.HalfPlane(mb.Cosserat(*solid[:2], solid[3], beta=solid[2]))
-            for solid in (self.solid, self.second)
+            for solid in (p.solid, p.second)
         )
         law = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
         obstacle = mb.Deformable(second, self.obstacle) if second else self.obstacle
-        problem = mb.Contact(body, obstacle, law[self.law](friction=self.friction))
-        return problem.history(self.pairs, coupled=self.coupled, rtol=self.rtol).states
+        contact = mb.Contact(body, obstacle, law[p.law](friction=p.friction))
+        return contact.history(p.pairs, coupled=p.coupled, rtol=self.rtol).states
 
 
 def draw(k):
@@ -67,37 +59,41 @@ def draw(k):
     nu = rng.uniform(0, 0.45)
     beta = rng.uniform(0.1, 1.9)
     P = rng.uniform(0.4, 1.0)
-    obstacle = shape(rng, kind)
+    obstacle, height = shape(rng, kind)
     second = None
     if k % 7 in (3, 5) and kind != "punch":
         second = (rng.uniform(0.3, 3.0), rng.uniform(0, 0.45), rng.uniform(0.1, 1.9), rng.uniform(0.05, 0.5))
     if kind == "punch":
-        alpha = 2 / round(2 / alpha)  # edges of both corners were edges of the second code's cells
-    return Problem(
-        kind,
-        obstacle,
+        alpha = 2 / round(2 / alpha)  # edges of both corners are edges of the second code's cells
+    problem = friction_code.Problem(
+        height,
         loads(rng, P, f),
         (1 - nu**2, nu, beta, alpha),
         law,
         f,
         second,
         bool(rng.random() < 0.75),
-        0.4 if second and law == "microblock" else float(np.exp(rng.uniform(*np.log((0.02, 0.06))))),
+        (-1.0, 1.0) if kind == "punch" else (),
+        () if kind in ("cylinder", "punch") else (0.0,),
     )
+    rtol = 0.4 if second and law == "microblock" else float(np.exp(rng.uniform(*np.log((0.02, 0.06)))))
+    return History(kind, obstacle, problem, rtol)
 
 
 def shape(rng, kind):
-    """The obstacle of a kind."""
+    """(The obstacle of a kind, its height)."""
     tilt = rng.uniform(0, 0.1)
     slope = rng.uniform(0.2, 0.6)
     power = rng.uniform(1.5, 4.0)
-    return {
-        "cylinder": mb.Cylinder(1.0),
-        "wedge": mb.Wedge(slope),
-        "power": mb.Obstacle(lambda x: abs(x) ** power / 2, (0.0,)),
-        "punch": mb.Punch(1.0, tilt),
-        "uneven": mb.Obstacle(lambda x: np.where(x > 0, 0.3, 0.8) * x**2, (0.0,)),
+    height = {
+        "cylinder": lambda x: x**2 / 2,
+        "wedge": lambda x: slope * abs(x),
+        "power": lambda x: abs(x) ** power / 2,
+        "punch": lambda x: np.where(abs(x) < 1, tilt * x, inf),
+        "uneven": lambda x: np.where(x > 0, 0.3, 0.8) * x**2,
     }[kind]
+    obstacle = {"cylinder": mb.Cylinder(1.0), "wedge": mb.Wedge(slope), "punch": mb.Punch(1.0, tilt)}
+    return obstacle.get(kind) or mb.Obstacle(height, (0.0,)), height
 
 
 def loads(rng, P, f):
@@ -109,43 +105,41 @@ def loads(rng, P, f):
     return tuple((float(P), float(Q)) for P, Q in pairs)
 
 
-def means(edges, state, ell, blocks):
-    """Means of p, M/ell and q of a State over the cells between `edges`, array (3, n)."""
-    moment = state.micromoment / ell * blocks
-    forces = state.weights * np.array([state.pressure, moment, state.shear_traction])
-    ends = np.column_stack([state.x - state.weights / 2, state.x + state.weights / 2]).ravel()
+def means(edges, x, weights, fields):
+    """Means over cells between `edges` of fields (3, n) that are constant on cells x of lengths `weights`."""
+    forces = weights * fields
+    ends = np.column_stack([x - weights / 2, x + weights / 2]).ravel()
     steps = np.stack([0 * forces, forces], axis=-1).reshape(3, -1)
     sums = [np.interp(edges, np.maximum.accumulate(ends), total) for total in np.cumsum(steps, axis=1)]
     return np.diff(sums) / np.diff(edges)
 
 
-def error(history, state, edges, fields):
-    """The largest relative L2 error of p, M/ell and q/f of a State beside `fields` (3, n) between `edges`;
-    beside edges of the obstacle the distance is the weight.
+def error(line, fields, x, weights, others):
+    """The largest relative L2 error of p, M/ell and q/f of `others`, on cells x of lengths `weights`, beside
+    `fields` on a Line; beside edges of the obstacle the distance is the weight.
     """
-    wrong = means(edges, state, history.solid[3], history.law == "microblock") - fields
-    x = (edges[1:] + edges[:-1]) / 2
-    arms = (-history.solid[3] / 2, history.solid[3] / 2) if history.law == "microblock" else (0.0,)
-    ends = history.obstacle.ends if history.kind == "punch" else ()
-    distances = [abs(x - end + arm) for end in ends for arm in arms]
-    weights = np.diff(edges) * np.min([np.ones_like(x), *distances], axis=0)
-    return np.max(np.sqrt(wrong**2 @ weights / (fields[0] ** 2 @ weights)) / [1, 1, history.friction])
+    p = line.problem
+    wrong = means(line.edges, x, weights, others) - fields
+    distances = [abs(line.x - end + arm) for end in p.ends for arm in p.arms]
+    norm = line.width * np.min([np.ones_like(line.x), *distances], axis=0)
+    return np.max(np.sqrt(wrong**2 @ norm / (fields[0] ** 2 @ norm)) / [1, 1, p.friction])
 
 
-def case(k):
-    """History k as a case, whose states are the library's."""
+def case(k, cells=CELLS):
+    """History k as a case, whose states are the library's; beside `cells`, and twice as many."""
     history = draw(k)
+    p = history.problem
 
     def verify(states):
-        truth = json.loads(TRUTH.read_text())[str(k)]
-        if truth is None:
-            raise NoAnswer("no signs settled")
-        edges = np.array(truth["edges"])
+        (rough, coarse), (line, fine) = friction_code.answer(p, cells, cells * STEPS // CELLS)
         rows = []
-        for state, true in zip(states, truth["states"]):
-            wrong = error(history, state, edges, np.array(true["fields"]))
-            ratio = wrong / (max(history.rtol, state.error_estimate) + true["bar"])
-            rows.append((ratio, wrong, state.error_estimate, true["bar"]))
+        for less, true, state in zip(coarse, fine, states):
+            moment = state.micromoment / p.solid[3] * (p.law == "microblock")
+            fields = np.array([state.pressure, moment, state.shear_traction])
+            wrong = error(line, true.fields, state.x, state.weights, fields)
+            bar = error(rough, less.fields, line.x, line.width, true.fields)
+            ratio = wrong / (max(history.rtol, state.error_estimate) + bar)
+            rows.append((ratio, wrong, state.error_estimate, bar))
         return tuple(map(float, max(rows)[1:]))
 
     return Case(str(history), history.rtol, history.solve, verify)

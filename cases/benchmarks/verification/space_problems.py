@@ -1,9 +1,8 @@
-"""200 surfaces in three dimensions, drawn by program, beside answers of a second code: approach, norm of the
+"""200 surfaces in three dimensions, drawn by program, beside the second code `space`: approach, norm of the
 pressure and load on each summit.
 
-The answers are kept in `space_truth.json`, null where no state exists, with `bars` of what the second code
-does not know of them. That code (symbols from the energy, kernels by Hankel transforms, islands of cells,
-conjugate gradients) is in the history of this file's folder, as `space.py`.
+`truth` solves any of them. Answers of the first 200 are kept in `space_truth.json`, null where no state
+exists, with `bars` of what the second code does not know of them.
 """
 
 import json
@@ -15,7 +14,7 @@ import numpy as np
 
 import microblock as mb
 
-from . import SEED, NoAnswer
+from . import SEED, NoAnswer, space
 from .judging import Case
 from .obstacles import log
 
@@ -27,10 +26,13 @@ LAWS = {"unilateral": mb.Unilateral, "microblock": mb.Microblock, "microclamped"
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface, its load and its solid; `features` are (x, y, half-width)."""
+    """A surface, its load and its solid; `boxes` (x, y, half-widths) contain every contact, None where no
+    state exists; `features` are (x, y, half-width).
+    """
 
     kind: str
     height: object
+    boxes: list | None
     load: float
     solid: tuple
     law: str
@@ -56,8 +58,11 @@ def hertz_load(E, nu, a):
     return 4 / 3 * E / (1 - nu**2) * a**3
 
 
-def hertz_approach(E, nu, R, load):
-    return (3 * load * R / 4 / E * (1 - nu**2)) ** (2 / 3) / R
+def around(summits, radii, levels, solid, load):
+    """Boxes about the paraboloids that may touch: those below the approach of each of them alone."""
+    depth = min(z + space.hertz(*solid[:2], r, load)[2] for r, z in zip(radii, levels))
+    reaches = [1.02 * sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, levels)]
+    return [(x, y, reach, reach) for (x, y), reach in zip(summits, reaches) if reach > 0]
 
 
 def _base(rng, low=0.005, high=0.3):
@@ -81,10 +86,12 @@ def summits(rng):
         if all(np.hypot(place[0] - x, place[1] - y) > 3 * a for x, y in places):
             places.append(place)
         spread *= 1.02
-    depth = min(hertz_approach(*solid[:2], r, load / count) for r in radii)
+    depth = min(space.hertz(*solid[:2], r, load / count)[2] for r in radii)
     levels = [rng.uniform(0, 0.5) * depth if rng.random() < 0.4 else 0.0 for _ in range(count)]
     height = paraboloids(places, radii, levels)
-    return Surface("summits", height, load, solid, law, tuple(places), note=f"{count} in {spread / a:.0f} a")
+    boxes = around(places, radii, levels, solid, load)
+    note = f"{count} in {spread / a:.0f} a"
+    return Surface("summits", height, boxes, load, solid, law, tuple(places), note=note)
 
 
 def _outside(r, a):
@@ -113,6 +120,7 @@ def pin(rng):
     return Surface(
         "pin",
         height,
+        [(0, 0, a, a), (*place, 0.52 * width, 0.52 * width)],
         load,
         solid,
         law,
@@ -129,19 +137,23 @@ def ridge(rng):
     angle = 0.0
     ratio = inf
     note = "cylinder"
+    boxes = None
     if draw >= 0.25:
         ratio = log(rng, 5, 200 if draw < 0.6 else 20)
     if draw < 0.25 or draw >= 0.6:
         angle = rng.uniform(0, pi)
     if ratio < inf:
         note = f"ellipsoid {ratio:.0f}:1 turned by {angle:.2f}"
+        depth = 1.6 * space.hertz(*solid[:2], sqrt(ratio), load)[2]  # at most that of this sphere
+        axes = sqrt(2 * depth) * np.array([[cos(angle), sin(angle)], [sin(angle), cos(angle)]])
+        boxes = [(0, 0, *np.hypot(*(axes * [1, sqrt(ratio)]).T))]
 
     def height(x, y):
         across = x * cos(angle) + y * sin(angle)
         along = y * cos(angle) - x * sin(angle)
         return across**2 / 2 + along**2 / (2 * ratio)
 
-    return Surface("ridge", height, load, solid, law, note=note)
+    return Surface("ridge", height, boxes, load, solid, law, note=note)
 
 
 def saddle(rng):
@@ -150,21 +162,27 @@ def saddle(rng):
     k = log(rng, 0.01, 1)
     if draw < 0.4:
         return Surface(
-            "saddle", lambda x, y: x**2 / 2 - k * y**2 / 2, load, solid, law, note="falls for ever"
+            "saddle", lambda x, y: x**2 / 2 - k * y**2 / 2, None, load, solid, law, note="falls for ever"
         )
     if draw < 0.6:
         level = log(rng, 1e-2, 1) * a**2
         height = lambda x, y: np.minimum((x**2 + y**2) / 2, level)  # noqa: E731
-        return Surface("saddle", height, load, solid, law, note="rises to a level")
+        return Surface("saddle", height, None, load, solid, law, note="rises to a level")
     b = a * log(rng, 2, 200)
     note = f"two summits at {b / a:.1f} a, curvature {k:.2f}"  # of curvature 1 and k, a saddle between them
     height = lambda x, y: x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)  # noqa: E731
-    return Surface("saddle", height, load, solid, law, ((0.0, -b), (0.0, b)), note=note)
+    depth = 1.3 * space.hertz(*solid[:2], k**-0.5, load)[2]
+    inner = b - sqrt(max(b * b - sqrt(8 * b * b * depth / k), 0))
+    reach = max(inner, sqrt(2 * depth / k))
+    places = (0.0, -b), (0.0, b)
+    boxes = [(*place, sqrt(2 * depth), reach) for place in places]
+    return Surface("saddle", height, boxes, load, solid, law, places, note=note)
 
 
 def _sphere(kind, a, solid, law, **options):
-    height = paraboloids([(0.0, 0.0)], [1.0], [0.0])
-    return Surface(kind, height, hertz_load(*solid[:2], a), solid, law, **options)
+    sphere = [(0.0, 0.0)], [1.0], [0.0]
+    load = hertz_load(*solid[:2], a)
+    return Surface(kind, paraboloids(*sphere), around(*sphere, solid, load), load, solid, law, **options)
 
 
 def light(rng):
@@ -203,7 +221,7 @@ def wavy(rng):
     R = 1 / (4 * pi**2 * size)
     load = hertz_load(E, nu, a) / R * len(places)
     note = f"Hertz radius {a:.1e} of 1"
-    return Surface("wavy", height, load, (E, nu, beta, ell), law, places, period=1.0, note=note)
+    return Surface("wavy", height, [], load, (E, nu, beta, ell), law, places, period=1.0, note=note)
 
 
 FACES = (  # up to this number of a draw: face, its size, radius of the sphere, distance
@@ -224,7 +242,10 @@ def ends(rng):
     def height(x, y):
         return np.where(distance(x - x0, y - y0) <= size, ((x - x0) ** 2 + (y - y0) ** 2) / (2 * R), inf)
 
-    return Surface("ends", height, load, solid, law, ((x0, y0),), norm=False, note=name)
+    box = x0, y0, size, size  # boxes end where the obstacle does: cells of any size fit it
+    if "plane" in name:
+        box = x0 - 0.75 * a + size / 2, y0, 0.75 * a + size / 2, 1.5 * a
+    return Surface("ends", height, [box], load, solid, law, ((x0, y0),), norm=False, note=name)
 
 
 def units(rng):
@@ -233,9 +254,13 @@ def units(rng):
         plain = summits(rng)
     unit = (1e9, 1e-6) if rng.random() < 0.6 else (1.0, 1.0)
     s, t = rng.uniform(-1e3, 1e3, 2) * (plain.solid[3] + 0.1)
-    places = tuple((x + s, y + t) for x, y in plain.summits)
     return replace(
-        plain, kind="units", height=lambda x, y: plain.height(x - s, y - t), summits=places, unit=unit
+        plain,
+        kind="units",
+        height=lambda x, y: plain.height(x - s, y - t),
+        boxes=[(x + s, y + t, *sides) for x, y, *sides in plain.boxes],
+        summits=tuple((x + s, y + t) for x, y in plain.summits),
+        unit=unit,
     )
 
 
@@ -254,10 +279,10 @@ KINDS = {
 
 
 def surface(k):
-    """Surface k of 200; kinds are mixed, so that a part shows all."""
+    """Surface k; kinds are mixed, so that a part shows all, and come again after 200."""
     kinds = [kind for kind, count in KINDS.items() for _ in range(count)]
     order = np.random.default_rng((SEED, 3)).permutation(len(kinds))
-    return kinds[order[k]](np.random.default_rng((SEED, 3, k)))
+    return kinds[order[k % len(kinds)]](np.random.default_rng((SEED, 3, k)))
 
 
 def problem(s):
@@ -273,11 +298,17 @@ def problem(s):
     return mb.Contact(body, height, LAWS[s.law](), method), s.load * stress * length**2
 
 
-def nearest(x, y, summits, period):
-    """The number of the summit that is nearest to each place."""
-    period = period or 1e300
-    ways = [(x - a, y - b) for a, b in summits]
-    return np.argmin([sum((d - period * np.round(d / period)) ** 2 for d in way) for way in ways], axis=0)
+def truth(s):
+    """Figures of the second code and its `bars`, or None where no state exists."""
+    if s.boxes is None:
+        return None
+    n = 256
+    if s.boxes:
+        n = 64 if s.norm else 160
+    surface = space.Problem(
+        s.height, s.boxes, s.load, s.solid, s.law, s.summits, s.period, s.features, fixed=not s.norm
+    )
+    return space.answer(surface, n)
 
 
 def figures(state, s):
@@ -288,7 +319,7 @@ def figures(state, s):
     loads = np.zeros(len(s.summits))
     for name, force in state.pressures.items():
         arm = [{"-": -0.5, "+": 0.5}[c] * s.solid[3] for c in name] if len(name) == 2 else (0.0, 0.0)
-        corner = nearest(x + arm[0], y + arm[1], s.summits, s.period)
+        corner = space.nearest(x + arm[0], y + arm[1], s.summits, s.period)
         loads += np.bincount(corner, np.ravel(force) / stress * area, len(loads))
     norm = np.sqrt(area @ (np.ravel(state.pressure) / stress) ** 2)
     return {"approach": float(state.approach) / length, "norm": float(norm), "loads": loads}
@@ -300,7 +331,8 @@ def case(k):
     contact, load = problem(s)
 
     def verify(state):
-        true = json.loads(TRUTH.read_text())[str(k)]
+        stored = json.loads(TRUTH.read_text())
+        true = stored[str(k)] if str(k) in stored else truth(s)
         if true is None:  # no state exists
             return inf, 0.0, 0.0
         answer = figures(state, s)
