@@ -76,8 +76,9 @@ def draw(k):
         (-1.0, 1.0) if kind == "punch" else (),
         () if kind in ("cylinder", "punch") else (0.0,),
     )
-    rtol = 0.4 if second and law == "microblock" else float(np.exp(rng.uniform(*np.log((0.02, 0.06)))))
-    return History(kind, obstacle, problem, rtol)
+    if second and law == "microblock":
+        return History(kind, obstacle, problem, 0.4)
+    return History(kind, obstacle, problem, float(np.exp(rng.uniform(*np.log((0.02, 0.06))))))
 
 
 def shape(rng, kind):
@@ -125,21 +126,26 @@ def error(line, fields, x, weights, others):
     return np.max(np.sqrt(wrong**2 @ norm / (fields[0] ** 2 @ norm)) / [1, 1, p.friction])
 
 
+def compared(history, state, answers, pair):
+    """(ratio to what is allowed, error, estimate, bar) of a State at a pair of loads, beside two answers."""
+    p = history.problem
+    (rough, coarse), (line, fine) = answers
+    fields = fine[pair].fields
+    moment = state.micromoment / p.solid[3] * (p.law == "microblock")
+    of_state = np.array([state.pressure, moment, state.shear_traction])
+    wrong = error(line, fields, state.x, state.weights, of_state)
+    bar = error(rough, coarse[pair].fields, line.x, line.width, fields)
+    ratio = wrong / (max(history.rtol, state.error_estimate) + bar)
+    return ratio, wrong, state.error_estimate, bar
+
+
 def case(k, cells=CELLS):
     """History k as a case, whose states are the library's; beside `cells`, and twice as many."""
     history = draw(k)
-    p = history.problem
 
     def verify(states):
-        (rough, coarse), (line, fine) = friction_code.answer(p, cells, cells * STEPS // CELLS)
-        rows = []
-        for less, true, state in zip(coarse, fine, states):
-            moment = state.micromoment / p.solid[3] * (p.law == "microblock")
-            fields = np.array([state.pressure, moment, state.shear_traction])
-            wrong = error(line, true.fields, state.x, state.weights, fields)
-            bar = error(rough, less.fields, line.x, line.width, true.fields)
-            ratio = wrong / (max(history.rtol, state.error_estimate) + bar)
-            rows.append((ratio, wrong, state.error_estimate, bar))
+        answers = friction_code.answer(history.problem, cells, cells * STEPS // CELLS)
+        rows = [compared(history, state, answers, pair) for pair, state in enumerate(states)]
         return tuple(map(float, max(rows)[1:]))
 
     return Case(str(history), history.rtol, history.solve, verify)

@@ -37,7 +37,7 @@ def symbol(k, nu, beta):
     """(u, u1, psi) under (p, q, M) with exp(i k x1), k > 0; u and p point into the body, mu = ell = 1."""
     order = [1, 0, 2]
     signs = np.array([-1, 1, -1])
-    plane = space.compliance(space.plane_energy(k, nu, beta), k, [0, 1, 2])
+    plane = space.compliance(space.plane_energy(k, *space.moduli(nu, beta)), k, [0, 1, 2])
     return plane[np.ix_(order, order)] * signs * signs[:, None]
 
 
@@ -67,16 +67,9 @@ def angles(widest):
     return (np.array(edges[:-1])[:, None] + half * (1 + points)).ravel(), (half * weights).ravel()
 
 
-@lru_cache(8)
-def kernel(solid, n, side, shift=0.0, clamped=False):
-    """Averages of (u, u1, psi ell) over cells under unit (p, q, M/ell) spread over others that stand left by
-    (1 - n) to (n - 1) cells, and by `shift`: array (2 n - 1, 3, 3), lengths per force.
-    """
-    E, nu, beta, ell = solid
-    side = side / ell
-    shift = shift / ell
-    at = symbols(nu, beta, clamped)
-    low, high = (at(np.array(end)) * end for end in ENDS)
+def fourier(at, ends, n, side, shift):
+    """Averages over 2 n - 1 cells of the part of the symbol `at` that falls fast, array (2 n - 1, 3, 3)."""
+    low, high = ends
     angle, weights = angles(6 / (n + abs(shift) / side))  # a panel on which waves turn by a circle
     folded = 0
     for alias in range(-ALIASES, ALIASES + 1):
@@ -88,13 +81,28 @@ def kernel(solid, n, side, shift=0.0, clamped=False):
     folded = (weights[:, None, None] * folded).reshape(-1, 9)
     blocks = np.array_split(np.arange(1 - n, n), 1 + n // 100)  # as memory allows
     series = np.concatenate([np.exp(1j * np.outer(block, angle)) @ folded for block in blocks])
+    return series.real.reshape(-1, 3, 3) / pi / side
 
-    def logarithms(b):  # -log(b - i x), averaged over both cells
-        z = b - 1j * (np.arange(-n, n + 1) * side + shift)
-        return np.diff(z**2 / 2 * (np.log(np.where(z == 0, 1, z)) - 1.5), 2)[:, None, None] / side**2
 
-    closed_form = (high * logarithms(0) + (low - high) * logarithms(1)).real / pi
-    return (series.real.reshape(-1, 3, 3) / pi / side + closed_form) * 2 * (1 + nu) / E
+def logarithms(b, n, side, shift):
+    """-log(b - i x), averaged over both cells."""
+    z = b - 1j * (np.arange(-n, n + 1) * side + shift)
+    return np.diff(z**2 / 2 * (np.log(np.where(z == 0, 1, z)) - 1.5), 2)[:, None, None] / side**2
+
+
+@lru_cache(8)
+def kernel(solid, n, side, shift=0.0, clamped=False):
+    """Averages of (u, u1, psi ell) over cells under unit (p, q, M/ell) spread over others that stand left by
+    (1 - n) to (n - 1) cells, and by `shift`: array (2 n - 1, 3, 3), lengths per force.
+    """
+    E, nu, beta, ell = solid
+    side = side / ell
+    shift = shift / ell
+    at = symbols(nu, beta, clamped)
+    low, high = (at(np.array(end)) * end for end in ENDS)
+    series = fourier(at, (low, high), n, side, shift)
+    closed_form = high * logarithms(0, n, side, shift) + (low - high) * logarithms(1, n, side, shift)
+    return (series + closed_form.real / pi) * 2 * (1 + nu) / E
 
 
 # ---- contact ----

@@ -40,32 +40,33 @@ def moduli(nu, beta):
     return 2 * nu / (1 - 2 * nu), beta / (2 - beta)
 
 
-def plane_energy(k, nu, beta):
+def energy(terms):
+    """Hessian of a sum of modulus times square of a measure of strain, (modulus, row) each."""
+    return sum(modulus * np.outer(row.conj(), row) for modulus, row in terms)
+
+
+def plane_energy(k, lam, mu_c):
     """Hessian of the energy in (u1, u3, psi2, and their derivatives in depth), gamma_ij = u_i,j + e_ijk
     psi_k.
     """
-    lam, mu_c = moduli(nu, beta)
     u1, u3, psi, u1z, u3z, psiz = np.eye(6, dtype=complex)
     g11 = 1j * k * u1
     g33 = u3z
     g13 = u1z - psi
     g31 = 1j * k * u3 + psi
-    terms = [(lam, g11 + g33), (2, g11), (2, g33), (1, g13 + g31), (mu_c, g13 - g31)]
-    terms += [(CURVATURE, 1j * k * psi), (CURVATURE, psiz)]
-    return sum(c * np.outer(g.conj(), g) for c, g in terms)
+    curvatures = [(CURVATURE, 1j * k * psi), (CURVATURE, psiz)]
+    return energy([(lam, g11 + g33), (2, g11), (2, g33), (1, g13 + g31), (mu_c, g13 - g31), *curvatures])
 
 
-def across_energy(k, nu, beta):
+def across_energy(k, mu_c):
     """The same in (u2, psi1, psi3)."""
-    _, mu_c = moduli(nu, beta)
     u2, psi1, psi3, u2z, psi1z, psi3z = np.eye(6, dtype=complex)
     g12 = psi3
     g21 = 1j * k * u2 - psi3
     g23 = u2z + psi1
     g32 = -psi1
-    terms = [(1, g12 + g21), (mu_c, g12 - g21), (1, g23 + g32), (mu_c, g23 - g32)]
-    terms += [(CURVATURE, g) for g in (1j * k * psi1, 1j * k * psi3, psi1z, psi3z)]
-    return sum(c * np.outer(g.conj(), g) for c, g in terms)
+    curvatures = [(CURVATURE, row) for row in (1j * k * psi1, 1j * k * psi3, psi1z, psi3z)]
+    return energy([(1, g12 + g21), (mu_c, g12 - g21), (1, g23 + g32), (mu_c, g23 - g32), *curvatures])
 
 
 @lru_cache
@@ -106,10 +107,11 @@ def symbol(k, nu, beta):
     """U, U under psi = 0, v, W across and W along k of one wavenumber: w = U p - i v M_perp, psi_perp = i v
     p + W M_perp.
     """
-    plane = compliance(plane_energy(k, nu, beta), k, [1, 2])
+    lam, mu_c = moduli(nu, beta)
+    plane = compliance(plane_energy(k, lam, mu_c), k, [1, 2])
     u = plane[0, 0].real
     w = plane[1, 1].real
-    along = compliance(across_energy(k, nu, beta), k, [1])[0, 0].real
+    along = compliance(across_energy(k, mu_c), k, [1])[0, 0].real
     return u, u - abs(plane[0, 1]) ** 2 / w, plane[0, 1].imag, w, along
 
 
@@ -179,29 +181,50 @@ class Kernels:
         )
 
 
+def force_transform(at, column, r):
+    """Hankel transform of a symbol of `symbols` that falls like 1/k: the force of `Kernels`."""
+    x, weights = ogata(1)
+    low, high = (at(k)[column] * k for k in (1e-6, 1e6))
+    near = 1 - (sqrt(1 + 1 / r**2) - 1 / r)  # of (1 - exp(-k))/k, which has both ends right
+    remainder = (at(x / r)[column] * x / r - low + (high - low) * np.expm1(-x / r)) / x
+    return low + (high - low) * near + remainder @ weights
+
+
+def moment_transforms(at, r):
+    """Hankel transforms of v, W and their difference: the slope of phi over ln r, moment and turn, scaled."""
+    x, weights = ogata(1)
+    _, _, v, w, along = at(x / r)
+    slope = -(v * x / r) @ weights
+    return slope, w @ weights * (1 + r) / r, (along - w) @ weights * (1 + r) ** 2 / r
+
+
 @lru_cache
 def kernels(nu, beta, clamped=False):
     at = symbols(nu, beta)
-    column = int(clamped)
-    low, high = (at(k)[column] * k for k in (1e-6, 1e6))
-    x, weights = ogata(1)
-
-    def integrals(r):
-        values = at(x / r)
-        near = 1 - (sqrt(1 + 1 / r**2) - 1 / r)  # of (1 - exp(-k))/k, which has both ends right
-        remainder = (values[column] * x / r - low + (high - low) * np.expm1(-x / r)) / x
-        force = low + (high - low) * near + remainder @ weights
-        if clamped:
-            return force, 0, 0, 0
-        _, _, v, w, along = values
-        slope = -(v * x / r) @ weights  # of phi over ln r
-        return force, slope, w @ weights * (1 + r) / r, (along - w) @ weights * (1 + r) ** 2 / r
-
     radii = np.geomspace(1e-5, 1e5, 161)
-    rows = np.array([integrals(r) for r in radii]) / (2 * pi)
+    rows = np.zeros((len(radii), 4))
+    rows[:, 0] = [force_transform(at, int(clamped), r) for r in radii]
+    if not clamped:
+        rows[:, 1:] = [moment_transforms(at, r) for r in radii]
+    rows /= 2 * pi
     phi = CubicSpline(np.log(radii), rows[:, 1]).antiderivative()(np.log(radii))
     rows[:, 1] = (phi - phi[-1] - rows[-1, 1]) * (1 + radii)  # phi is like 1/r far away
     return Kernels(CubicSpline(np.log(radii), rows), (radii[0], radii[-1]))
+
+
+def edge_values(table, x, y, moments):
+    """{name: what is integrated along the edges of cells across x}."""
+    r = np.hypot(x, y)
+    force, phi, moment, turn = table.values(r)
+    if not moments:
+        return {"U": force * x / r**2}
+    return {
+        "U": force * x / r**2,
+        "phi": phi,
+        "W": moment * x / r**2,
+        "same": x / r * turn,
+        "other": y / r * turn,
+    }
 
 
 def edge_integrals(table, n, sides, axis, moments):
@@ -209,12 +232,7 @@ def edge_integrals(table, n, sides, axis, moments):
     points, weights = np.polynomial.legendre.leggauss(6)
     across = (np.arange(-n[axis], n[axis] + 1) - 0.5) * sides[axis]
     along = (np.arange(-n[1 - axis], n[1 - axis])[:, None] + points / 2) * sides[1 - axis]
-    x, y = np.broadcast_arrays(across[:, None, None], along)
-    r = np.hypot(x, y)
-    force, phi, moment, turn = table.values(r)
-    values = {"U": force * x / r**2}
-    if moments:
-        values |= {"phi": phi, "W": moment * x / r**2, "same": x / r * turn, "other": y / r * turn}
+    values = edge_values(table, *np.broadcast_arrays(across[:, None, None], along), moments)
     integrals = {
         name: np.diff(value @ (weights * sides[1 - axis] / 2), axis=0) for name, value in values.items()
     }
@@ -502,11 +520,11 @@ class Model:
         at_nodes = [np.zeros_like(force) for force in nodes]
         for (i, j), kernel in self.far.items():
             for to, of, way in ((i, j, "abts,bs->at"), (j, i, "abts,at->bs")):
-                source, target = (kernel.shape[3 if number == j else 2] == NODES**2 for number in (of, to))
-                cells = (loads[of] * self.islands[of].area).reshape(len(loads[of]), -1)
-                values = np.einsum(way, kernel, nodes[of] if source else cells, optimize=True)
-                field = at_nodes[to] if target else fields[to]
-                field += values.reshape(field.shape)
+                sources = nodes[of]
+                if kernel.shape[3 if of == j else 2] != NODES**2:
+                    sources = loads[of].reshape(len(sources), -1) * self.islands[of].area
+                field = at_nodes[to] if kernel.shape[3 if to == j else 2] == NODES**2 else fields[to]
+                field += np.einsum(way, kernel, sources, optimize=True).reshape(field.shape)
         return [
             self._at_corners(field + island.spread(values))
             for field, island, values in zip(fields, self.islands, at_nodes)

@@ -130,6 +130,15 @@ def pin(rng):
     )
 
 
+def about_ellipsoid(angle, ratio, solid, load):
+    """The box about an ellipsoid of radii 1 and `ratio`, turned by an angle; its approach is at most
+    that of a sphere.
+    """
+    depth = 1.6 * space.hertz(*solid[:2], sqrt(ratio), load)[2]
+    axes = sqrt(2 * depth) * np.array([[cos(angle), sin(angle)], [sin(angle), cos(angle)]])
+    return (0, 0, *np.hypot(*(axes * [1, sqrt(ratio)]).T))
+
+
 def ridge(rng):
     """A cylinder, along which nothing rises, or a long ellipsoid."""
     _, load, solid, law = _base(rng, 0.01, 0.1)
@@ -144,9 +153,7 @@ def ridge(rng):
         angle = rng.uniform(0, pi)
     if ratio < inf:
         note = f"ellipsoid {ratio:.0f}:1 turned by {angle:.2f}"
-        depth = 1.6 * space.hertz(*solid[:2], sqrt(ratio), load)[2]  # at most that of this sphere
-        axes = sqrt(2 * depth) * np.array([[cos(angle), sin(angle)], [sin(angle), cos(angle)]])
-        boxes = [(0, 0, *np.hypot(*(axes * [1, sqrt(ratio)]).T))]
+        boxes = [about_ellipsoid(angle, ratio, solid, load)]
 
     def height(x, y):
         across = x * cos(angle) + y * sin(angle)
@@ -154,6 +161,15 @@ def ridge(rng):
         return across**2 / 2 + along**2 / (2 * ratio)
 
     return Surface("ridge", height, boxes, load, solid, law, note=note)
+
+
+def about_two(places, k, solid, load):
+    """Boxes about two summits of curvature 1 and k, at (0, -b) and (0, b)."""
+    b = places[1][1]
+    depth = 1.3 * space.hertz(*solid[:2], k**-0.5, load)[2]
+    inner = b - sqrt(max(b * b - sqrt(8 * b * b * depth / k), 0))
+    reach = max(inner, sqrt(2 * depth / k))
+    return [(*place, sqrt(2 * depth), reach) for place in places]
 
 
 def saddle(rng):
@@ -171,12 +187,8 @@ def saddle(rng):
     b = a * log(rng, 2, 200)
     note = f"two summits at {b / a:.1f} a, curvature {k:.2f}"  # of curvature 1 and k, a saddle between them
     height = lambda x, y: x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)  # noqa: E731
-    depth = 1.3 * space.hertz(*solid[:2], k**-0.5, load)[2]
-    inner = b - sqrt(max(b * b - sqrt(8 * b * b * depth / k), 0))
-    reach = max(inner, sqrt(2 * depth / k))
     places = (0.0, -b), (0.0, b)
-    boxes = [(*place, sqrt(2 * depth), reach) for place in places]
-    return Surface("saddle", height, boxes, load, solid, law, places, note=note)
+    return Surface("saddle", height, about_two(places, k, solid, load), load, solid, law, places, note=note)
 
 
 def _sphere(kind, a, solid, law, **options):
@@ -232,20 +244,23 @@ FACES = (  # up to this number of a draw: face, its size, radius of the sphere, 
 )
 
 
+def face(draw):
+    return next(row[1:] for row in FACES if draw < row[0])
+
+
 def ends(rng):
     a, load, solid, law = _base(rng, 0.02, 0.2)
     x0, y0 = a * rng.uniform(-50, 50, 2)
-    draw = rng.random()
-    name, size, R, distance = next(face[1:] for face in FACES if draw < face[0])
+    name, size, R, distance = face(rng.random())
     size *= a * rng.uniform(0.5, 1.2)
 
     def height(x, y):
         return np.where(distance(x - x0, y - y0) <= size, ((x - x0) ** 2 + (y - y0) ** 2) / (2 * R), inf)
 
-    box = x0, y0, size, size  # boxes end where the obstacle does: cells of any size fit it
+    boxes = [(x0, y0, size, size)]  # which end where the obstacle does: cells of any size fit it
     if "plane" in name:
-        box = x0 - 0.75 * a + size / 2, y0, 0.75 * a + size / 2, 1.5 * a
-    return Surface("ends", height, [box], load, solid, law, ((x0, y0),), norm=False, note=name)
+        boxes = [(x0 - 0.75 * a + size / 2, y0, 0.75 * a + size / 2, 1.5 * a)]
+    return Surface("ends", height, boxes, load, solid, law, ((x0, y0),), norm=False, note=name)
 
 
 def units(rng):
