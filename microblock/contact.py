@@ -33,7 +33,7 @@ from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.law import Law
 from .model.material import Cosserat, Elastic
-from .model.methods import MethodLike, OfferedByMethod, offered
+from .model.methods import MethodAttributes, MethodLike, offered
 from .model.plan import Candidate, Plan, first_answer, planned
 from .model.problem import require_even, require_jumps, require_uniform
 from .model.progress import counted, counting, kept
@@ -147,7 +147,7 @@ class Contact:
         solvers = [self.solver]
         if self.method is None:
             for method in self.body.methods[1:]:
-                if not offered(method, OfferedByMethod).by_name:
+                if not offered(method, MethodAttributes).by_name:
                     with suppress(BadArgument):  # it does not know the law or the second body
                         solvers.append(self._solver_of(method()))
         return solvers
@@ -176,7 +176,7 @@ class Contact:
         >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
         >>> plan = problem.plan(load=1.0, rtol=1e-4)
         >>> [each.name for each in plan.candidates], plan.reason
-        (['panels', 'cells'], 'the least seconds')
+        (['panels', 'cells'], 'the fastest')
         """
         load, approach, rtol = self._checked(load, approach, rtol)
         return planned(self._on_scale(load, approach)._solvers, load, approach, rtol)
@@ -192,7 +192,7 @@ class Contact:
 
     def _solver_of(self, options: MethodLike) -> Solver:
         solvers = offered_by(self.body).solvers
-        solver = solvers.get(type(options), offered(options, OfferedByMethod).solver)
+        solver = solvers.get(type(options), offered(options, MethodAttributes).solver)
         require(solver, "method", options, "has no attribute `solver`, a Solver class or its path")
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")

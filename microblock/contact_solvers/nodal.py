@@ -337,8 +337,8 @@ class NodalPath(LoadPath):
                 closed[change.corner] ^= True
             loads.append(load)
             zones.append(zones_of(x, solver.together(closed), self.problem.law, apart))
-        unseen = np.array([_unseen(x, apart, at_load["contact"]) for at_load in zones])
-        narrowest = max(_unseen(x, apart, [interval]) for interval in zones[-1]["contact"])
+        unseen = np.array([_spacing_over_half_width(x, apart, at_load["contact"]) for at_load in zones])
+        narrowest = max(_spacing_over_half_width(x, apart, [interval]) for interval in zones[-1]["contact"])
         return np.array([*loads, self.last]), zones, unseen, narrowest
 
     @cached_property
@@ -354,7 +354,7 @@ class NodalPath(LoadPath):
         return [words + "take smaller elements"] * bool(last)
 
 
-def _unseen(x: Array, apart: Flags | None, contact: list[Interval]) -> float:
+def _spacing_over_half_width(x: Array, apart: Flags | None, contact: list[Interval]) -> float:
     """Largest distance of nodes over the half-width of contact, at most 1."""
     if not contact:
         return 0.0

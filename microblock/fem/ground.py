@@ -61,8 +61,8 @@ class GroundSolver(Solver):
     candidates: Any = None  # ContactCandidates at a load, or None
 
     def set_up(self) -> None:
-        self.has_level = self.domain < math.inf
-        if not self.has_level:
+        self.has_approach = self.domain < math.inf
+        if not self.has_approach:
             self.require_lowest()
 
     @property
@@ -84,7 +84,7 @@ class GroundSolver(Solver):
             "has no meaning on an unbounded block, whose approach is that of the place where it is cut off: "
             "give the load, or a size"
         )
-        require(self.has_level, "approach", approach, words)
+        require(self.has_approach, "approach", approach, words)
         require_finite(approach=approach)
         places = np.linspace(-1, 1, 4097) * self.domain * WITHIN
         # the corner stands at the places

@@ -233,7 +233,7 @@ class MeshSolution(OnMesh, NodalSolution):
         ends = problem.obstacle.ends
         return (*(ends or (-np.inf,) * len(steps[:1])), *steps)
 
-    def tamed(self, x: Array) -> Array:
+    def norm_weights(self, x: Array) -> Array:
         """Returns weights at x, arrays of one shape: 1; near `ends` their distance over half of their
         width.
         """
@@ -344,4 +344,4 @@ def change_between_meshes(coarse: MeshSolution, fine: MeshSolution) -> float:
     moment = (coarse.interpolated(coarse.micromoment, x) - fine.micromoment) / fine.solver.solid.ell
     # beside a contact that is clamped two levels share up to 0.7 of their error: elements there are long
     moment *= np.where(fine.law.clamps_rotation & (total <= 0), 4.0, 1.0) * coarse.reaches(x)
-    return distance(fine.weights * fine.tamed(x), pressure, moment, total)
+    return distance(fine.weights * fine.norm_weights(x), pressure, moment, total)

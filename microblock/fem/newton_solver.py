@@ -91,7 +91,7 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
 
     history = Solver.history
     rate = "newton in space"
-    handicap = 1.0  # its states are those of Condensed()
+    time_factor = 1.0  # its states are those of Condensed()
 
     def of(self, state: NodalState) -> OnMesh:
         return self.solution(

@@ -108,7 +108,7 @@ def missed_by_nodes(solution: Any) -> Array:
         number = int(facets.below(np.array([(overlap.left + overlap.right) / 2]))[0])
         if not touched[number]:
             squares[facets.numbers[number]] += overlap.worth**2
-    squares[facets.numbers] *= solution.tamed(np.array((facets.left, facets.right))).max(axis=0)
+    squares[facets.numbers] *= solution.norm_weights(np.array((facets.left, facets.right))).max(axis=0)
     return squares
 
 

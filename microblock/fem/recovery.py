@@ -107,7 +107,7 @@ def _surface(solution: MeshSolution, averaged: Sequence[Any]) -> Array:
     nodal = np.array((solution.pressures.sum(axis=0), solution.micromoment / nodes.compliance.ell))
     surface = nodal @ basis.T
     beyond = pressed_beyond_ends(solution.solver.blocks, solution.sampled, solution.pressures @ basis.T, x)
-    weights = weights * solution.tamed(x)
+    weights = weights * solution.norm_weights(x)
     squares = np.zeros((2, mesh.ne))
     elements = np.repeat(above, order + 2)
     for row, density in zip(squares, (surface - traction) ** 2 + beyond):
@@ -149,7 +149,7 @@ def _edges(solution: MeshSolution) -> tuple[Integers, Array]:
     q = solution.pressures[corner, before] ** 2
     slopes = np.maximum((q - p) / to_inside, p / to_outside)  # K^2
     counts = np.count_nonzero(solution.closed, axis=1)[corner]
-    weights = np.maximum(*solution.tamed(solution.x)[[last, outside]])
+    weights = np.maximum(*solution.norm_weights(solution.x)[[last, outside]])
     squares = weights * slopes * to_outside**2 / 12 * (0.5 + 0.25 * np.log(counts + 1))
     return solution.nodes.joined[i], squares
 

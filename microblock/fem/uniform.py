@@ -48,7 +48,7 @@ class UniformSolver(GroundSolver):
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         words = "must have a size: histories know displacements, which the far end decides"
-        require(self.has_level, "body", self.body, words)
+        require(self.has_approach, "body", self.body, words)
         if rtol is not None:
             shorter = [replace(self.options, h=self.options.h / 2**number) for number in range(4)]
             solvers = [UniformSolver(self.contact, options) for options in shorter]

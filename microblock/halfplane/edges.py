@@ -146,7 +146,7 @@ def newton_zone_edges(
     """
     cut = {corner: common(intervals, problem.pieces_of(corner)) for corner, intervals in zones.items()}
     edges = [Edge(corner, edge, edge) for corner, cuts in cut.items() for edge in np.ravel(cuts).tolist()]
-    zones = _sorted_out(problem, load, edges)
+    zones = _untangled_zones(problem, load, edges)
     best: PanelSolution | None = None
     before: EdgePressures | None = None
     idle = 0
@@ -158,13 +158,13 @@ def newton_zone_edges(
         least = best.estimate.edges if best else np.inf
         idle = 0 if state.estimate.edges < least / 2 else idle + 1
         # next to the load at which edges meet, one more step tells how they lie
-        alike = _arranged(problem, zones) == _arranged(problem, state.further)
+        alike = _arranged(problem, zones) == _arranged(problem, state.next_zones)
         settled = state.estimate.edges <= tolerance and alike
         if settled or not least <= state.estimate.edges:
             best = state.changed(iterations=iterations)
         if settled:
             break
-        zones = state.further
+        zones = state.next_zones
     assert best is not None
     if not best.estimate.edges <= max(tolerance, np.sqrt(tolerated(order))):
         raise NotConverged(
@@ -183,7 +183,7 @@ def _newton_step(
     tolerance: float,
     before: EdgePressures | None,
 ) -> tuple[PanelSolution, EdgePressures]:
-    """Returns the PanelSolution on zones, `further` with its edges moved by a step, and their pressures."""
+    """Returns the PanelSolution on zones, with `next_zones` a step on, and the pressures at its edges."""
     panels = make_panels(problem, zones, order)
     q, approach, rounding = solve_zones(problem, panels, load)
     edges = edge_pressures(problem, zones, panels, q)
@@ -194,10 +194,10 @@ def _newton_step(
     free = (edges.K0 < 0) | [x not in fixed for x, fixed in zip(edges.x, ends)]
     targets, stopped = _stopped_at_tips(problem, zones, edges, edges.x - edges.side * steps * free)
     columns = edges.corner, edges.x, targets, _pressed(edges, panels, q)
-    further = _sorted_out(problem, load, map(Edge, *(column.tolist() for column in columns)))
+    next_zones = _untangled_zones(problem, load, map(Edge, *(column.tolist() for column in columns)))
     largest = float(np.abs(edges.K0[free & ~stopped]).max(initial=0.0))
     errors = PanelErrors(None, largest / unit, rounding)
-    return PanelSolution(problem, load, zones, panels, q, approach, 0, errors, further=further), edges
+    return PanelSolution(problem, load, zones, panels, q, approach, 0, errors, next_zones=next_zones), edges
 
 
 def _arranged(problem: Problem, zones: CornerZones) -> list[int]:
@@ -270,7 +270,7 @@ def _stopped_at_tips(
     return targets, stopped
 
 
-def _sorted_out(problem: Problem, load: float, edges: Iterable[Edge]) -> CornerZones:
+def _untangled_zones(problem: Problem, load: float, edges: Iterable[Edge]) -> CornerZones:
     """Returns the computed zones with edges at their targets, where those of two corners do not pass each
     other by more than they meet; raises NotConverged if none is left.
     """

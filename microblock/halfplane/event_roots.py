@@ -146,7 +146,7 @@ class EventSearch:
         coarse = self.branch.states[load]
         fine = Branch(self.branch.problem, {load: coarse}).continued(load, EVENT_ORDERS[1])
         finer, x = self.measure(fine)
-        moved, _ = self.measure(replace(fine, zones=fine.further))
+        moved, _ = self.measure(replace(fine, zones=fine.next_zones))
         slope = (about.values[2] - about.values[1]) / 2
         changes = (abs(finer - about.values[1]) + abs(moved - finer)) / abs(slope)
         error = about.step * (abs(about.root - about.rough) + changes)

@@ -182,12 +182,12 @@ class LineSolver(CellSolver):
             self.require_lowest()
 
     @property
-    def has_level(self) -> bool:  # type: ignore[override]
+    def has_approach(self) -> bool:  # type: ignore[override]
         return self.period is not None
 
     @property
     def besides(self) -> str:
-        return "" if self.has_level else "take Panels() under a smooth obstacle"  # none on a period
+        return "" if self.has_approach else "take Panels() under a smooth obstacle"  # none on a period
 
     @cached_property
     def problem(self) -> Problem:

@@ -52,7 +52,7 @@ class OnPanels(LineSolution):
     panels, q : the unknowns, see `microblock.halfplane.panels`
     approach : up to a constant
     iterations : steps of Newton's method
-    further : zones after one more step
+    next_zones : zones after one more step
     notes : sentences
     """
 
@@ -64,7 +64,7 @@ class OnPanels(LineSolution):
     approach: float
     iterations: int
     estimate: PanelErrors
-    further: Any = None
+    next_zones: Any = None
     solver: Any = None  # a Solver, which puts itself in
     notes: tuple[str, ...] = ()
 

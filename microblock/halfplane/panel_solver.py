@@ -39,7 +39,7 @@ class PanelSolver(Solver):
     that a `State` asks for pressures.
     """
 
-    has_level = False
+    has_approach = False
     has_fitted_zones = True
     usual_rtol = 1e-3
     usual_history_rtol = 1e-6

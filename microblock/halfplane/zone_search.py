@@ -100,7 +100,7 @@ def _orders(
             seconds = cost.predict("panels", 1.5 * state.unknowns).seconds
             yield RefinementLevel(state, state.estimate.total, seconds)
         coarse = state
-        zones = state.further
+        zones = state.next_zones
 
 
 def _verified(state: PanelSolution) -> PanelSolution:

@@ -25,7 +25,7 @@ class BodyLike(Protocol):
 
 
 @dataclass(frozen=True)
-class OfferedByBody:
+class BodyAttributes:
     """What a body may offer beside its `solid` and its `methods`, with defaults.
 
     1. A body is any object with a `solid`, a Cosserat, and `methods`, a tuple of method classes that solve on
@@ -55,9 +55,9 @@ class OfferedByBody:
     mesh: Any = None
 
 
-def offered_by(body: Any) -> OfferedByBody:
+def offered_by(body: Any) -> BodyAttributes:
     """Returns what a body offers."""
-    return offered(body, OfferedByBody)
+    return offered(body, BodyAttributes)
 
 
 @dataclass(frozen=True)

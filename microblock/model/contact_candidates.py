@@ -168,12 +168,16 @@ def low(sampled: ContactCandidates, places: Array | Sequence[float]) -> Flags:
 
 
 def seen(obstacle: RigidObstacle, sampled: ContactCandidates) -> RigidObstacle:
-    """Returns the obstacle with the kinks and ends that its picture has, as it is if it names them all."""
-    return Seen(obstacle.height, sampled.kinks, sampled.jumps, sampled.ends) if sampled.detected else obstacle
+    """Returns the obstacle with the kinks and ends that its samples show, as it is if it names them all."""
+    return (
+        ObstacleWithDetectedKinks(obstacle.height, sampled.kinks, sampled.jumps, sampled.ends)
+        if sampled.detected
+        else obstacle
+    )
 
 
 @dataclass(frozen=True)
-class Seen(Obstacle):
+class ObstacleWithDetectedKinks(Obstacle):
     """A height with kinks and ends that nobody has named."""
 
     ends: tuple[float, ...] = ()

@@ -1,6 +1,6 @@
 """The methods by name: what a user may fix of each, and its solver.
 
-`OfferedByMethod` says what a method of a user's own offers.
+`MethodAttributes` says what a method of a user's own offers.
 """
 
 from dataclasses import dataclass, field, fields
@@ -25,7 +25,7 @@ AnyOffer = TypeVar("AnyOffer")
 
 
 @dataclass(frozen=True)
-class OfferedByMethod:
+class MethodAttributes:
     """What a method offers, with defaults.
 
     1. A method is any object with a `solver`; a body names its class in `methods`.

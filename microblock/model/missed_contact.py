@@ -1,7 +1,7 @@
 """Contact that was missed: open corners that overlap the obstacle between the unknowns of a method.
 
-Every method looks for it here, at places of the obstacle's own picture (`Problem.sites`). An overlap of depth
-d on a width w is worth ``E* d/sqrt(w)`` in L2 of the pressure.
+Methods along a line look for it here, at sampled places of the obstacle (`Problem.sites`). An overlap of
+depth d on a width w is worth ``E* d/sqrt(w)`` in L2 of the pressure.
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ import numpy as np
 from .intervals import borders, runs
 from .types import Array, Flags
 
-PLACES = 20_000  # of a surface at least, at which it is looked at without a picture
+PLACES = 20_000  # of a surface at least, at which it is looked at without candidates
 
 
 @dataclass(frozen=True)

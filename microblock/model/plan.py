@@ -71,7 +71,7 @@ class Plan:
         first, second = (candidate.cost for candidate in self.candidates[:2])
         if first is None or second is None or first.seconds > second.seconds:
             return "the usual method of the body"
-        return "the least seconds"
+        return "the fastest"
 
     def __repr__(self) -> str:
         first, *later = [*map(repr, self.candidates)] or [""]
@@ -81,9 +81,9 @@ class Plan:
 def planned(solvers: Sequence[Any], load: float | None, approach: float | None, rtol: float | None) -> Plan:
     """Returns the Plan of Solvers, the usual one first, at a load or an approach to rtol, or to the usual one
     of the first that has one: by their seconds if all predict them. Those of others count by their
-    `handicap`, since states of the usual method know more: on a half-plane edges of zones and fields below
-    the surface. What would take more than MOST_MEMORY is refused. What is expected to miss rtol comes
-    PATIENCE later.
+    `time_factor`, since states of the usual method have more information: on a half-plane edges of zones and
+    fields below the surface. What would take more than MOST_MEMORY is refused. What is expected to miss rtol
+    comes PATIENCE later.
     """
     able: list[tuple[float | None, Candidate]] = []
     refused: list[Candidate] = []
@@ -99,8 +99,8 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
             continue
         weighted = None
         if cost:
-            handicap = solver.handicap if number else 1.0
-            weighted = cost.seconds * handicap + PATIENCE * cost.misses
+            time_factor = solver.time_factor if number else 1.0
+            weighted = cost.seconds * time_factor + PATIENCE * cost.misses
         able.append((weighted, Candidate(solver, cost)))
     if all(weighted for weighted, _ in able):
         able.sort(key=lambda pair: pair[0] or 0.0)

@@ -24,8 +24,8 @@ class Problem:
     """The problem on the line: solid, law and obstacle.
 
     With `mirror` all is symmetric about x = 0, and the first corner alone is computed, on x >= 0 if it is the
-    only one. Without a `picture` the obstacle is smooth between its named places. `counter` is the solid of a
-    second body.
+    only one. Without `candidates` the obstacle is smooth between its named places. `counter` is the solid of
+    a second body.
     """
 
     solid: Cosserat
@@ -123,7 +123,7 @@ class Problem:
         return self.stretches[0][0], self.stretches[-1][1]
 
     def sites(self, corner: int) -> Array:
-        """Returns contact points with a corner under a site of the picture, or of psi0."""
+        """Returns contact points with a corner under a sampled place of the obstacle, or of psi0."""
         return np.union1d(self.candidates.sites + self.shifts[corner], self._angle.samples)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:

@@ -101,7 +101,7 @@ class Solution:
             "law": solver.contact.law,
             "method": self.method,
             "load": plain(self.load),
-            "approach": float(self.approach) if solver.has_level else None,
+            "approach": float(self.approach) if solver.has_approach else None,
             "error_estimate": plain(self.error_estimate),
             "error_parts": self.estimate,
             "residual": plain(self.residual),

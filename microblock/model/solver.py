@@ -35,7 +35,7 @@ class Solver:
     ----------
     contact, body, solid, obstacle, law, blocks
         Of the problem.
-    has_level : bool
+    has_approach : bool
         Whether the approach means something.
     has_fitted_zones : bool
         Whether the edges of zones are unknowns (`halfplane.zone_path`).
@@ -47,13 +47,13 @@ class Solver:
         Second bodies that it knows.
     in_space : "cells", "nodes" or None
         What its states have in three dimensions.
-    handicap : float
+    time_factor : float
         By how much longer than the usual method it may seem to take: states of that know more.
     verifies : bool
         Whether `require_solved` looks at the residual; else the error estimate speaks of it.
     """
 
-    has_level = True
+    has_approach = True
     has_fitted_zones = False
     usual_rtol: float | None = None
     usual_history_rtol: float | None = None
@@ -61,7 +61,7 @@ class Solver:
     counter_bodies: tuple[type, ...] = ()
     in_space: str | None = None
     verifies = False
-    handicap = 2.0
+    time_factor = 2.0
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact = contact

@@ -1,4 +1,4 @@
-"""Figures and data sets of results, which the rooms above the model offer: it knows none of them by name."""
+"""Figures and data sets of results, which packages above the model offer: the model knows none by name."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def draw_history(states: Sequence[State], axis: Axes | None) -> Figure:
     tractions.set_title("(a)  shaded: stick", loc="left")
     plots.legend_below(tractions)
     draw_loop(loop, states)
-    loop.set_title("(b)  the way so far", loc="left")
+    loop.set_title("(b)  loading path", loc="left")
     return drawing
 
 

@@ -377,7 +377,7 @@ def trials():
             violations_found = zone_search.contact_violations(state)
             amended = zone_search.amended(state, violations_found, 1e-6) or {}
             counts = state.iterations, len(violations_found)
-            violation = {"zones": state.zones, "further": state.further, "amended": amended}
+            violation = {"zones": state.zones, "further": state.next_zones, "amended": amended}
             places = {
                 part: [edge for violation in zones.values() for edge in np.ravel(violation)]
                 for part, zones in violation.items()
