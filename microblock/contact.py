@@ -275,6 +275,8 @@ class Contact:
                 depth = np.abs(state.displacement).max() if state.load > 0 else 0.0
                 require_depth(approach, depth, np.abs(state.points).max())
             solver.require_solved(state, load, approach)
+            estimated = rtol is None or state.error_estimate is not None
+            require(estimated, "rtol", rtol, f"cannot be asked of {state.method}, which estimates no error")
             return state
 
         def shortfall(state: State) -> str:

@@ -86,6 +86,19 @@ def test_a_method_of_ones_own_on_a_half_plane_stands_beside_panels_and_cells():
         assert repr(plan).startswith("longer_than_others no prediction  <- the usual method")
 
 
+def test_an_rtol_is_refused_where_a_solver_of_ones_own_estimates_no_error():
+    """Its state was returned, as if the rtol had been met."""
+
+    class Deaf(NodalSolver):
+        def solve(self, load, approach, rtol, initial=None):
+            return super().solve(load, approach, None, initial)
+
+    method = type("Deaf_Method", (), {"solver": Deaf})
+    body = type("Mine", (Springs,), {"methods": (method,)})()
+    with pytest.raises(mb.BadArgument, match="^rtol = 0.001: cannot be asked of deaf_method"):
+        mb.Contact(body, CYLINDER, LINE).solve(load=1.0, rtol=1e-3)
+
+
 def test_what_a_solution_lacks_is_named():
     """It was told as a State that has no zones."""
     with pytest.raises(AttributeError, match="'Pressures' object has no attribute 'zones_by_name'"):
