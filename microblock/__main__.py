@@ -87,9 +87,10 @@ def solve(
     words = "belongs to --contact microblock"
     require(not psi0_deg or contact == "microblock", "psi0_deg", psi0_deg, words)
     profile = None
+    obstacle: Any = None
     if height is not None:
-        obstacle: Any = function_of_x(height, "height")
-    else:
+        obstacle = function_of_x(height, "height")
+    elif samples is not None:
         profile = read_profile(samples, "samples", columns, unit, skip or 0)
         obstacle = obstacle_of(profile, samples, "samples", noise)
     if rtol is None:

@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -14,34 +15,40 @@ from ..model.events import Event, LoadPath
 from ..model.history import History
 from ..model.intervals import contains
 from ..model.state import State
+from ..model.types import Array, Integers
 from .records import write_records
 
 
-def profile(state: State) -> dict[str, np.ndarray]:
+def profile(state: State) -> dict[str, Array]:
     """Returns what a state has on the contact surface: {name: array (n,)} at nodes or centres of cells.
 
     Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of corners ("pressure_A", ...),
     "micromoment" and "psi" ("m1", "m2", "psi1", "psi2" in space), "displacement"; with friction
     "shear_traction" and "slip", of a second body "counter_displacement", in space the number "closed".
     """
-    turned = ("micromoment", "psi") if state.flat else ("m1", "m2", "psi1", "psi2")
-    found = {
+    rotational: tuple[str, ...] = ("m1", "m2", "psi1", "psi2")
+    closed: Integers | None = state.closed
+    if state.flat:
+        rotational = ("micromoment", "psi")
+        closed = None
+    columns = {
         **dict(zip(("x1", "x2", "x3"), state.points.T)),
         "weight": state.weights,
         "pressure": state.pressure,
-        **{f"pressure_{name}": own for name, own in state.pressures.items()},
-        **dict(zip(turned, np.vstack((state.micromoment.T, state.psi.T)))),
+        **{f"pressure_{corner}": pressure for corner, pressure in state.pressures.items()},
+        **dict(zip(rotational, np.vstack((state.micromoment.T, state.psi.T)))),
         "displacement": state.displacement,
-        "closed": None if state.flat else state.closed,
+        "closed": closed,
         "counter_displacement": state.opposite,
         "shear_traction": state.shear_traction,
         "slip": state.slip,
     }
-    return {name: np.asarray(values, float) for name, values in found.items() if values is not None}
+    return {name: np.asarray(values, float) for name, values in columns.items() if values is not None}
 
 
 def to_csv(
-    what: State | History | LoadPath | Sequence[State | Event | Mapping[str, object]], path: str | os.PathLike
+    what: State | History | LoadPath | Sequence[State | Event | Mapping[str, object]],
+    path: str | os.PathLike[str],
 ) -> None:
     """Write states, events or the rows of a study as CSV, with the versions in each row;
     `microblock.data.records.read_records` reads it back.
@@ -75,31 +82,37 @@ def to_csv(
     write_records(path, _rows(what))
 
 
-def _nodes(state):
+def _nodes(state: State) -> list[dict[str, object]]:
+    """Returns a row a node of a state."""
     columns = {name: values.tolist() for name, values in profile(state).items()}
     names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
-    names += ["shear", "tangential_approach", "dissipation", "work"] * (state.shear is not None)
+    if state.shear is not None:
+        names += ["shear", "tangential_approach", "dissipation", "work"]
     common = {name: getattr(state, name) for name in names} | {"warnings": "; ".join(state.warnings)}
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 
-def _rows(what):
-    """Rows that make a table, or BadArgument."""
+def _rows(what: object) -> list[Mapping[str, object]]:
+    """Returns rows that make a table; raises BadArgument if there are none."""
     if isinstance(what, State):
-        return _nodes(what)
+        return [*_nodes(what)]
     if isinstance(what, LoadPath):
         return [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
-    rows = what.states if isinstance(what, History) else what if isinstance(what, (list, tuple)) else ()
-    if all(isinstance(row, State) for row in rows):
-        rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
-    rows = [asdict(row) if isinstance(row, Event) else row for row in rows]
+    entries: Sequence[Any] = ()
+    if isinstance(what, History):
+        entries = what.states
+    elif isinstance(what, (list, tuple)):
+        entries = what
+    if all(isinstance(entry, State) for entry in entries):
+        entries = [{"state": number, **row} for number, state in enumerate(entries) for row in _nodes(state)]
+    rows = [asdict(entry) if isinstance(entry, Event) else entry for entry in entries]
     if not rows or not all(isinstance(row, Mapping) for row in rows):
         words = "must be a state, a history, a load path, or a list of at least one state, event or dict"
         raise BadArgument("what", what, words)
     return rows
 
 
-def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
+def to_vtk(state: State | History, path: str | os.PathLike[str]) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it.
 
     The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
@@ -138,68 +151,86 @@ def to_vtk(state: State | History, path: str | os.PathLike) -> list[Path]:
     """
     require_kind((State, History), "a state, or a history of states", state=state)
     require_place(path, endings=("vtu",))
-    path = str(path).removesuffix(".vtu")
-    states = {"": state}
-    if isinstance(state, History):
-        states = {f"_{number}": own for number, own in enumerate(state.states)}
-    return [file for number, own in states.items() for file in _written(own, path, number)]
+    beginning = str(path).removesuffix(".vtu")
+    if isinstance(state, State):
+        return _write_state(state, beginning, "")
+    files = []
+    for number, step in enumerate(state.states):
+        files += _write_state(step, beginning, f"_{number}")
+    return files
 
 
-def _written(state, path, number):
-    surface, body = (Path(f"{path}_{part}{number}.vtu") for part in ("surface", "body"))
-    fields = getattr(state.solution, "fields", None)
-    if hasattr(fields, "body"):  # the body first, since it may raise an error: then no file is written
+def _write_state(state: State, beginning: str, ending: str) -> list[Path]:
+    """Returns the files of a state, written."""
+    surface = Path(f"{beginning}_surface{ending}.vtu")
+    body = Path(f"{beginning}_body{ending}.vtu")
+    fields = state.solution.fields
+    if fields is None:
+        _write_surface(state, surface)
+        return [surface]
+    # the body first, since it may raise an error: then no file is written
+    if hasattr(fields, "body"):
         _write_mesh(fields, body)
-    elif fields is not None:
+    else:
         _write_grid(state, body)
     _write_surface(state, surface)
-    return [surface] if fields is None else [surface, body]
+    return [surface, body]
 
 
-def _write_surface(state, path):
+def _write_surface(state: State, path: Path) -> None:
     data = profile(state)
     points = np.pad(state.points, ((0, 0), (0, 3 - state.points.shape[1])))
+    kind = "triangle"
+    cells: Any = state.triangles
     if state.flat:
-        kind, cells = "line", _lines(state)
-    else:
-        kind, cells = "triangle", state.triangles if state.squares is None else _triangles(*points.T[:2])
+        kind = "line"
+        cells = _lines(state)
+    elif state.squares is not None:
+        cells = _triangles(points[:, 0], points[:, 1])
     if not len(cells):  # the surface of a column is one point
-        kind, cells = "vertex", np.zeros((1, 1), int)
-    _write(path, points, [(kind, cells)], data)
+        kind = "vertex"
+        cells = np.zeros((1, 1), int)
+    _write(path, points, kind, cells, data)
 
 
-def _triangles(x, y):
-    """Triangles between points, array (m, 3)."""
+def _triangles(x: Array, y: Array) -> Integers:
+    """Returns triangles between points, array (m, 3)."""
     return Delaunay(np.column_stack((x, y))).simplices
 
 
-def _lines(state):
-    """Ends of lines between neighbouring nodes, but across no gap."""
-    together = np.ones(len(state.x) - 1, bool) if state.apart is None else ~state.apart
+def _lines(state: State) -> Integers:
+    """Returns the ends of lines between neighbouring nodes, but across no gap, array (m, 2)."""
+    together = np.ones(len(state.x) - 1, bool)
     if state.method == "panels":  # its nodes lie in contact alone
-        intervals = [zone for zones in state.zones.values() for zone in zones]
+        intervals = [interval for zones in state.zones.values() for interval in zones]
         together = contains(intervals, (state.x[:-1] + state.x[1:]) / 2)
+    elif state.apart is not None:
+        together = ~state.apart
     return np.flatnonzero(together)[:, None] + np.arange(2)
 
 
-def _write_grid(state, path):
-    left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
-    middle, reach = (right + left) / 2, 1.5 * (right - left) / 2
-    x1 = middle + reach * np.linspace(-1, 1, 81)
-    x2 = -2 * reach * np.linspace(1, 0, 41) ** 2
-    across, down = (part.ravel() for part in np.meshgrid(x1, x2))
-    found, zero = state.solution.fields(across, down), np.zeros_like(across)
+def _write_grid(state: State, path: Path) -> None:
+    contact = state.zones["contact"]
+    left = contact[0][0]
+    right = contact[-1][1]
+    middle = (right + left) / 2
+    reach = 1.5 * (right - left) / 2
+    grid = np.meshgrid(middle + reach * np.linspace(-1, 1, 81), -2 * reach * np.linspace(1, 0, 41) ** 2)
+    x1 = grid[0].ravel()
+    x2 = grid[1].ravel()
+    fields = state.fields(x1, x2)
+    zero = np.zeros_like(x1)
     data = {
-        "u": np.column_stack((*found.u, zero)),
-        "psi": found.psi,
-        "stress": found.stress.reshape(4, -1).T,
-        "couple_stress": found.couple_stress.T,
+        "u": np.column_stack((*fields.u, zero)),
+        "psi": fields.psi,
+        "stress": fields.stress.reshape(4, -1).T,
+        "couple_stress": fields.couple_stress.T,
     }
-    cells = [("triangle", _triangles(across, down))]
-    _write(path, np.column_stack((across, down, zero)), cells, data)
+    _write(path, np.column_stack((x1, x2, zero)), "triangle", _triangles(x1, x2), data)
 
 
-def _write_mesh(fields, path):
+def _write_mesh(fields: Any, path: Path) -> None:
+    """Writes the fields of a finite element solution on its elements, cut by their order."""
     import ngsolve as ng  # here, for half-planes do without it
 
     body = fields.body
@@ -220,11 +251,12 @@ def _write_mesh(fields, path):
     ).Do()
 
 
-def _write(path, points, cells, data):
+def _write(path: Path, points: Array, kind: str, cells: Integers, data: Mapping[str, Array]) -> None:
+    """Writes data at points, (n, 3), and cells of a kind between them, (m, corners)."""
     try:
         import meshio
     except ModuleNotFoundError as failure:
         raise MissingExtra("to_vtk()", "meshio", "vtk") from failure
-    data = {name: np.ascontiguousarray(values) for name, values in data.items()}
+    arrays = {name: np.ascontiguousarray(values) for name, values in data.items()}
     with writing(path):
-        meshio.Mesh(points, cells, point_data=data).write(path)
+        meshio.Mesh(points, [(kind, cells)], point_data=arrays).write(path)

@@ -5,13 +5,18 @@ and depth are bounded, and powers those of doubles.
 import ast
 import re
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import LARGEST, BadArgument, require_kind
+from ..model.types import Array
 
-LONGEST, MOST = 500, 100  # characters, and terms within terms
-FUNCTIONS = {
+LONGEST = 500  # characters
+DEEPEST = 100  # terms within terms
+FUNCTIONS: dict[str, Any] = {
     name: getattr(np, name)
     for name in (
         *("abs", "sqrt", "cbrt", "exp", "log", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh"),
@@ -19,7 +24,7 @@ FUNCTIONS = {
         *("where", "clip"),
     )
 }
-OPERATORS = {
+OPERATORS: dict[type[ast.AST], np.ufunc] = {
     ast.Add: np.add,
     ast.Sub: np.subtract,
     ast.Mult: np.multiply,
@@ -36,15 +41,20 @@ OPERATORS = {
 }
 ALLOWED = (
     f"allowed are x, numbers up to {LARGEST:g}, pi, e, inf, + - * /, ** for powers, comparisons, "
-    f"parentheses, {', '.join(FUNCTIONS)}, in up to {LONGEST} characters and {MOST} nested terms"
+    f"parentheses, {', '.join(FUNCTIONS)}, in up to {LONGEST} characters and {DEEPEST} nested terms"
 )
 
 
 class _Refused(Exception):
-    """The refused term, or the number of the character."""
+    """The place of what is refused: its first character and the one after it."""
+
+    def __init__(self, start: int, end: int) -> None:
+        super().__init__(start, end)
+        self.start = start
+        self.end = end
 
 
-def function_of_x(formula, name="formula"):
+def function_of_x(formula: str, name: str = "formula") -> Callable[[ArrayLike], Array]:
     """Returns the function of an array x of a formula such as ``"x**2/20"``; without a value NaN or inf.
 
     Raises
@@ -61,7 +71,7 @@ def function_of_x(formula, name="formula"):
     require_kind(str, "a formula in x, such as 'x**2/20'", **{name: formula})
     formula = formula.strip()
 
-    def function(x):
+    def function(x: ArrayLike) -> Array:
         places = np.array(x, float, ndmin=1)
         with np.errstate(all="ignore"):  # the caller looks at what is no number
             return np.reshape(_value(tree, places) + np.zeros_like(places), np.shape(x))
@@ -70,46 +80,49 @@ def function_of_x(formula, name="formula"):
         tree = _tree(formula)
         function(np.zeros(1))  # which visits each term
     except _Refused as refused:
-        (where,) = refused.args
-        start = getattr(where, "col_offset", where)
-        part = formula[start : getattr(where, "end_col_offset", start + 1)][:40] or "the end"
-        words = f"{ascii(part)} at place {start + 1} cannot stand there; {ALLOWED}"
+        part = formula[refused.start : refused.end][:40] or "the end"
+        words = f"{ascii(part)} at place {refused.start + 1} cannot stand there; {ALLOWED}"
         raise BadArgument(name, formula, words) from None
     function.__name__ = formula
     return function
 
 
-def _tree(formula):
+def _tree(formula: str) -> ast.expr:
     """Returns the parsed formula, of bounded length and plain characters."""
     # no quotes, brackets, other alphabets, ends of lines, ...
-    plain = re.match(rf"[A-Za-z0-9_ .,+*/()<>=!-]{{0,{LONGEST}}}", formula).end()
-    if plain < len(formula):
-        raise _Refused(plain)
+    rest = re.sub(rf"^[A-Za-z0-9_ .,+*/()<>=!-]{{0,{LONGEST}}}", "", formula)
+    if rest:
+        plain = len(formula) - len(rest)
+        raise _Refused(plain, plain + 1)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that run into words
             return ast.parse(formula, mode="eval").body
-    except (SyntaxError, MemoryError, RecursionError) as failure:
-        raise _Refused((getattr(failure, "offset", 0) or len(formula) + 1) - 1) from None
+    except SyntaxError as failure:
+        place = (failure.offset or len(formula) + 1) - 1
+        raise _Refused(place, place + 1) from None
+    except (MemoryError, RecursionError):
+        raise _Refused(len(formula), len(formula)) from None
 
 
-def _value(node, x, depth=0):
+def _value(node: ast.expr, x: Array, depth: int = 0) -> Any:
     """Returns a term at x, array (n,), or a number; a comparison is 1 where it holds, else 0."""
     match node:
         case ast.Name(id="x"):
             return x
-        case ast.Name(id="pi" | "e" | "inf"):
-            return getattr(np, node.id)
-        case ast.Constant(value=int() | float()) if node.value <= LARGEST and node.value is not True:
-            return np.float64(node.value)
+        case ast.Name(id="pi" | "e" | "inf" as constant):
+            return getattr(np, constant)
+        case ast.Constant(value=int() | float() as number) if number <= LARGEST and number is not True:
+            return np.float64(number)
         case ast.UnaryOp(op=operator) | ast.BinOp(op=operator) | ast.Compare(ops=[operator]):
             function = OPERATORS.get(type(operator))
             parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
-        case ast.Call(func=ast.Name(), args=parts, keywords=[]):
-            function = FUNCTIONS.get(node.func.id)
+        case ast.Call(func=ast.Name(id=called), args=parts, keywords=[]):
+            function = FUNCTIONS.get(called)
         case _:
+            parts = []
             function = None
     # numpy has the number of arguments of all but `where` and `clip`
-    if function is None or depth > MOST or len(parts) != getattr(function, "nin", 3):
-        raise _Refused(node)
+    if function is None or depth > DEEPEST or len(parts) != getattr(function, "nin", 3):
+        raise _Refused(node.col_offset, node.end_col_offset or node.col_offset + 1)
     return np.multiply(1.0, function(*(_value(part, x, depth + 1) for part in parts)))

@@ -8,14 +8,15 @@ import json
 import os
 import pickle
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import contextmanager, nullcontext
 from functools import cache, partial
 from importlib import import_module
 from itertools import product
 from multiprocessing import get_context
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeAlias
 from unittest.mock import patch
 
 import numpy as np
@@ -36,16 +37,20 @@ from ..model.progress import counted, counting
 from .provenance import digest, loaded, made_of
 from .records import write_text
 
+Key: TypeAlias = int | str  # the place of a point, or the digest of its call
+Point: TypeAlias = dict[str, Any]
+Record: TypeAlias = dict[str, Any]  # answer, error, seconds, modules, and the point
+
 
 def sweep(
     function: Callable[..., object],
-    over: Mapping[str, Iterable] | Iterable[Mapping[str, object]],
+    over: Mapping[str, Iterable[object]] | Iterable[Mapping[str, object]],
     *,
     executor: Executor | None = None,
     workers: int | None = None,
-    records: str | os.PathLike | None = None,
+    records: str | os.PathLike[str] | None = None,
     quiet: bool = False,
-) -> list[dict]:
+) -> list[dict[str, Any]]:
     """Call ``function(**point)`` at each point, in parallel; a point that fails does not stop the others.
 
     Parameters
@@ -101,17 +106,22 @@ def sweep(
         require(workers is None, "workers", workers, "belongs to local processes, not to an executor")
     if workers is not None:
         require_whole(1, workers=workers)
-    keys = range(len(points)) if records is None else [digest(function, point) for point in points]
-    folder = None if records is None else made_folder(records, "records")
-    known = {} if folder is None else _known(folder, keys, quiet)
-    missing = {key: point for key, point in zip(keys, points) if key not in known}
+    folder = None
+    keys: Sequence[Key] = range(len(points))
+    records_of: dict[Key, Record] = {}
+    if records is not None:
+        keys = [digest(function, point) for point in points]
+        folder = made_folder(records, "records")
+        records_of = _recorded(folder, keys, quiet)
+    missing = {key: point for key, point in zip(keys, points) if key not in records_of}
     with counting("sweep", False if quiet else None, total=len(missing)):
         for key, outcome in _outcomes(executor, workers, function, missing, folder is not None):
-            known[key] = {"point": missing[key], **outcome}
+            record = {"point": missing[key], **outcome}
+            records_of[key] = record
             if folder is not None and not outcome["error"]:
-                write_text(folder / f"{key}.json", json.dumps(known[key], default=str), "records")
+                write_text(folder / f"{key}.json", json.dumps(record, default=str), "records")
             counted()
-    return _rows(points, [known[key] for key in keys])
+    return _rows(points, [records_of[key] for key in keys])
 
 
 @contextmanager
@@ -120,13 +130,14 @@ def processes(workers: int | None = None) -> Iterator[Any]:
     Raises MissingExtra without pebble or cloudpickle.
     """
     try:
-        pools, _ = import_module("pebble"), import_module("cloudpickle")
+        pebble = import_module("pebble")
+        import_module("cloudpickle")
     except ModuleNotFoundError as failure:
         raise MissingExtra("sweep()", str(failure.name), "study") from failure
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     spawn = get_context("spawn")  # forked ones share NGSolve's locks
     with patch.dict(os.environ, threads):  # for the processes, before they import numpy
-        pool = pools.ProcessPool(workers or os.cpu_count() or 1, context=spawn)
+        pool = pebble.ProcessPool(workers or os.cpu_count() or 1, context=spawn)
         try:
             yield pool
         finally:
@@ -134,18 +145,21 @@ def processes(workers: int | None = None) -> Iterator[Any]:
             pool.join()
 
 
-def carried(pool, *call):
-    """Schedules a call, also of a function of a notebook, which pickles of Python do not carry."""
+def _schedule(pool: Any, function: Callable[..., object], *arguments: object) -> Future[Any]:
+    """Returns the future of a call on a pool of `processes`, also of a function of a notebook, which pickles
+    of Python do not carry.
+    """
     import cloudpickle
 
-    return pool.schedule(_called, (cloudpickle.dumps(partial(*call)),))
+    return pool.schedule(_called, (cloudpickle.dumps(partial(function, *arguments)),))
 
 
-def _called(call):
+def _called(call: bytes) -> Any:
     return pickle.loads(call)()
 
 
-def _points(over):
+def _points(over: Mapping[str, Iterable[object]] | Iterable[Mapping[str, object]]) -> list[Point]:
+    """Returns the points of a study; raises BadArgument if there are none such."""
     if isinstance(over, Mapping):
         for name, values in over.items():
             listed = np.iterable(values) and not isinstance(values, (str, Mapping))
@@ -157,79 +171,103 @@ def _points(over):
     return [dict(point) for point in points]
 
 
-def _outcomes(executor, workers, function, points, recorded):
+def _outcomes(
+    executor: Executor | None,
+    workers: int | None,
+    function: Callable[..., object],
+    points: Mapping[Key, Point],
+    recorded: bool,
+) -> Iterator[tuple[Key, Record]]:
+    """Yields the key and the outcome of each point, as they are done."""
     if not points:
         return
-    with processes(workers) if executor is None else nullcontext(executor) as pool:
-        submit = partial(carried, pool) if executor is None else pool.submit
-        waiting = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
+    pools: Any = nullcontext(executor)
+    if executor is None:
+        pools = processes(workers)
+    with pools as pool:
+        submit: Any = partial(_schedule, pool)
+        if executor is not None:
+            submit = executor.submit
+        keys = {submit(_attempt, function, point, recorded): key for key, point in points.items()}
         try:
-            for future in as_completed(waiting):
-                yield waiting[future], _outcome(future)
+            for future in as_completed(keys):
+                yield keys[future], _outcome(future)
         finally:  # an interruption, too
-            for future in waiting:
+            for future in keys:
                 future.cancel()
 
 
-def _attempt(function, point, recorded):
-    """{answer, error, seconds, modules} of a point."""
+def _attempt(function: Callable[..., object], point: Point, recorded: bool) -> Record:
+    """Returns {answer, error, seconds, modules} of a point."""
     start = time.perf_counter()
+    answer = None
+    error = None
     try:
         with counting("point", False):  # the sweep has a bar
-            answer, error = _answer(function(**point), point), None
+            answer = _answer(function(**point), point)
     except Exception as failure:  # whatever it is, the others go on
-        answer, error = None, _told(failure)
-    seconds, modules = time.perf_counter() - start, loaded() if recorded else None
+        error = _text(failure)
+    seconds = time.perf_counter() - start
+    modules = None
+    if recorded:
+        modules = loaded()
     return {"answer": answer, "error": error, "seconds": seconds, "modules": modules}
 
 
-def _answer(given, point):
-    """An answer as JSON's types, or BadArgument."""
-    given = given if isinstance(given, Mapping) else {"value": given}
-    taken = {*point, "seconds", "error"} & given.keys()
+def _answer(returned: object, point: Point) -> Any:
+    """Returns an answer as JSON's types; raises BadArgument if it has others."""
+    answer: Any = returned
+    if not isinstance(returned, Mapping):
+        answer = {"value": returned}
+    taken = {*point, "seconds", "error"} & answer.keys()
     require(not taken, "answer", sorted(taken), "must be neither an argument nor 'seconds' nor 'error'")
     try:  # arrays and numbers of numpy as lists and numbers
-        return json.loads(json.dumps(given, allow_nan=False, default=lambda value: value.tolist()))
+        return json.loads(json.dumps(answer, allow_nan=False, default=lambda value: value.tolist()))
     except (AttributeError, TypeError, ValueError) as failure:
         raise BadArgument(
-            "answer", given, "must be a finite number, a text, None, or a list of them, or a mapping to such"
+            "answer", answer, "must be a finite number, a text, None, or a list of them, or a mapping to such"
         ) from failure
 
 
-def _outcome(future):
+def _outcome(future: Future[Any]) -> Record:
+    """Returns the outcome of a point; raises NotConverged if the processes broke down."""
     try:
         return future.result()
     except (BrokenExecutor, CancelledError) as failure:
         words = (
-            f"the processes broke down ({_told(failure)}); what is recorded is kept, call again. If "
+            f"the processes broke down ({_text(failure)}); what is recorded is kept, call again. If "
             'none ever starts: a script needs `if __name__ == "__main__":` around the call'
         )
         raise NotConverged(words) from failure
     except Exception as failure:  # the process died over the point, or the point does not travel
-        return {"answer": None, "error": _told(failure), "seconds": None, "modules": None}
+        return {"answer": None, "error": _text(failure), "seconds": None, "modules": None}
 
 
-def _told(failure):
+def _text(failure: BaseException) -> str:
+    """Returns the type and the message of an error on one line."""
     return f"{type(failure).__name__}: {' '.join(str(failure).split())}"
 
 
-def _rows(points, found):
-    rows = [point | (record["answer"] or {}) for point, record in zip(points, found)]
-    columns = dict.fromkeys(name for row in rows for name in row)
-    ends = ("seconds", "error")
-    return [columns | row | {name: record[name] for name in ends} for row, record in zip(rows, found)]
+def _rows(points: Sequence[Point], records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Returns a row a point, all with the columns of all."""
+    rows = [point | (record["answer"] or {}) for point, record in zip(points, records)]
+    columns: dict[str, Any] = dict.fromkeys(name for row in rows for name in row)
+    return [
+        columns | row | {"seconds": record["seconds"], "error": record["error"]}
+        for row, record in zip(rows, records)
+    ]
 
 
-def _known(folder, keys, quiet):
+def _recorded(folder: Path, keys: Sequence[Key], quiet: bool) -> dict[Key, Record]:
     """Returns {key: record} of what is in the folder and would be computed alike now."""
     files = {key: folder / f"{key}.json" for key in keys}
     records = {key: json.loads(file.read_text()) for key, file in files.items() if file.exists()}
-    now = cache(made_of)
-    known = {
+    made_now = cache(made_of)
+    valid = {
         key: record
         for key, record in records.items()
-        if all(now(name) == value for name, value in record["modules"].items())
+        if all(made_now(name) == origin for name, origin in record["modules"].items())
     }
-    if len(known) < len(records) and not quiet:
-        tqdm.write(f"{folder}: {len(records) - len(known)} points of other code are computed anew")
-    return known
+    if len(valid) < len(records) and not quiet:
+        tqdm.write(f"{folder}: {len(records) - len(valid)} points of other code are computed anew")
+    return valid

@@ -405,6 +405,7 @@ DOUBTFUL = {  # text: (option of the reader, words of the refusal)
 NO_PROFILE = {
     b"": "no two columns",
     b"x, height\n": "no two columns",
+    b"x, z\n-, -\n": "no two columns",  # was a ValueError of max
     b"1\n2\n3\n": "x is missing",
     b"0, 0\n1, high\n2, 1": "'1, high' in line 2",
     b"0, 0\n1, 1\n2, 1, 5": "line 3",
