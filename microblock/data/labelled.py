@@ -31,57 +31,87 @@ IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "we
 
 
 def data_set(result: Any) -> Any:
+    """Returns the xarray.Dataset of a State, History or LoadPath."""
     try:
         import xarray
     except ModuleNotFoundError as failure:
         raise MissingExtra("to_xarray()", "xarray", "xarray") from failure
     if isinstance(result, State):
         return xarray.Dataset(*_of_state(result))
-    together = xarray.Dataset()
+    data = xarray.Dataset()
     if isinstance(result, History):
         states = [_numbered(xarray.Dataset(*_of_state(state))) for state in result.states]
-        together = xarray.concat(
-            states, "state", data_vars="all", coords="all", compat="equals", join="outer"
-        )
-    together.attrs = {"warnings": "; ".join(result.warnings)}
+        data = xarray.concat(states, "state", data_vars="all", coords="all", compat="equals", join="outer")
+    data.attrs = {"warnings": "; ".join(result.warnings)}
     events = [asdict(event) for event in result.events]
-    for name in events[0] if events else ():
-        if name not in ("shear", "pair") or isinstance(result, History):
-            values = [np.nan if event[name] is None else event[name] for event in events]
-            together[f"event_{name}"] = "event", values, _unit(name)
-    return together
+    if events:
+        for name in events[0]:
+            if name not in ("shear", "pair") or isinstance(result, History):
+                values = [_number(event[name]) for event in events]
+                data[f"event_{name}"] = ("event", values, _unit(name))
+    return data
+
+
+def _number(value: Any) -> Any:
+    """Returns a value, NaN for None."""
+    if value is None:
+        return np.nan
+    return value
 
 
 def _unit(name: str, flat: bool = True) -> dict[str, str]:
-    units = UNITS if flat else UNITS | IN_SPACE
-    return {"units": units[name]} if name in units else {}
+    """Returns the attributes of a quantity: its unit, if it has one."""
+    units = UNITS
+    if not flat:
+        units = UNITS | IN_SPACE
+    if name in units:
+        return {"units": units[name]}
+    return {}
+
+
+def _axes(state: State) -> dict[str, Any]:
+    """Returns {name: coordinates (m,)} of the axes along which a state lies; none of points in space."""
+    if state.shape:
+        return {"x1": state.x1, "x2": state.x2}
+    if state.flat:
+        return {"x": state.x}
+    return {}
 
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
-    found, shape = dict[str, Any](), state.shape or (len(state.weights),)
-    along = ("x1", "x2") if state.shape else ("x",) if state.flat else ()
-    axes = {name: getattr(state, name) for name in along}
-    places, along = axes or dict(zip(("x1", "x2", "x3"), state.points.T)), along or ("point",)
-    texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
-    may_lack = "approach", "error_estimate", "tangential_approach", "seen_width"
+    """Returns variables, coordinates and attributes of a state."""
+    variables: dict[str, Any] = {}
+    shape = state.shape or (len(state.weights),)
+    axes = _axes(state)
+    along = tuple(axes) or ("point",)
+    may_lack = ("approach", "error_estimate", "tangential_approach", "seen_width")
     for name in state.listed:
-        value, units = getattr(state, name), _unit(name, state.flat)
+        value = getattr(state, name)
+        units = _unit(name, state.flat)
         if name == "pressures":
-            found[name] = ("corner", *along), np.reshape([*value.values()], (-1, *shape)), units
+            variables[name] = (("corner", *along), np.reshape([*value.values()], (-1, *shape)), units)
         elif name == "zones":
-            for zone, pairs in value.items():
-                found[f"zone_{zone}"] = (f"of_{zone}", "end"), np.reshape(pairs, (-1, 2)), units
+            for zone, intervals in value.items():
+                variables[f"zone_{zone}"] = ((f"of_{zone}", "end"), np.reshape(intervals, (-1, 2)), units)
         elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
-            more = ("component",) * (value.ndim - 1)
-            found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), units
+            dimensions = along
+            if value.ndim > 1:
+                dimensions = (*along, "component")
+            variables[name] = (dimensions, np.reshape(value, (*shape, *value.shape[1:])), units)
         elif isinstance(value, (int, float)) or (value is None and name in may_lack):
-            found[name] = (), np.nan if value is None else value, units
-    known = {name: (name if name in along else "point", one, _unit("x")) for name, one in places.items()}
-    return found, {**known, "corner": [*state.pressures], "end": ["left", "right"]}, texts
+            variables[name] = ((), _number(value), units)
+    coordinates: dict[str, Any] = {name: (name, values, _unit("x")) for name, values in axes.items()}
+    if not axes:
+        points = zip(("x1", "x2", "x3"), state.points.T)
+        coordinates = {name: ("point", values, _unit("x")) for name, values in points}
+    coordinates["corner"] = [*state.pressures]
+    coordinates["end"] = ["left", "right"]
+    texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
+    return variables, coordinates, texts
 
 
 def _numbered(data: Any) -> Any:
+    """Returns the data set of a state over the numbers of its points, so that others can stand beside it."""
     data = data.reset_index("x").reset_coords("x").rename_dims(x="point")  # histories are those of the plane
-    return data.assign_coords(
-        {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
-    )
+    numbers = {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
+    return data.assign_coords(numbers)
