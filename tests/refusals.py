@@ -292,10 +292,10 @@ LEFT_OUT = {
     name
     for names in (
         # takes fields of NGSolve, which checks them
-        "Body.energy",
+        "BodySpaces.energy",
         # parts of solvers, which call them with what is checked
-        "Body.boundary Body.scalar Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated "
-        "Body.once Body.on.changes State.noting History.noting Cosserat.with_length Elastic.with_length "
+        "BodySpaces.boundary BodySpaces.scalar Body.bulk BodySpaces.unknowns_of BodySpaces.vectors "
+        "BodySpaces.strains BodySpaces.integrated BodySpaces.once Body.on.changes State.noting History.noting Cosserat.with_length Elastic.with_length "
         "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
