@@ -235,9 +235,10 @@ def _write_mesh(fields: Any, path: Path) -> None:
 
     body = fields.body
     pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
-    displacement = fields.u
     if body.mesh.dim == 2:
         displacement = ng.CF((fields.u1, fields.u2, 0))
+    else:
+        displacement = fields.u
     data = {
         "u": displacement,
         "psi": fields.psi,
