@@ -295,7 +295,8 @@ LEFT_OUT = {
         "BodySpaces.energy",
         # parts of solvers, which call them with what is checked
         "BodySpaces.boundary BodySpaces.scalar Body.bulk BodySpaces.unknowns_of BodySpaces.vectors "
-        "BodySpaces.strains BodySpaces.integrated BodySpaces.once Body.on.changes State.noting History.noting Cosserat.with_length Elastic.with_length "
+        "BodySpaces.strains BodySpaces.integrated BodySpaces.once Body.on.changes State.noting "
+        "History.noting Cosserat.with_length Elastic.with_length "
         "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
