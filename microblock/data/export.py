@@ -235,12 +235,8 @@ def _write_mesh(fields: Any, path: Path) -> None:
 
     body = fields.body
     pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
-    if body.mesh.dim == 2:
-        displacement = ng.CF((fields.u1, fields.u2, 0))
-    else:
-        displacement = fields.u
     data = {
-        "u": displacement,
+        "u": fields.u if body.mesh.dim == 3 else ng.CF((fields.u1, fields.u2, 0)),
         "psi": fields.psi,
         "stress": fields.stress.Reshape((fields.stress.dim,)),
         "couple_stress": fields.couple_stress.Reshape((fields.couple_stress.dim,)),
