@@ -141,6 +141,29 @@ def test_the_code_of_the_half_space_meets_the_sphere_of_hertz():
     assert state["peak"] == pytest.approx(peak, rel=5e-3)
 
 
+def test_kernels_of_points_are_those_of_small_cells():
+    side, n = 0.05, 24
+    table = space.kernels(NU, 1.3)
+    of_cells = space.cell_kernels(table, (n, n), (side, side), True) / side**2
+    for i, j in ((20, 13), (-7, 19)):
+        of_points = space.point_kernels(table, np.array(i * side), np.array(j * side), True)
+        # a cell at 20 of its sides; the smallest kernel is 2e-3
+        assert of_cells[:, :, n + i, n + j] == pytest.approx(of_points, abs=2e-5)
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_a_moment_on_a_cell_is_known_to_kernels_and_waves(axis):
+    n, near = 128, slice(64 - 12, 64 + 12)
+    sheet = space.Sheet(32.0, n, NU, 1.3, "microblock")
+    moment = np.zeros((3, n, n))
+    moment[axis, n // 2, n // 2] = 1
+    fields = sheet.response(moment)[:, near, near]
+    kernels_of = space.cell_kernels(space.kernels(NU, 1.3), (12, 12), (32.0 / n,) * 2, True)
+    for field, kernel in zip(fields, kernels_of[:, axis]):
+        # a sheet has another mean, of a period of 32 ell, and few aliases
+        assert np.abs(field - kernel).max() < 0.02 * np.abs(kernel).max()
+
+
 @pytest.mark.parametrize("law", space.LAWS)
 def test_islands_and_a_whole_period_agree_on_small_contacts(law):
     """Kernels in space, and symbols of waves: of a period of 12 half-widths, a Sheet knows of its images."""
