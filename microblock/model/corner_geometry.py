@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from .law import Law, in_frame, is_uniform
-from .obstacles import gap
+from .obstacles import gap, heights
 from .types import Array, ObstacleLike
 
 
@@ -162,8 +162,17 @@ class CornerGeometry:
     @cached_property
     def initial_gaps(self) -> Array:
         """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
-        places = (self.points + offset for offset in self.offsets_from_contact_point)
-        return np.array([gap(self.obstacle, place, self.normals) for place in places])
+        offsets = self.offsets_from_contact_point
+        if self.blocks.in_space:
+            return np.array([self._gaps_over_level_surface(offset) for offset in offsets])
+        return np.array([gap(self.obstacle, self.points + offset, self.normals) for offset in offsets])
+
+    def _gaps_over_level_surface(self, offset: Array) -> Array:
+        """Returns the initial gaps of a corner with this offset, array (..., dim), along e3; an axis at a time,
+        as arrays of points are slow to take apart.
+        """
+        x1, x2, x3 = (self.points[..., axis] + offset[..., axis] for axis in range(3))
+        return heights(self.obstacle, x1, x2) - x3
 
     @cached_property
     def directions(self) -> Array:
