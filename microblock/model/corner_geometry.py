@@ -168,8 +168,8 @@ class CornerGeometry:
         return np.array([gap(self.obstacle, self.points + offset, self.normals) for offset in offsets])
 
     def _gaps_over_level_surface(self, offset: Array) -> Array:
-        """Returns the initial gaps of a corner with this offset, array (..., dim), along e3; an axis at a time,
-        as arrays of points are slow to take apart.
+        """Returns the initial gaps along e3 of a corner with this offset, array (..., dim), axis by axis, as
+        arrays of points are slow to take apart.
         """
         x1, x2, x3 = (self.points[..., axis] + offset[..., axis] for axis in range(3))
         return heights(self.obstacle, x1, x2) - x3
