@@ -249,7 +249,7 @@ class SurfaceSolver(CellSolver):
 
     def gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps at places, array (corners, ...)."""
-        return self.blocks.on_level(self.shape, x1, x2).initial_gaps
+        return self.blocks.initial_gaps_over_surface(self.shape, x1, x2)
 
     def flexibility(self, grid: Grid | Squares) -> CellFlexibility | CoupledSquares:
         """Returns the Flexibility of a grid, or of several."""

@@ -116,6 +116,15 @@ class Blocks:
         """Returns the geometry of blocks at x1, or x1 and x2, of a level surface under an obstacle."""
         return self.under(obstacle, np.stack((*x, 0.0 * x[0]), axis=-1))
 
+    def initial_gaps_over_surface(self, obstacle: ObstacleLike, x1: Array, x2: Array) -> Array:
+        """Returns the initial gaps at (x1, x2) of a level surface, array (corners, ...) (lengths). Arrays of
+        points, which a uniform law does not need, would take three times the memory of heights.
+        """
+        if not self.uniform:
+            return self.on_level(obstacle, x1, x2).initial_gaps
+        offsets = self.ell * self._level[1]
+        return np.array([heights(obstacle, x1 + a, x2 + b) - up for a, b, up in offsets])
+
 
 @dataclass(frozen=True, eq=False)
 class CornerGeometry:
@@ -213,7 +222,6 @@ class CornerGeometry:
 
 
 def upwards(points: Array) -> Array:
-    """Returns the normals of a level surface at points, arrays (..., dim)."""
-    normals = np.zeros(points.shape)
-    normals[..., -1] = 1.0
-    return normals
+    """Returns the normals of a level surface at points, arrays (..., dim); in space views of one normal."""
+    normals = np.broadcast_to(np.eye(points.shape[-1])[-1], points.shape)
+    return normals if points.shape[-1] == 3 else normals.copy()
