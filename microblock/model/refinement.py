@@ -95,7 +95,10 @@ def refine(
         raise out_of_reach(rtol, math.inf)
     if isinstance(rtol, Usual):
         return best
-    raise refusal(best, level, failure) from failure
+    refused = refusal(best, level, failure)
+    if refused is failure:
+        raise refused  # with the cause that it has
+    raise refused from failure
 
 
 def levels(
