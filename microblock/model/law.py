@@ -332,12 +332,13 @@ def check(law: Any, in_space: bool = False) -> None:
 
 
 def is_uniform(law: Law) -> bool:
-    """Returns whether a law says that it is uniform, and none of what that is said of is derived later."""
-    owners = [
-        next(kind for kind in type(law).mro() if name in vars(kind))
-        for name in ("uniform", "arms", "places", "initial_rotation")
-    ]
-    return bool(law.uniform) and all(issubclass(owners[0], owner) for owner in owners[1:])
+    """Returns whether a law says that it is uniform, and no class derived from the one that says so has
+    functions of its own for what the blocks are.
+    """
+    kinds = type(law).mro()
+    owner = next(kind for kind in kinds if "uniform" in vars(kind))
+    geometry = {"arms", "places", "initial_rotation", "angle"}
+    return bool(law.uniform) and not any(geometry & set(vars(kind)) for kind in kinds[: kinds.index(owner)])
 
 
 def _check_corners(law: Law) -> None:
