@@ -97,7 +97,7 @@ class GivenObstacle(RigidObstacle):
 
 def as_obstacle(given: Any) -> RigidObstacle:
     """Returns an obstacle as it is, or the `GivenObstacle` of a callable height or an object with one."""
-    if isinstance(given, RigidObstacle):
+    if isinstance(given, RigidObstacle) and hasattr(given, "height"):
         return given
     offered = {name: getattr(given, name) for name in OFFERED if hasattr(given, name)}
     return GivenObstacle(given, **{"height": given, **offered})
