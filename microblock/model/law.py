@@ -319,8 +319,10 @@ def check(law: Any, in_space: bool = False) -> None:
         raise BadArgument("law", law, f"must be an instance, {home}{law.__name__}()")
     words = (
         "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
-        "microblock.model.law.Law as its base: it has no arms"
+        "microblock.model.law.Law as its base"
     )
+    if not hasattr(law, "arms") or type(law).arms is Law.arms:
+        words += ": it has no arms"
     require(isinstance(law, Law) and type(law).arms is not Law.arms, "law", law, words)
     if type(law) in BUILT_IN:
         if in_space and law.varying_psi0 is not None:
