@@ -124,4 +124,4 @@ def require_body(body: Any) -> None:
 
 def over_surface(body: Any) -> bool:
     """Returns whether obstacles have heights over a surface."""
-    return offered_by(body).in_space
+    return bool(getattr(body, "in_space", BodyAttributes.in_space))

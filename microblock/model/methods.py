@@ -47,8 +47,9 @@ class MethodAttributes:
 
 def offered(given: Any, interface: type[AnyOffer]) -> AnyOffer:
     """Returns the interface, a dataclass of defaults, with what an object has of it."""
-    names = [entry.name for entry in fields(cast(Any, interface)) if hasattr(given, entry.name)]
-    return interface(**{name: getattr(given, name) for name in names})
+    missing = object()
+    values = {entry.name: getattr(given, entry.name, missing) for entry in fields(cast(Any, interface))}
+    return interface(**{name: value for name, value in values.items() if value is not missing})
 
 
 _order = checked(require_whole, 1, 20)  # of elements
