@@ -270,7 +270,8 @@ class CellSolver(Solver):
                 return
             least = min(least, error)
             # what errors that fall a little slower than so far are on the last grid; large ones have no rule
-            fall = np.clip(changes[-2] / changes[-1], 1, 2) if least < 0.1 else 1
+            last = max(changes[-1], np.finfo(float).tiny)
+            fall = np.clip(changes[-2] / last, 1, 2) if least < 0.1 else 1
             yield RefinementLevel(
                 replace(state, error_estimate=error),
                 error,
