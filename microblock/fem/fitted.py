@@ -33,7 +33,7 @@ from ..model.methods import Condensed, Panels
 from ..model.obstacles import as_obstacle, heights, jumps_of
 from ..model.problem import Problem
 from ..model.progress import counted
-from ..model.refinement import RefinementLevel, refine
+from ..model.refinement import Abandoned, RefinementLevel, Usual, refine
 from ..model.types import CornerZones
 from .fitted_mesh import FittedMesh, MeshFitter
 from .fitted_path import FittedPath
@@ -147,7 +147,7 @@ class FittedSolver(MeshFitter):
             try:
                 return self._refined(load, rtol, zones, even, rtol)
             except NotConverged as failure:
-                failures.append(failure)
+                failures.append(failure.with_traceback(None))  # which holds meshes
                 cannot_reach = failure.rtol_reached and self.left(LEVELS_AT_CORNERS[-1][1]) > 10 * rtol
                 if cannot_reach or failure.__cause__:  # no orders help, or a mesh was too large
                     break
@@ -239,11 +239,14 @@ class FittedSolver(MeshFitter):
                 solution = self._solution(mesh, mesh.part, load, passes)
                 mesh.coarse = None  # whose factors take memory
                 seconds = cost.predict("fitted", 2 * mesh.part.unknowns).seconds
-                yield MeshLevel(solution, error, seconds, suffices=self.fixed, mesh=mesh)
+                answers = self.fixed or error <= rtol or isinstance(rtol, Usual)
+                kept_mesh = mesh if answers else None  # which takes memory
+                yield MeshLevel(solution, error, seconds, suffices=self.fixed, mesh=kept_mesh)
+                kept_mesh = None
             coarse = mesh.part
             mesh = None
         if not estimated or self._leaves(zones):
-            raise self.unsettled(load, zones, passes)
+            raise Abandoned(self.unsettled(load, zones, passes))
 
     def _leaves(self, zones: CornerZones) -> bool:
         """Returns whether zones reach beyond the part of the surface on which they are looked for."""

@@ -12,7 +12,7 @@ from ..model import contact_candidates
 from ..model.intervals import joined, without, zone_edges
 from ..model.missed_contact import Violation, total_worth
 from ..model.problem import Problem, half_line
-from ..model.refinement import RefinementLevel, Usual, refine
+from ..model.refinement import Abandoned, RefinementLevel, Usual, refine
 from ..model.types import CornerZones
 from .contact_violations import contact_violations
 from .edges import newton_zone_edges, tolerated
@@ -73,7 +73,7 @@ def _refined(solver: Any, problem: Problem, load: float, zones: CornerZones, rto
     # paths and histories, which keep what they have, ask for states on the way
     best = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal, keeps=False)
     if best.error >= 1:
-        raise NotConverged(f"errors are as large as the pressure at load {load:g}")
+        raise refusal(best, best, None)
     return best.result
 
 
@@ -93,7 +93,10 @@ def _orders(
             state = _compared(coarse, state)
             if isinstance(rtol, Usual) or state.estimate.total <= rtol:
                 panels = state.panels
-                state = _amended(state, CONDITIONS_SHARE * rtol)
+                try:
+                    state = _amended(state, CONDITIONS_SHARE * rtol)
+                except NotConverged as failure:  # all zones are in tension: others are tried
+                    raise Abandoned(failure) from failure
                 if state.panels is not panels:
                     state = _compared(coarse, state)
             state = state.changed(solver=solver)

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 
-from ..errors import NotConverged, out_of_reach
+from ..errors import MicroblockError, NotConverged, out_of_reach
 from .progress import counted, kept
 
 SECONDS = 3.0  # of one core, that a further level may be expected to take if no rtol was asked for
@@ -28,6 +28,14 @@ class Usual(float):
     """The usual rtol of a method, aimed at where none was asked for: the best that about a second gives is
     returned if it is not reached.
     """
+
+
+class Abandoned(Exception):
+    """Raised by levels where no result so far is an answer, not even the best one; `failure` says why."""
+
+    def __init__(self, failure: MicroblockError) -> None:
+        super().__init__(str(failure))
+        self.failure = failure
 
 
 @dataclass(frozen=True)
@@ -74,19 +82,22 @@ def refine(
     4. If a finer level fails, or none is left, the best is the answer to a `Usual` rtol; for another
        `refusal(best, last, failure)` is raised, of the best level, the last one that was solved, and the
        failure of the next one or None. Without any level the failure itself is raised.
+    5. Where levels are `Abandoned`, the failure that it has is raised, whatever there was before.
     """
     best: RefinementLevel[Result] | None = None
     failure: NotConverged | None = None
     try:
         for level in levels:
-            if best is None or level.error <= best.error:
+            if best is None or math.isnan(best.error) or level.error <= best.error:
                 best = level
                 if keeps:
-                    kept(best.result, error=best.error)
+                    kept(best.result, **({"error": best.error} if math.isfinite(best.error) else {}))
             if level.suffices or level.error <= rtol:
                 return level
             if level.seconds > SECONDS if isinstance(rtol, Usual) else level.cannot_reach:
                 break
+    except Abandoned as end:
+        raise end.failure from end.failure.__cause__
     except NotConverged as objection:
         if best is None:
             raise
