@@ -204,7 +204,7 @@ def _meshes(
             solution = solver.at(load, approach, solution)
             errors = estimate(solution)
         except BadArgument as failure:
-            if solution is None:
+            if not passed:
                 raise
             raise NotConverged(str(failure)) from failure
         unknowns = solution.unknowns
