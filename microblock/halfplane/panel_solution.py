@@ -160,12 +160,17 @@ class OnPanels(LineSolution):
         return self.integral(x, np.zeros_like(x), clamping_kernel)
 
     @cached_property
-    def psi(self) -> Array:
-        return self.displacement_and_rotation(self.x)[1]
+    def _at_points(self) -> tuple[Array, Array]:
+        """Displacement and microrotation at `x`, of one integral."""
+        return self.displacement_and_rotation(self.x)
 
-    @cached_property
+    @property
+    def psi(self) -> Array:
+        return self._at_points[1]
+
+    @property
     def displacement(self) -> Array:
-        return self.displacement_and_rotation(self.x)[0]
+        return self._at_points[0]
 
     def displacement_and_rotation(self, x: Array) -> tuple[Array, Array]:
         """Returns -u.n and the microrotation of the surface at x, arrays (n,)."""

@@ -26,9 +26,33 @@ def read_only(values: Array) -> Array:
     return view
 
 
+class Response(Protocol):
+    """Response of the bodies at the points of a state, as of `State`: `SurfaceResponse`, or an object that
+    evaluates each field when it is first read.
+    """
+
+    @property
+    def micromoment(self) -> Array: ...
+
+    @property
+    def psi(self) -> Array: ...
+
+    @property
+    def displacement(self) -> Array: ...
+
+    @property
+    def rotation(self) -> Array | None: ...
+
+    @property
+    def opposite(self) -> Array | None: ...
+
+    @property
+    def slip(self) -> Array | None: ...
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceResponse:
-    """Response of the bodies at the points of a state, as of `State`.
+    """A `Response` whose fields are known, as it is saved.
 
     Attributes
     ----------
@@ -63,8 +87,8 @@ class Interpolant(Protocol):
     6. `fields` are those below the surface, ``fields(x1, x2)``, None of a method that has none; then
        ``fields_below(box)`` gives x1, x2, triangles (m, 3), psi and stress (2, 2, n) in ((left, right),
        depth). ``reaction_on(boundary)`` raises BadArgument but of bodies on a mesh.
-    7. ``response()``, `energy`, `work` and ``warnings(state)`` are what costs: on panels the first is a tenth
-       of a solution. A State asks for each when it is first read, and keeps it.
+    7. What ``response()`` has, `energy`, `work` and ``warnings(state)`` cost: on panels a tenth of a
+       solution. A State asks for each when it is first read, and keeps it.
     8. Every place that is no number, and corners that the law has not, are refused before.
     """
 
@@ -96,6 +120,6 @@ class Interpolant(Protocol):
 
     def reaction_on(self, boundary: str, /) -> tuple[Array, Any]: ...
 
-    def response(self) -> SurfaceResponse: ...
+    def response(self) -> Response: ...
 
     def warnings(self, state: Any, /) -> list[str]: ...

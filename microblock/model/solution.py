@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..errors import BadArgument, Named, plain
 from . import law as laws
 from .deformable import body_of
-from .interpolant import SurfaceResponse, read_only
+from .interpolant import Response, read_only
 from .intervals import contact_zones, over_the_end
 from .material import Elastic
 from .obstacles import gap, returned
@@ -188,17 +188,9 @@ class PlaneSolution(Solution):
         """
         return {}
 
-    def response(self) -> SurfaceResponse:
+    def response(self) -> Response:
         """Returns the response of the bodies at `x`."""
-        rigid = body_of(self.solver.obstacle) is None
-        return SurfaceResponse(
-            micromoment=self.micromoment,
-            psi=self.psi,
-            displacement=self.displacement,
-            rotation=self.problem.blocks.rotation(self.x) + self.psi,
-            opposite=None if rigid else self.counter_displacement(self.x),
-            slip=self.slip,
-        )
+        return PlaneResponse(self)
 
     def warnings(self, state: State) -> list[str]:
         """Returns sentences on where the model leaves its range, the data mean less, or the method does."""
@@ -283,6 +275,40 @@ class PlaneSolution(Solution):
         )
 
 
+class PlaneResponse:
+    """Response at the points of a solution in the plane, each field evaluated when it is first read."""
+
+    def __init__(self, solution: PlaneSolution) -> None:
+        self._solution = solution
+
+    @cached_property
+    def micromoment(self) -> Array:
+        return read_only(self._solution.micromoment)
+
+    @cached_property
+    def psi(self) -> Array:
+        return read_only(self._solution.psi)
+
+    @cached_property
+    def displacement(self) -> Array:
+        return read_only(self._solution.displacement)
+
+    @cached_property
+    def rotation(self) -> Array:
+        return read_only(self._solution.problem.blocks.rotation(self._solution.x) + self.psi)
+
+    @cached_property
+    def opposite(self) -> Array | None:
+        if body_of(self._solution.solver.obstacle) is None:
+            return None
+        return read_only(self._solution.counter_displacement(self._solution.x))
+
+    @cached_property
+    def slip(self) -> Array | None:
+        slip = self._solution.slip
+        return None if slip is None else read_only(slip)
+
+
 class LineSolution(PlaneSolution):
     """Base of solutions along x1 with zones by the number of the corner."""
 
@@ -341,15 +367,9 @@ class SpaceSolution(Solution):
             **grid,
         )
 
-    def response(self) -> SurfaceResponse:
+    def response(self) -> Response:
         """Returns the response of the bodies at the points of the state."""
-        rigid = body_of(self.solver.obstacle) is None
-        return SurfaceResponse(
-            micromoment=self.micromoment.reshape(2, -1).T,
-            psi=self.psi.reshape(2, -1).T,
-            displacement=self.displacement.ravel(),
-            opposite=None if rigid else self.opposite.ravel(),
-        )
+        return SpaceResponse(self)
 
     def warnings(self, state: State) -> list[str]:
         """Returns sentences on what the state does not resolve."""
@@ -362,6 +382,34 @@ class SpaceSolution(Solution):
     def counter_displacement(self, places: Array) -> Array:
         """Returns the displacement along x3 of a second body at places, array (n,)."""
         return np.zeros(len(places))
+
+
+class SpaceResponse:
+    """Response at the points of a solution in space, each field evaluated when it is first read."""
+
+    rotation = None
+    slip = None
+
+    def __init__(self, solution: SpaceSolution) -> None:
+        self._solution = solution
+
+    @cached_property
+    def micromoment(self) -> Array:
+        return read_only(self._solution.micromoment.reshape(2, -1).T)
+
+    @cached_property
+    def psi(self) -> Array:
+        return read_only(self._solution.psi.reshape(2, -1).T)
+
+    @cached_property
+    def displacement(self) -> Array:
+        return read_only(self._solution.displacement.ravel())
+
+    @cached_property
+    def opposite(self) -> Array | None:
+        if body_of(self._solution.solver.obstacle) is None:
+            return None
+        return read_only(self._solution.opposite.ravel())
 
 
 def _far_off(state: State) -> list[str]:

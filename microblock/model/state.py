@@ -22,7 +22,7 @@ from ..errors import (
 )
 from .archive import Absent
 from .contact_like import ContactLike
-from .interpolant import Interpolant, SurfaceResponse, set_read_only
+from .interpolant import Interpolant, Response, SurfaceResponse, set_read_only
 from .law import Law
 from .material import Cosserat
 from .results import LISTED, PlainData, intervals, line, number, plain_data, saved
@@ -225,7 +225,7 @@ class State(PlainData):
     # what the interpolant evaluates when it is first read
 
     @cached_property
-    def _response(self) -> SurfaceResponse:
+    def _response(self) -> Response:
         return self.solution.response()
 
     @property
@@ -266,9 +266,10 @@ class State(PlainData):
 
     def parts_to_save(self) -> tuple[type, dict[str, Any]]:
         parts = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        names = [entry.name for entry in fields(SurfaceResponse)]
         stored = Stored(
             "what lies between the points of a state",
-            self._response,
+            SurfaceResponse(**{name: getattr(self._response, name) for name in names}),
             self.energy,
             self.work,
             self.warnings[: len(self.warnings) - len(self.notes)],
