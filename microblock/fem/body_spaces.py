@@ -1,7 +1,8 @@
 """The fields of a Cosserat body on a mesh of one, two or three dimensions: names, spaces and kinematics."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar
+from functools import cached_property
+from typing import Any, TypeVar, cast
 
 import ngsolve as ng
 import numpy as np
@@ -121,19 +122,17 @@ class BodySpaces:
             return ng.Periodic(space) if self.periodic else space
         usual = int(np.bincount(self.element_orders).argmax())
         space = ng.H1(self.mesh, order=usual, **options)
-        for kind, orders in (
-            (ng.ELEMENT, self.element_orders),
-            (ng.EDGE, self._edge_orders(self.element_orders)),
-        ):
+        for kind, orders in ((ng.ELEMENT, self.element_orders), (ng.EDGE, self._edge_orders)):
             for number in np.flatnonzero(orders != usual).tolist():
                 space.SetOrder(ng.NodeId(kind, number), int(orders[number]))
         space.UpdateDofTables()
         return space
 
-    def _edge_orders(self, element_orders: Integers) -> Integers:
-        """Returns the larger order of the elements at each edge, array (edges,), from (elements,)."""
+    @cached_property
+    def _edge_orders(self) -> Integers:
+        """The larger order of the elements at each edge, array (edges,)."""
         orders: Integers = np.ones(self.mesh.nedge, int)
-        for element, order in zip(self.mesh.Elements(), element_orders):
+        for element, order in zip(self.mesh.Elements(), cast(Integers, self.element_orders)):
             edges = [edge.nr for edge in element.edges]
             orders[edges] = np.maximum(orders[edges], order)
         return orders
