@@ -87,8 +87,8 @@ class OnGivenMesh(Solver):
         if rtol is None:
             return cost.predict(self.rate, body.unknowns)
         # elements at slope discontinuities are cut again and again, and those at ends of each corner more
-        kinks, ends = (len(getattr(self.obstacle, name, ())) for name in ("kinks", "ends"))
-        sharp = kinks + 3 * len(self.law.corners) * ends
+        ends = len(self.obstacle.ends)
+        sharp = len(self.obstacle.kinks) + 3 * len(self.law.corners) * ends
         needed = body.unknowns + 70 * order * (5 * rtol ** (-1 / order) + sharp * math.log10(rtol) ** 2)
         if self.law.clamps_rotation:  # which leaves a layer below all of the surface
             surface = body.boundary(body.contact)

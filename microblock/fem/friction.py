@@ -146,8 +146,8 @@ class FrictionSolution(OfMoment, MeshSolution):
         bound = self.law.friction * self.pressures.sum(axis=0)
         stick = self.moment.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
         zones = dict(super().zones_by_name)
+        one_corner = laws.Unilateral()
         for name, flags in (("stick", stick), ("slip", self.closed.any(axis=0) & ~stick)):
-            one_corner = laws.Unilateral()
             zones[name] = zones_of(self.x, flags[None], one_corner, self.apart, self.end)["contact"]
         return zones
 

@@ -196,7 +196,7 @@ def _newton_step(
     columns = edges.corner, edges.x, targets, _pressed(edges, panels, q)
     next_zones = _untangled_zones(problem, load, map(Edge, *(column.tolist() for column in columns)))
     largest = float(np.abs(edges.K0[free & ~stopped]).max(initial=0.0))
-    errors = PanelErrors(None, largest / unit, rounding)
+    errors = PanelErrors(None, float(largest / unit), rounding)
     return PanelSolution(problem, load, zones, panels, q, approach, 0, errors, next_zones=next_zones), edges
 
 
