@@ -1,6 +1,6 @@
 """Bodies, methods and laws of a user's own: what they may leave out, what is refused by name, what agrees."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from microblock.contact_solvers.event_driven import FrictionalContact
 from microblock.contact_solvers.nodal import NodalSolver
 from microblock.model.law import Law, tangents
 from microblock.model.methods import GivenCompliance
+from microblock.model.obstacles import RigidObstacle
 from microblock.model.solution import PlaneSolution
 from microblock.model.solver import Solver
 
@@ -390,3 +391,44 @@ def test_a_law_that_says_that_it_is_uniform_is_looked_at():
 
     levers = mb.Contact(HALF, CYLINDER, Derived()).blocks.levers(np.array([0.0, 2.0]))
     assert levers[0] == pytest.approx([1.0, 1.001], abs=1e-12)
+
+
+def test_a_law_derived_by_its_angle_alone_is_taken():
+    """It was refused, as one that says that it is uniform."""
+
+    class Wavy(mb.Microblock):
+        def angle(self, x):
+            return 0.002 * np.sin(20 * x)
+
+    body = mb.HalfPlane(SOLID)
+    states = [
+        mb.Contact(body, CYLINDER, law).solve(load=1.0, rtol=1e-4)
+        for law in (Wavy(), mb.Microblock(psi0=lambda x: 0.002 * np.sin(20 * x)))
+    ]
+    x = np.linspace(-0.3, 0.3, 7)
+    first, second = (state.pressure_at(x) for state in states)
+    assert first == pytest.approx(second, rel=1e-3)  # ten times what both were asked for
+
+
+def test_an_obstacle_with_the_base_may_be_callable_and_needs_a_height():
+    class Parabola(RigidObstacle):
+        def __call__(self, x):
+            return x**2 / 20
+
+    state = pressed(Springs(), obstacle=Parabola())
+    assert state.pressure == pytest.approx(pressed(Springs(), obstacle=CYLINDER).pressure, rel=1e-12)
+    with pytest.raises(mb.BadArgument, match="^obstacle = "):
+        pressed(Springs(), obstacle=type("Nothing", (RigidObstacle,), {})())
+
+
+def test_a_compliance_has_its_own_side_of_the_blocks():
+    """Gaps had that of the solid, and levers that of the compliance."""
+
+    class Wide(Springs):
+        def compliance(self, clamped=False):
+            return replace(super().compliance(clamped), ell=0.2)
+
+    wide = mb.Contact(Wide(), CYLINDER, mb.Microblock()).solver.nodes
+    geometry = wide.corner_system(mb.Contact(Springs(), CYLINDER, mb.Microblock()).blocks, CYLINDER)
+    x = wide.points[:, 0]
+    assert geometry[1] == pytest.approx(np.concatenate(((x - 0.1) ** 2, (x + 0.1) ** 2)) / 20)

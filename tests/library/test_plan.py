@@ -268,3 +268,58 @@ def test_standard_shapes_are_answered(seeds):
     seconds = [row["seconds"] for row in rows]
     assert np.median(seconds) < 2 and max(seconds) < 20  # twice what is promised: machines differ
     assert sum(row["ratio"] > 1 for row in rows) <= 0.02 * len(rows)
+
+
+def refined(errors, rtol, end=None):
+    """The result of levels with these errors, the number of each; a failure ends them where one is given."""
+
+    def levels():
+        for number, error in enumerate(errors):
+            yield refinement.RefinementLevel(number, error)
+        if end is not None:
+            raise end
+
+    def refusal(best, last, failure):
+        return failure or mb.NotConverged(f"level {best.result} is the best")
+
+    return refinement.refine(levels(), rtol, refusal, keeps=False).result
+
+
+def test_a_level_of_unknown_error_is_not_the_best():
+    assert refined([np.nan, 0.5, 0.1, 0.2], refinement.Usual(1e-3)) == 2
+
+
+def test_levels_that_are_abandoned_are_no_answer():
+    """The best was returned though all zones of a level were in tension, or left the surface of a block."""
+    end = refinement.Abandoned(mb.NotConverged("zones leave the surface"))
+    with pytest.raises(mb.NotConverged, match="zones leave"):
+        refined([0.5, 0.1], refinement.Usual(1e-3), end)
+    assert refined([0.5, 0.1], refinement.Usual(1e-3), mb.NotConverged("a mesh is too large")) == 1
+
+
+def test_a_failure_that_is_the_refusal_keeps_its_cause():
+    """It was its own cause: whoever follows causes did not come to an end."""
+    cause = ValueError("of the failure")
+    failure = mb.NotConverged("a finer level fails")
+    failure.__cause__ = cause
+    with pytest.raises(mb.NotConverged) as caught:
+        refined([0.5], 1e-3, failure)
+    assert caught.value is failure and failure.__cause__ is cause
+
+
+def test_fitted_meshes_that_are_no_answer_are_given_back(monkeypatch):
+    """Those of levels before were held while a finer one was made, with their factors."""
+    from microblock.fem import fitted
+
+    made = []
+
+    class Watched(fitted.FittedMesh):
+        def __init__(self, *arguments):
+            made.append((sum(mesh() is not None for mesh, _ in made), arguments))
+            super().__init__(*arguments)
+            made[-1] = weakref.ref(self), made[-1][0]
+
+    monkeypatch.setattr(fitted, "FittedMesh", Watched)
+    with pytest.raises(mb.NotConverged):
+        mb.Contact(BLOCK, ROUND, mb.Microblock()).solve(load=1.0, rtol=1e-9)
+    assert len(made) > 2 and max(alive for _, alive in made) == 0
