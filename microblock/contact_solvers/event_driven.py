@@ -646,18 +646,22 @@ class EventDrivenContact:
     def _note_changes(self, share: float) -> None:
         """Notes the changes of corners and nodes since it was called before."""
         sets = self.sets
-        corner_kinds = np.where(sets.closed, "close", "open")
-        node_kinds = np.where(sets.stick, "stick", np.where(sets.slips != 0, "slip", "leave"))
-        closed_changes = sets.closed != self._noted_closed
-        stick_changes = (sets.stick != self._noted_stick) | (sets.slips != self._noted_slips)
-        for kinds, changes in ((corner_kinds, closed_changes), (node_kinds, stick_changes)):
-            for i in np.flatnonzero(changes).tolist():
-                self.changes.append(Change(self.legs, share, str(kinds[i]), i))
-        touches_first = np.isnan(self._first_contact) & (node_kinds != "leave")
+        closed = sets.closed
+        stick = sets.stick
+        slips = sets.slips != 0
+        for i in np.flatnonzero(closed != self._noted_closed).tolist():
+            self._note(share, "close" if closed[i] else "open", i)
+        node_changes = (stick != self._noted_stick) | (sets.slips != self._noted_slips)
+        for i in np.flatnonzero(node_changes).tolist():
+            self._note(share, "stick" if stick[i] else "slip" if slips[i] else "leave", i)
+        touches_first = np.isnan(self._first_contact) & (stick | slips)
         self._first_contact[touches_first] = -self.y[self.rows.nodes][touches_first]
-        self._noted_closed = sets.closed.copy()
-        self._noted_stick = sets.stick.copy()
+        self._noted_closed = closed.copy()
+        self._noted_stick = stick.copy()
         self._noted_slips = sets.slips.copy()
+
+    def _note(self, share: float, kind: str, number: int) -> None:
+        self.changes.append(Change(self.legs, share, kind, number))
 
     def state(self) -> FrictionState:
         """Returns the FrictionState at the loads reached."""

@@ -11,10 +11,10 @@ from numpy.polynomial.legendre import legvander
 
 from ..contact_solvers.rounding import EPS_TERM
 from ..errors import BadArgument
-from ..model.intervals import borders, contains, runs
+from ..model.intervals import borders, contains, local_minima, runs
 from ..model.missed_contact import Violation, log_tension, overlaps
 from ..model.problem import Problem, half_line
-from ..model.types import Array, Integers
+from ..model.types import Array
 from .panel_solution import PanelSolution
 from .panels import panels_outside
 
@@ -96,7 +96,7 @@ def _gaps(state: PanelSolution, outside: _OutOfContact, corner: int) -> Array:
     for _ in range(4):
         rows = rows[:, np.argsort(rows[0], kind="stable")]
         x, gaps, _ = rows
-        least = _minima(gaps)
+        least = local_minima(gaps)
         # what a parabola through three neighbours, and twice that, may fall below the middle one
         above = np.maximum(gaps[least - 1], gaps[least + 1])
         least = least[above - gaps[least] > np.maximum(gaps[least], _rounding(state))]
@@ -105,11 +105,6 @@ def _gaps(state: PanelSolution, outside: _OutOfContact, corner: int) -> Array:
         finer = np.linspace(x[least - 1], x[least + 1], 9).ravel()
         rows = np.concatenate((rows, outside.gaps(corner, np.setdiff1d(finer, x))), axis=1)
     return rows[:, np.argsort(rows[0], kind="stable")]
-
-
-def _minima(gaps: Array) -> Integers:
-    """Returns the numbers of local minima of gaps, array (n,)."""
-    return np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
 
 
 def _rounding(state: PanelSolution) -> float:

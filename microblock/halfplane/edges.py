@@ -274,7 +274,8 @@ def _untangled_zones(problem: Problem, load: float, edges: Iterable[Edge]) -> Co
     """Returns the computed zones with edges at their targets, where those of two corners do not pass each
     other by more than they meet; raises NotConverged if none is left.
     """
-    bounded = _without_met([_within_piece(problem, edge) for edge in edges])
+    pieces = {corner: np.clip(problem.pieces_of(corner), *problem.reach) for corner in problem.corners}
+    bounded = _without_met([_within_piece(pieces[edge.corner], edge) for edge in edges])
     if problem.mirror and not half_line(problem):
         bounded += [replace(e, corner=1 - e.corner, start=-e.start, target=-e.target) for e in bounded[::-1]]
     order = sorted(range(len(bounded)), key=lambda i: bounded[i].start)
@@ -293,9 +294,8 @@ def _untangled_zones(problem: Problem, load: float, edges: Iterable[Edge]) -> Co
     return problem.computed({corner: tuple(zip(x[::2], x[1::2])) for corner, x in targets.items()})
 
 
-def _within_piece(problem: Problem, edge: Edge) -> Edge:
-    """Returns an edge whose target lies on the piece of the obstacle that it moves in."""
-    pieces = np.clip(problem.pieces_of(edge.corner), *problem.reach)
+def _within_piece(pieces: Array, edge: Edge) -> Edge:
+    """Returns an edge whose target lies on the piece of the obstacle, of array (k, 2), that it moves in."""
     piece = np.searchsorted(pieces[1:, 0], edge.start, side="right")
     return replace(edge, target=float(np.clip(edge.target, *pieces[piece])))
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import BOUNDED, require
-from .intervals import contains, runs
+from .intervals import contains, local_minima, runs
 from .law import rotation
 from .obstacles import Obstacle, RigidObstacle, heights, jumps_of, named_places
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy, proxy
@@ -70,9 +70,9 @@ class ContactCandidates:
 
     @property
     def minima(self) -> Array:
-        h = self.heights
-        padded = np.concatenate(([np.inf], h, [np.inf]))
-        return self.sites[(h < padded[:-2]) & (h <= padded[2:])]
+        """Places lower than those beside them, the outermost ones included, array (k,)."""
+        padded = np.pad(self.heights, 1, constant_values=np.inf)
+        return self.sites[local_minima(padded) - 1]
 
     @property
     def simple(self) -> bool:
@@ -224,7 +224,7 @@ def _everywhere(
     twins = np.flatnonzero(np.diff(x) <= 8 * np.finfo(float).eps * np.abs(x[1:]))
     x = np.delete(x, np.where(np.isin(x[twins], named), twins + 1, twins))  # by rounding, named ones stay
     h = heights(obstacle, x)
-    lower = np.flatnonzero((h[1:-1] < h[:-2]) & (h[1:-1] <= h[2:])) + 1
+    lower = local_minima(h)
     lower = lower[np.argsort(h[lower])[:300]]
     left = x[lower - 1]
     right = x[lower + 1]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .types import Array, CornerZones, Flags, Function, Interval, Zones
+from .types import Array, CornerZones, Flags, Function, Integers, Interval, Zones
 
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:
@@ -150,6 +150,11 @@ def distance_to_root(step: float, pressure: float, inner: float) -> float:
     """
     fall = inner**2 - pressure**2
     return float(step * pressure**2 / fall) if fall > 0 else np.inf
+
+
+def local_minima(values: Array) -> Integers:
+    """Returns the numbers of inner values, array (n,), below the one before and no higher than the next."""
+    return np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
 
 
 def runs(flags: Flags) -> list[tuple[int, int]]:
