@@ -13,6 +13,7 @@ from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_waves
 from microblock.halfspace.kernels import BESSEL_ORDERS, Radial, surface_kernels
 from microblock.halfspace.square_search import gaps_beside
+from microblock.halfspace.squares import Squares
 from microblock.halfspace.symbol import rotation_along_wave
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
@@ -196,6 +197,40 @@ def test_far_away_a_contact_displaces_as_a_point_load():
         added = gaps_beside(state.solution, places)[0] / state.load
         r = np.hypot(*places.T)
         assert added == pytest.approx(point_load(SOLID, r) + point_load(second, r), rel=1e-3)
+
+
+@pytest.mark.parametrize("second", [OTHER, CLASSICAL], ids=["other", "classical"])
+@pytest.mark.parametrize(
+    "law, period",
+    [(law, period) for period in (None, 4.0) for law in LAWS if (law, period) != (LAWS[2], 4.0)],
+    ids=str,
+)
+def test_squares_displace_each_other_as_cells_of_one_grid(law, period, second):
+    """Gaps, rotations or moments, and a second body: to the interpolation between nodes, 4e-4 of what others
+    add; on a period, where one grid has waves instead of cells, to the square of cells over the load's width.
+    There one square is across its end.
+    """
+    first_cells = [(80, 40), (112, 90)] if period else [(8, 12), (80, 40), (90, 90)]
+    of_squares = [np.ix_((np.arange(32) + i) % 128, (np.arange(32) + j) % 128) for i, j in first_cells]
+    grids = tuple(Grid(32, 4 / 128, ((i + 16) / 32 - 2, (j + 16) / 32 - 2)) for i, j in first_cells)
+    bump = np.sin(np.pi * (np.arange(32) + 0.5) / 32) ** 3
+    solver = problem(law, second, lambda x1, x2: 0 * x1 * x2, period).solver
+    sizes = 1.0 + np.arange(len(solver.offsets) * len(grids)).reshape(-1, len(grids), 1, 1)
+    forces = sizes * np.multiply.outer(bump, bump)
+    together = np.zeros((len(forces), 128, 128))
+    for number, cells in enumerate(of_squares):
+        together[(slice(None), *cells)] = forces[:, number]
+
+    def displaced(H, forces):
+        """Gaps, rotations, moments, and u2 of the second body."""
+        rotations, moments = H.rotations_and_moments(forces, H.surface(forces))
+        return H @ forces, rotations, moments, H.second.above(forces)[None]
+
+    on_one_grid = displaced(solver.flexibility(Grid(128, 4 / 128)), together)
+    on_squares = displaced(solver.flexibility(Squares(grids, period)), forces)
+    for whole, several in zip(on_one_grid, on_squares):
+        expected = np.stack([whole[(slice(None), *cells)] for cells in of_squares], axis=1)
+        assert np.abs(several - expected).max() <= (1e-2 if period else 1e-4) * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("period", [None, 1.0])
@@ -588,3 +623,35 @@ def test_forces_that_displace_nothing_do_not_end_the_search():
     touching = body, FUNCTIONS["raised bowl"], mb.Microblock()
     states = [mb.Contact(*touching, *method).solve(load=2.0) for method in ((), (mb.Newton(),))]
     assert states[0].energy == pytest.approx(states[1].energy, rel=1e-6)
+
+
+# --- rough surfaces
+
+
+@pytest.mark.parametrize("hurst", [0.7, 0.2])
+def test_a_rough_surface_is_self_affine_and_has_its_slope(hurst):
+    """Parseval, to rounding; random phases within four deviations."""
+    rough = mb.RoughSurface(period=2.0, slope=0.1, hurst=hurst, waves=(3, 20), seed=5)
+    x = np.arange(48) / 24
+    m = np.hypot(*np.meshgrid(np.fft.fftfreq(48, 1 / 48), np.fft.fftfreq(48, 1 / 48)))
+    spectrum = np.fft.fft2(rough.height(*np.meshgrid(x, x, indexing="ij"))) / 48**2
+    power = np.abs(spectrum) ** 2
+    inside = (m >= 3) & (m <= 20)
+    assert np.sum((2 * np.pi / rough.period * m) ** 2 * power) == pytest.approx(rough.slope**2, rel=1e-12)
+    assert power[~inside].max() < 1e-12 * power[inside].min()
+    scaled = power[inside] * m[inside] ** (2 * hurst + 2)
+    assert np.ptp(scaled) < 1e-9 * scaled.mean()
+    assert np.abs(np.exp(1j * np.angle(spectrum[inside])).mean()) < 4 / np.sqrt(inside.sum())
+
+
+@pytest.mark.parametrize("hurst", [0.7, 0.2])
+def test_a_rough_profile_is_self_affine_and_has_its_slope(hurst):
+    """Parseval, to rounding."""
+    rough = mb.Rough(period=2.0, slope=0.1, hurst=hurst, waves=(3, 20), seed=5)
+    m = np.arange(25)
+    power = np.abs(np.fft.rfft(rough.height(np.arange(48) / 24)) / 48) ** 2
+    inside = (m >= 3) & (m <= 20)
+    assert np.sum(2 * (2 * np.pi / rough.period * m) ** 2 * power) == pytest.approx(0.1**2, rel=1e-12)
+    assert power[~inside].max() < 1e-12 * power[inside].min()
+    scaled = power[inside] * m[inside] ** (2 * hurst + 1)
+    assert np.ptp(scaled) < 1e-9 * scaled.mean()

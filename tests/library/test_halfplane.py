@@ -308,6 +308,18 @@ def test_without_coupling_a_half_plane_without_blocks_is_the_classical_one(metho
     assert np.allclose(free.pressure_at(x), classical.pressure_at(x), rtol=1e-9, atol=1e-9)  # as the lengths
 
 
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_an_elastic_solid_has_the_half_width_and_the_pressure_of_hertz(size):
+    """At every size, without a word on blocks; the pressure at a place is worth ten times rtol."""
+    solid = mb.Elastic(100, 0.3)
+    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10 * size), mb.Unilateral())
+    state = problem.solve(load=size, rtol=1e-5)
+    half_width, pressure = mb.hertz_scales(solid, R=10 * size, P=size)
+    assert state.half_width == pytest.approx(half_width, rel=1e-5)
+    assert state.pressure_at(0.0) == pytest.approx(pressure, rel=1e-4)
+    assert not state.warnings
+
+
 # --- anything admissible: a state or a typed error, never NaN, never a warning (the suite turns warnings into
 
 

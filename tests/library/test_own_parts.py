@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from ngsolve.meshes import MakeStructured2DMesh
+from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 import microblock as mb
 from microblock.contact_solvers.compliance import Compliance
@@ -240,6 +240,20 @@ def test_levers_are_looked_at_where_the_contact_is(places):
     assert problem.history([(1.0, 0.0)], rtol=0.1).states[0].load == 1
     with pytest.raises(mb.BadArgument, match="lever"):
         mb.Contact(HALF, CYLINDER, Elsewhere(places, friction=0.3)).history([(1.0, 0.0)], rtol=0.1)
+
+
+@pytest.mark.parametrize("where", ["half-space", "mesh"])
+@pytest.mark.parametrize("law", [Corners((-0.25,)), Corners((0.0,)), Corners((-0.5, 0.5))], ids=str)
+def test_over_a_surface_laws_derived_from_law_are_refused(law, where):
+    """A law derived from another one is refused in `tests/refusals.csv`."""
+    mesh = MakeStructured3DMesh(nx=2, ny=2, nz=2, mapping=lambda x, y, z: (x, y, z - 1))
+    body = (
+        mb.HalfSpace(NARROW)
+        if where == "half-space"
+        else mb.Body(mesh, NARROW, fixed="bottom", contact="top")
+    )
+    with pytest.raises(mb.BadArgument, match="^law = Corners.*over a surface"):
+        mb.Contact(body, mb.Sphere(2.0), law)
 
 
 def derived(base=Corners, **own):
