@@ -1,30 +1,40 @@
-"""Where squares of cells are needed: a window grows and shrinks to the contact, and parts.
+"""Squares of cells that hold the contact on a half-space, from repeated solutions on few cells.
 
-1. Squares about the lowest places (`microblock.halfspace.candidate_squares`) are solved on few cells.
-2. Connected cells that press get a square, with a free rim; a square whose rim presses grows.
-3. Samples outside of all squares whose gaps are negative get one as well.
-4. Squares close to each other are joined.
+The contact is not known before, so the squares of cells are not, either. They are found from lowest places
+of the obstacle (`microblock.halfspace.candidate_squares`) as follows:
 
-This ends when no square is new and none shrinks much. `solver` is a `SurfaceSolver`, `state` a
-`SurfaceCells`.
+1. Squares are laid about patches: rectangles that are contact, or may be.
+   a. Patches with squares close to each other are joined.
+   b. One square about all patches is taken if there are too many, or its cells are not many more.
+   c. On a period the whole of it is taken if a square is wider than half of it.
+   d. Sides and middles are rounded, so that squares share tables of compliances and symmetry is kept.
+2. The contact problem is solved on SEARCH_CELLS cells along the sides of the squares.
+3. Places beside the squares where the obstacle penetrates (`microblock.halfspace.penetration`) are added.
+4. The next patches are
+   a. the places of 3,
+   b. connected cells that press, or all of a square whose rim presses, which grows,
+   c. places that were looked for before and do not press: contact may lie between the cells.
+5. Squares of these patches follow as in 1. If there are as many as before, none grows, none shrinks much and
+   no place was added, they are the result; else 2 to 5 are repeated.
 """
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import find_objects, map_coordinates, minimum_filter
+from scipy.ndimage import find_objects
 
 from ..contact_solvers.fft_compliance import Grid, spots
 from ..errors import NotConverged
-from ..model.periodic import EQUAL
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from .candidate_squares import CandidateSquares
-from .squares import Squares, chebyshev_nodes, corner_response, node_places, response_matrix
+from .penetration import penetration_outside
+from .squares import SEARCH_CELLS, Squares
 
-TRIES = 60  # windows
-SEARCH_CELLS = 48  # along an axis of a window that is looked for
-RIM = 1.16 + 6 / SEARCH_CELLS  # of a contact's width: a twelfth and three cells free on either side
+TRIES = 60  # repetitions
+FIRST_MARGIN = 1.5  # side of the first squares over the width of their patches
+MARGIN = 1.16 + 6 / SEARCH_CELLS  # of later ones: a twelfth and three cells free on either side
 JOINING_GAP = 0.5  # of the smaller side, gap below which two squares become one
 MOST_SQUARES = 64  # whose pairs would fill the memory
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
@@ -35,239 +45,202 @@ class Patch(NamedTuple):
 
     Attributes
     ----------
-    box : array (2, 2), the least and the largest x1 and x2
+    box : array (2, 2), the least and the largest x1 and x2 (lengths)
     side : least side of the square (length)
     """
 
     box: Array
     side: float
 
-    def needed(self, times: float) -> float:
-        """Returns the side of a square so many times as wide as the rectangle."""
-        return float(max(self.side, times * np.ptp(self.box, axis=0).max()))
+    def with_margin(self, margin: float) -> "Patch":
+        """Returns the patch with a square at least `margin` times as wide as the rectangle."""
+        return Patch(self.box, float(max(self.side, margin * np.ptp(self.box, axis=0).max())))
 
 
 def find_squares(
     solver: Any, candidates: CandidateSquares, load: float | None, approach: float | None, places: Array
 ) -> Grid | Squares:
-    """Returns the squares about the contact and about places, array (k, 2): a Grid if one is enough."""
-    reach = 3 * candidates.radius
-    squares = _about(solver, [Patch(box, reach) for box in _clusters(places, 1.5 * reach)], 1.5, 0.0)
+    """Returns the squares about the contact under a load or at an approach (length), and about places, array
+    (k, 2) (lengths): a Grid if one is enough.
+    """
+    layout = SquareLayout(solver)
+    side = 3 * candidates.radius
+    squares = layout.squares(_patches_about(places, 1.5 * side, side), FIRST_MARGIN)  # 1
     for number in range(TRIES):
         if squares == solver.given_window():
             return squares
         counted(squares=len(squares.grids))
-        state = solver.solved(squares, load, approach, solver.coarse_residual(SEARCH_CELLS))  # 1
-        outside = violations(state, candidates)[0]
-        places = np.vstack((places, outside))
-        patches, grows = _patches(state, places, len(outside) > 0)  # 2
-        patches = [Patch(box, reach) for box in _clusters(outside, 1.5 * reach)] + patches  # 3
+        state = solver.solved(squares, load, approach, solver.coarse_residual(SEARCH_CELLS))  # 2
+        penetrating = penetration_outside(state, candidates)  # 3
+        places = np.vstack((places, penetrating))
+        patches = _patches_about(penetrating, 1.5 * side, side)  # 4a
+        contact_patches, grows = _contact_patches(state, places, len(penetrating) > 0)  # 4b, 4c
+        patches += contact_patches
         # squares that join and part without end are one
-        most = MOST_SQUARES if 2 * number < TRIES else 1
-        before = squares
-        squares = _about(solver, patches, RIM, before.grids[0].width, most)  # 4
-        sides = np.sort([grid.side for grid in squares.grids])
-        sides_before = np.sort([grid.side for grid in before.grids])
-        settled = len(sides) == len(sides_before) and bool(np.all(sides >= 0.3 * RIM * sides_before))
-        if settled and not grows and not len(outside):
+        layout = SquareLayout(solver, squares.grids[0].width, MOST_SQUARES if 2 * number < TRIES else 1)
+        squares_before = squares
+        squares = layout.squares(patches, MARGIN)  # 5
+        if not grows and not len(penetrating) and _are_alike(squares, squares_before):
             return squares
     raise NotConverged(NO_WINDOW)
 
 
-def _patches(state: Any, places: Array, touches_outside: bool) -> tuple[list[Patch], bool]:
-    """Returns a Patch of each contact and of places that do not press, and whether a square grows, since its
-    rim presses.
+@dataclass(frozen=True)
+class SquareLayout:
+    """Squares of cells about patches, for a SurfaceSolver.
+
+    Attributes
+    ----------
+    solver : SurfaceSolver
+    width : float
+        Of the cells of a square before, on whose half cells the middle of a single square lies; 0 without
+        one (length).
+    most : int
+        Number of squares.
     """
-    patches = []
-    grows = False
-    for grid, rim_presses, contacts in zip(state.grid.grids, reaches_rim(state, 2), rectangles_of(state)):
-        images = state.grid.nearest_images(grid, *places.T).T
-        held = images[grid.distance_outside(*images.T) <= 0]
-        for low, high in contacts:
-            held = held[np.any((held < low) | (held > high), axis=1)]
-        if rim_presses and not touches_outside:
-            patches.append(Patch(_box(np.vstack((*contacts, held))), 1.5 * grid.side))
-            grows = True
-        else:  # what was named but does not press may lie between cells
-            patches += [Patch(box, grid.side / 8) for box in _clusters(held, grid.side / 8)]
-            patches += [Patch(contact, 0.0) for contact in contacts]
-    return patches, grows
 
+    solver: Any
+    width: float = 0.0
+    most: int = MOST_SQUARES
 
-def _about(
-    solver: Any, patches: list[Patch], times: float, width: float, most: int = MOST_SQUARES
-) -> Grid | Squares:
-    """Returns squares about patches, so many times as wide; one instead of more than `most`, or where three
-    times as many cells of one have the width of the smallest.
-    """
-    period = solver.period
-    shifts = np.zeros((1, 2))
-    if solver.second is not None:
-        shifts = solver.solid.ell / 2 * (solver.offsets[:, None] - solver.offsets).reshape(-1, 2)
-    box = _box(np.vstack([patch.box for patch in patches]))
-    single = Patch(box, max(Patch(box, 0.0).needed(times), *(patch.side for patch in patches)))
-    patches = _joined(patches, times, period, shifts)
-    least = min(patch.side for patch in patches)
-    if len(patches) > most or (len(patches) > 1 and 3 * len(patches) * least**2 > single.side**2):
-        patches = [single]
-    widest = max(patch.side for patch in patches)
-    if period and widest > period / 2:
-        return solver.given_window()
-    grids = []
-    for box, needed in patches:
-        # few widths share tables, and those of the widest cells come first: their curvatures are least
-        side = float(widest / 2.0 ** (np.floor(3 * np.log2(widest / needed)) / 3))
-        step = width / 2 if width and len(patches) == 1 else side / SEARCH_CELLS
-        middle = np.rint(box.mean(axis=0) / step) * step  # symmetric where the obstacle is
-        grids.append(Grid(SEARCH_CELLS, side / SEARCH_CELLS, tuple(middle.tolist())))
-    grids.sort(key=lambda grid: -grid.width)
-    return grids[0] if len(grids) == 1 and not period else Squares(tuple(grids), period)
+    def squares(self, patches: list[Patch], margin: float) -> Grid | Squares:
+        """Returns squares that hold patches, `margin` times as wide: a Grid if one is enough."""
+        period = self.solver.period
+        single = _enclosing(patches, margin)
+        patches = self._joined(patches, margin)  # 1a
+        if len(patches) > self.most or self._costs_less(single, patches):  # 1b
+            patches = [single]
+        widest = max(patch.side for patch in patches)
+        if period and widest > period / 2:  # 1c
+            return self.solver.given_window()
+        width = self.width if len(patches) == 1 else 0.0
+        grids = [_rounded_square(patch, widest, width) for patch in patches]  # 1d
+        # tables of the widest cells come first: their curvatures are least
+        grids.sort(key=lambda grid: -grid.width)
+        return grids[0] if len(grids) == 1 and not period else Squares(tuple(grids), period)
 
+    def _costs_less(self, single: Patch, patches: list[Patch]) -> bool:
+        """Returns whether one square has less than three times the cells of several, at one width."""
+        least = min(patch.side for patch in patches)
+        return len(patches) > 1 and 3 * len(patches) * least**2 > single.side**2
 
-def _joined(patches: list[Patch], times: float, period: float | None, shifts: Array) -> list[Patch]:
-    """Returns patches with the sides of their squares, of which those are one whose gaps are below
-    JOINING_GAP of the smaller side, also when shifted.
-    """
-    while True:
-        sides = np.array([patch.needed(times) for patch in patches])
+    def _joined(self, patches: list[Patch], margin: float) -> list[Patch]:
+        """Returns patches with squares at least `margin` times as wide, farther than JOINING_GAP of the
+        smaller side from each other.
+        """
+        while True:
+            patches = [patch.with_margin(margin) for patch in patches]
+            sides = np.array([patch.side for patch in patches])
+            images, gaps = self._distances(patches)
+            close = np.argwhere(np.triu(gaps < JOINING_GAP * np.minimum.outer(sides, sides), 1))
+            if not len(close):
+                return patches
+            i, j = close[0]
+            box = _box(np.vstack((patches[i].box, patches[j].box + images[i, j])))
+            patches = [patch for number, patch in enumerate(patches) if number not in (i, j)]
+            patches.append(Patch(box, float(max(sides[i], sides[j]))))
+
+    def _distances(self, patches: list[Patch]) -> tuple[Array, Array]:
+        """Returns the way from each square to its image next to another one, array (k, k, 2), and the gap
+        between the two, array (k, k), the least of corners of blocks on two bodies (lengths).
+        """
+        period = self.solver.period
+        shifts = np.zeros((1, 2))
+        if self.solver.second is not None:
+            offsets = self.solver.offsets
+            shifts = self.solver.solid.ell / 2 * (offsets[:, None] - offsets).reshape(-1, 2)
         middles = np.array([patch.box.mean(axis=0) for patch in patches])
+        sides = np.array([patch.side for patch in patches])
         distances = middles[:, None] - middles
         images = (period or 0.0) * np.rint(distances / (period or 1.0))
         gaps = np.abs((distances - images)[..., None, :] + shifts).max(axis=-1).min(axis=-1)
-        gaps -= (sides[:, None] + sides) / 2
-        close = np.argwhere(np.triu(gaps < JOINING_GAP * np.minimum.outer(sides, sides), 1))
-        if not len(close):
-            return [Patch(patch.box, side) for patch, side in zip(patches, sides.tolist())]
-        i, j = close[0]
-        box = _box(np.vstack((patches[i].box, patches[j].box + images[i, j])))
-        patches = [patch for number, patch in enumerate(patches) if number not in (i, j)]
-        patches.append(Patch(box, float(max(sides[i], sides[j]))))
+        return images, gaps - (sides[:, None] + sides) / 2
 
 
-def violations(state: Any, candidates: CandidateSquares) -> tuple[Array, Array]:
-    """Returns places with the most negative gaps, beside the squares and between cells: arrays (k, 2)."""
-    solver = state.solver
-    grid = state.grid
-    least = candidates.lowest[2]
-    low = candidates.low(state.approach)
-    if solver.period:
-        low[:, :2] -= solver.period * np.rint(low[:, :2] / solver.period)
-
-    def negative(places: Array, added: Array) -> Array:
-        gaps = (solver.gaps(*places.T) - state.approach + added).min(axis=0)
-        deepest = np.argsort(gaps)[:256]
-        return places[deepest[gaps[deepest] < -EQUAL * (state.approach - least)]]
-
-    is_outside = grid.distance_outside(*low[:, :2].T) > 0
-    outside = low[is_outside, :2]
-    # on one square that may grow all count: which of them are deepest decides what it grows to
-    if not isinstance(grid, Grid) or solver.options.window is not None:
-        outside = _lowest_of_cells(Squares(grid.grids, solver.period), low[is_outside])
-    inside = low[~is_outside]
-    cells = grid.nearest(*inside[:, :2].T)
-    H, g0 = solver.prepared(grid)
-    f = g0.min(axis=0)
-    neighbours = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode="wrap" if state.is_whole else "nearest")
-    is_tip = inside[:, 2] < neighbours[tuple(cells)] - (state.approach - least) / 20
-    added = (H @ (state.pressures * grid.area))[(slice(None), *cells[:, is_tip])]
-    return negative(outside, gaps_beside(state, outside)), negative(inside[is_tip, :2], added)
+def _enclosing(patches: list[Patch], margin: float) -> Patch:
+    """Returns the patch about all patches, at least `margin` times as wide."""
+    box = _box(np.vstack([patch.box for patch in patches]))
+    return Patch(box, max(patch.side for patch in patches)).with_margin(margin)
 
 
-def _lowest_of_cells(squares: Squares, low: Array) -> Array:
-    """Returns the lowest sample, of an array (m, 3), in each cell of squares twice as wide: array (k, 2)."""
-    low = low[np.argsort(low[:, 2])]
-    widths = (squares.side / SEARCH_CELLS)[squares.nearest(*low[:, :2].T)[0], None]
-    cells = np.floor(low[:, :2] / widths)
-    return low[np.unique(cells, axis=0, return_index=True)[1], :2]
-
-
-def gaps_beside(state: Any, places: Array) -> Array:
-    """Returns what a state adds to gaps at places, array (k, 2), outside of its squares, array (corners, k):
-    of a square on one twice as wide, farther away by the loads at its nodes.
+def _rounded_square(patch: Patch, widest: float, width: float) -> Grid:
+    """Returns the Grid of a patch: its side is the widest one (length) over a power of the cube root of two,
+    and its middle a multiple of half of a width (length), or of its own cells if that is 0.
     """
-    solver = state.solver
-    squares = state.grid
-    forces = state.pressures * squares.area
-    loads = solver.prepared(squares)[0].resultants(forces)
-    gaps = np.zeros((len(forces), len(places)))
-    for grid, forces_here, loads_here in zip(squares.grids, _by_grid(forces), _by_grid(loads)):
-        images = squares.nearest_images(grid, *places.T)
-        wide = Grid(2 * SEARCH_CELLS, grid.side / SEARCH_CELLS, grid.middle)
-        is_close = wide.distance_outside(*images) < -wide.width / 2
-        if is_close.any():
-            applied = np.zeros((len(forces), wide.count, wide.count))
-            np.add.at(applied, (slice(None), *wide.nearest(*grid.places)), forces_here)
-            added = solver.alone(wide, False) @ applied
-            steps = wide.steps(*images[:, is_close])
-            gaps[:, is_close] += [map_coordinates(of_corner, steps, order=1) for of_corner in added]
-        for where, images_alone in ((~is_close, False), (is_close & bool(solver.period), True)):
-            if where.any():
-                far = _gaps_far_away(solver, grid, forces_here, loads_here, images[:, where], images_alone)
-                gaps[:, where] += far
-    return gaps
+    thirds_of_octaves = np.floor(3 * np.log2(widest / patch.side))
+    side = float(widest / 2.0 ** (thirds_of_octaves / 3))
+    step = width / 2 if width else side / SEARCH_CELLS
+    middle = np.rint(patch.box.mean(axis=0) / step) * step
+    return Grid(SEARCH_CELLS, side / SEARCH_CELLS, tuple(middle.tolist()))
 
 
-def _by_grid(values: Array) -> Array:
-    """Returns values on cells of squares, array (rows, ..., n, n), as array (squares, rows, n, n)."""
-    return values.reshape(len(values), -1, *values.shape[-2:]).swapaxes(0, 1)
-
-
-def _gaps_far_away(
-    solver: Any, grid: Grid, forces: Array, loads: Array, places: Array, images_alone: bool
-) -> Array:
-    """Returns what forces, array (corners, n, n), and loads (p, m) at the nodes of a grid add to gaps at
-    places, array (2, k), or what their images add.
+def _contact_patches(state: Any, places: Array, penetrates: bool) -> tuple[list[Patch], bool]:
+    """Returns patches of the contact in the squares of a SurfaceCells and of places, array (k, 2), that do
+    not press; and whether a square grows, as its rim presses and no place beside the squares `penetrates`.
     """
-    x, y = places[:, :, None] - node_places(grid, 1)[:, None]
-    shares = chebyshev_nodes(grid.count, 1)[1]
+    patches = []
+    grows = False
+    for grid, rim_presses, contacts in zip(state.grid.grids, presses_at_rim(state, 2), contact_boxes(state)):
+        images = state.grid.nearest_images(grid, *places.T).T
+        open_places = images[grid.distance_outside(*images.T) <= 0]
+        for low, high in contacts:
+            open_places = open_places[np.any((open_places < low) | (open_places > high), axis=1)]
+        if rim_presses and not penetrates:
+            patches.append(Patch(_box(np.vstack((*contacts, open_places))), 1.5 * grid.side))  # 4b
+            grows = True
+        else:
+            patches += _patches_about(open_places, grid.side / 8, grid.side / 8)  # 4c
+            patches += [Patch(contact, 0.0) for contact in contacts]  # 4b
+    return patches, grows
 
-    def displaced(response: Array, values: Array) -> Array:
-        at_nodes = (shares.T @ values @ shares).reshape(len(values), -1)
-        return np.asarray(np.einsum("rckn,cn->rk", response, at_nodes))
 
-    u, *phi = displaced(response_matrix(solver.response(x, y, images_alone), len(loads)), loads)
-    levers = solver.tilt(*places) - solver.offsets[:, : len(phi), None]
-    gaps = u + np.sum(levers * np.array(phi).reshape(levers.shape[1:]), axis=1)
-    if solver.second is not None:
-        corners = solver.solid.ell / 2 * solver.offsets
-        gaps += displaced(corner_response(solver.second_response, corners, x, y, images_alone), forces)
-    return gaps
+def _are_alike(squares: Grid | Squares, before: Grid | Squares) -> bool:
+    """Returns whether squares are as many as before, and have at least 0.3 MARGIN of the sides."""
+    sides = np.sort([grid.side for grid in squares.grids])
+    sides_before = np.sort([grid.side for grid in before.grids])
+    return len(sides) == len(sides_before) and bool(np.all(sides >= 0.3 * MARGIN * sides_before))
 
 
-def rectangles_of(state: Any) -> list[list[Array]]:
-    """Returns the rectangles of connected cells that press, arrays (2, 2), of each square."""
+def contact_boxes(state: Any) -> list[list[Array]]:
+    """Returns the rectangles of connected cells that press, arrays (2, 2) (lengths), of each square of a
+    SurfaceCells.
+    """
     count = state.grid.count
-    rectangles = []
+    boxes = []
     for grid, closed in zip(state.grid.grids, state.closed.reshape(-1, count, count)):
         low = np.array(grid.middle) - grid.side / 2
         slices = find_objects(spots(closed, periodic=False))
         cells = [np.transpose([(along.start, along.stop) for along in spot]) for spot in slices]
-        rectangles.append([low + grid.width * numbers for numbers in cells])
-    return rectangles
+        boxes.append([low + grid.width * numbers for numbers in cells])
+    return boxes
 
 
-def reaches_rim(state: Any, rim: int) -> Flags:
-    """Returns whether cells at the rims of squares press, never on the whole of a period: bool (squares,)."""
+def presses_at_rim(state: Any, rim: int) -> Flags:
+    """Returns whether `rim` rows of cells along the sides of squares press, never on the whole of a period:
+    bool (squares,).
+    """
     closed = state.closed.reshape(len(state.grid.grids), state.grid.count, -1) > 0
     inner = closed[:, rim:-rim, rim:-rim].sum(axis=(1, 2))
     return np.asarray((inner < closed.sum(axis=(1, 2))) & (not state.is_whole))
 
 
 def _box(places: Array) -> Array:
-    """Returns the least and the largest x1 and x2 of places, array (2, 2)."""
+    """Returns the least and the largest x1 and x2 of places, array (2, 2) (lengths)."""
     return np.array((places.min(axis=0), places.max(axis=0)))
 
 
-def _clusters(places: Array, reach: float) -> list[Array]:
-    """Returns rectangles about places, arrays (2, 2), farther than that from each other."""
-    boxes = []
+def _patches_about(places: Array, distance: float, side: float) -> list[Patch]:
+    """Returns patches about places, array (k, 2), farther than a distance from each other, with the least
+    side of a square (lengths).
+    """
+    patches = []
     while len(places):
         box = _box(places[:1])
         box_before = places[:0]
         while not np.array_equal(box, box_before):
-            inside = np.all((places >= box[0] - reach) & (places <= box[1] + reach), axis=1)
+            inside = np.all((places >= box[0] - distance) & (places <= box[1] + distance), axis=1)
             box_before = box
             box = _box(places[inside])
-        boxes.append(box)
+        patches.append(Patch(box, side))
         places = places[~inside]
-    return boxes
+    return patches

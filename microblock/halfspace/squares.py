@@ -18,6 +18,7 @@ from ..model.types import Array, Flags, Integers
 from .images import PeriodicGreen
 from .second_half_space import SecondBodyCells
 
+SEARCH_CELLS = 48  # along an axis of a square that is looked for
 NODES_A_SIDE = 6  # for 4e-4 of what squares half a side apart displace by
 
 Response = Callable[[Array, Array, bool], Array]  # of distances (x, y), and whether these are within a square

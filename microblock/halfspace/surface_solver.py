@@ -1,7 +1,7 @@
 """Contact on square cells of the half-space.
 
-1. A window about the lowest places (`microblock.halfspace.candidate_squares`) grows while cells press near
-   its rim, or a gap outside is negative, and shrinks to the contact.
+1. Squares about the lowest places (`microblock.halfspace.square_search`) grow while cells press near their
+   rim, or a gap outside is negative, and shrink to the contact.
 2. Grids of 32, 64, ... cells a side are solved until the estimate, with the load on spots of few cells, is
    below rtol and no place between the cells would touch.
 """
@@ -32,6 +32,7 @@ from .candidate_squares import CONTACT_ROWS, CandidateSquares
 from .half_space import HalfSpace
 from .images import PeriodicGreen
 from .kernels import surface_kernels
+from .penetration import penetration_between_cells, penetration_outside
 from .second_half_space import SecondBodyCells
 from .square_search import TRIES
 from .squares import CoupledSquares, SecondBodySquares, Squares
@@ -158,19 +159,19 @@ class SurfaceSolver(CellSolver):
         goal = self.goal(rtol)
         fixed = self.given_window()
         candidates = self._candidates(load, approach, fixed)
-        places = candidates.deepest
+        places = candidates.lowest_places
         for _ in range(TRIES):
             window = fixed
             if fixed is None or self._is_sparse(candidates):
                 window = square_search.find_squares(self, candidates, load, approach, places)
-                candidates.look_about(window)
+                candidates.sample_squares(window)
             missed = partial(self.missed, candidates)
             try:
                 state = self.within(window, load, approach, goal, missed, initial)
             except ContactLeavesWindow as leaves:
                 places = np.vstack((places, leaves.places))
                 continue
-            return replace(state, seen_width=candidates.seen)
+            return replace(state, seen_width=candidates.seen_width)
         raise NotConverged(square_search.NO_WINDOW)
 
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
@@ -178,7 +179,7 @@ class SurfaceSolver(CellSolver):
         fixed = self.given_window()
         candidates = self._candidates(load, approach, fixed)
         lowest = candidates.lowest[2]
-        valleys, ratio = candidates.spread(lowest + (candidates.bound - lowest) / 8, fixed)
+        valleys, ratio = candidates.count_and_aspect(lowest + (candidates.bound - lowest) / 8, fixed)
         squares = 1
         finer = max(ratio / 1.75, 1.0)
         if self._is_sparse(candidates) if fixed else valleys > 1:
@@ -210,10 +211,11 @@ class SurfaceSolver(CellSolver):
         """Returns what a fixed window leaves out, and whether a place between cells would touch; raises
         ContactLeavesWindow for a window that may be wider.
         """
-        cut = any(square_search.reaches_rim(state, 1))
-        outside, hidden = square_search.violations(state, candidates)
+        cut = any(square_search.presses_at_rim(state, 1))
+        outside = penetration_outside(state, candidates)
+        hidden = penetration_between_cells(state, candidates)
         if self.options.window is None and (cut or len(outside)):
-            raise ContactLeavesWindow(np.vstack((*chain(*square_search.rectangles_of(state)), outside)))
+            raise ContactLeavesWindow(np.vstack((*chain(*square_search.contact_boxes(state)), outside)))
         return _warnings(cut, outside, hidden), len(hidden) > 0
 
     def weights(self, grid: Grid | Squares) -> Array:
@@ -323,16 +325,18 @@ class SurfaceSolver(CellSolver):
         short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(surface_symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
-        needed = (plain, softer * plain) if approach is None else approach
+        punch_loads = (plain, softer * plain)
         periodic = self.period is not None
-        return CandidateSquares(self.gaps, self.solid.ell, needed, self.obstacle, window, periodic)
+        return CandidateSquares(
+            self.gaps, self.solid.ell, punch_loads, approach, self.obstacle, window, periodic
+        )
 
     def _is_sparse(self, candidates: CandidateSquares) -> bool:
         """Returns whether so little of a period can touch that several squares of cells are tried."""
         if self.period is None or self.options.nodes is not None:
             return False
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
-        return inside and len(candidates.low(candidates.bound)) < SPARSE * CONTACT_ROWS**2
+        return inside and len(candidates.samples_below(candidates.bound)) < SPARSE * CONTACT_ROWS**2
 
 
 def _share_of_spots(state: SurfaceCells, least: float) -> float:

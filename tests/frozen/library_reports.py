@@ -358,7 +358,7 @@ def candidates_in_space():
                 numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
                 numbers |= {
                     "samples": squares.samples[:, :2],
-                    "separate": np.unique(np.round(squares.separate(squares.bound), 6), axis=0),
+                    "separate": np.unique(np.round(squares.separate_valleys(squares.bound), 6), axis=0),
                 }
                 yield from table(f"seen {name} {law.corners[0]} {window} {load}", numbers, CLOSE)
 

@@ -12,7 +12,7 @@ import microblock as mb
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_waves
 from microblock.halfspace.kernels import BESSEL_ORDERS, Radial, surface_kernels
-from microblock.halfspace.square_search import gaps_beside
+from microblock.halfspace.penetration import gaps_beside
 from microblock.halfspace.squares import Squares
 from microblock.halfspace.symbol import rotation_along_wave
 from tests.frozen.library_space import mesh_of
