@@ -62,7 +62,7 @@ class CornerEvent:
 
 @dataclass(frozen=True)
 class _ScaledContact:
-    """(a) of the k corners that can touch, with their shares c f of the load as unknowns.
+    """(a) of the k corners that can touch, with their parts c f of the load as unknowns.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class _ScaledContact:
     c : array (m,), weights of all corners
     numbers : array (k,), of the corners among all
     D : array (k,), diagonal of the regularisation
-    regular : array (k, k), H + D, at a load with a rigid level
+    regular : array (k, k), H + D, at a load with a `rigid_constant`
     """
 
     H: Array
@@ -148,19 +148,19 @@ def path(matrix: ArrayLike, g0: ArrayLike, load: float, *, c: ArrayLike | None =
     those of `solve`; `reached` is the last load.
     """
     contact = next(_regularised(matrix, require_gaps(g0, load), c, at_load=True))
-    level = rigid_level(contact.H)
+    constant = rigid_constant(contact.H)
     no_coupling = np.zeros((1, len(contact.g0)))
     without_shear = EventDrivenContact(
-        FrictionalContact(contact.H + level, no_coupling, np.eye(1) * level, contact.g0, 0.0)
+        FrictionalContact(contact.H + constant, no_coupling, np.eye(1) * constant, contact.g0, 0.0)
     )
     try:
-        without_shear.to(load, 0.0)
+        without_shear.follow(load, 0.0)
     except NotConverged as failure:
         raise NotConverged(
             f"{failure}; ask for smaller loads, or for single states", reached=float(without_shear.loads[0])
         ) from failure
     return [
-        CornerEvent(float(change.share * load), int(contact.numbers[change.index]), f"{change.kind}s")
+        CornerEvent(float(change.fraction * load), int(contact.numbers[change.index]), f"{change.kind}s")
         for change in without_shear.changes
         if change.kind in ("open", "close")
     ]
@@ -195,21 +195,25 @@ def _regularised(
     semidefinite = False
     # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the last one
     # for compliances computed less well
-    for share, level in product((0.0, EPS_PIVOT, 100 * EPS_PIVOT), (0.0, rigid_level(H))[: 1 + at_load]):
-        regular = H + level + np.diag(share * rows)
+    for fraction, constant in product(
+        (0.0, EPS_PIVOT, 100 * EPS_PIVOT), (0.0, rigid_constant(H))[: 1 + at_load]
+    ):
+        regular = H + constant + np.diag(fraction * rows)
         with with_outer_threads(len(H)):
             factor, failed = dpotrf(regular)
         if not failed and np.all(factor.diagonal() ** 2 > EPS_SUM * regular.diagonal()):
             semidefinite = True
-            yield _ScaledContact(H, (g0 / weights)[numbers], weights, numbers, share * rows, regular)
-    where = "where the approach is given; give the load, or add a rigid level tau c c^T"
+            yield _ScaledContact(H, (g0 / weights)[numbers], weights, numbers, fraction * rows, regular)
+    where = "where the approach is given; give the load, or add a rigid-body constant tau c c^T"
     if at_load:
         where = "on vectors with c.f = 0"
     require(semidefinite, "matrix", H, f"must be positive semidefinite {where}")
 
 
-def rigid_level(H: Array) -> float:
-    """Returns the rigid level that makes an H, array (k, k), definite that is so on zero-sum forces."""
+def rigid_constant(H: Array) -> float:
+    """Returns the rigid-body constant (length per force) that makes an H, array (k, k), definite that is so
+    on zero-sum forces.
+    """
     return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
 
 
@@ -282,9 +286,9 @@ def _proximal_point(
         if residual <= 4 * np.finfo(float).eps or (least <= ACCEPTED and not residual < least_before / 2):
             break
     if best is None or least > ACCEPTED:
-        level = f"approach {approach:g}" if load is None else f"load {load:g}"
+        place = f"approach {approach:g}" if load is None else f"load {load:g}"
         raise NotConverged(
-            f"relative residual {least:.1e} after many refinements at {level}: "
+            f"relative residual {least:.1e} after many refinements at {place}: "
             "are rigid corners pressed into the obstacle? Give the load instead of the approach"
         )
     return contact.state(*best, iterations, least)

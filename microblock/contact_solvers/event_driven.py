@@ -123,7 +123,7 @@ class FrictionState:
     load, shear : P and Q (force)
     normal, gaps : arrays (corners n,), forces and gaps
     tangential, slip : arrays (n,), forces, and slip since first contact (length)
-    raised : array (corners n,), changes of the gaps by forces (lengths)
+    gap_changes : array (corners n,), changes of the gaps by forces (lengths)
     closed : boolean array (corners n,)
     stick : boolean array (n,)
     at_limit : boolean array (n,), nodes with the largest shear force
@@ -138,7 +138,7 @@ class FrictionState:
     gaps: Array
     tangential: Array
     slip: Array
-    raised: Array
+    gap_changes: Array
     closed: Flags
     stick: Flags
     at_limit: Flags
@@ -153,10 +153,10 @@ class FrictionState:
 
 @dataclass(frozen=True)
 class Change:
-    """A corner closes or opens, or a node slips, sticks or leaves, at a share of a leg."""
+    """A corner closes or opens, or a node slips, sticks or leaves, at a fraction of a leg."""
 
     leg: int
-    share: float
+    fraction: float
     kind: str
     index: int
 
@@ -262,7 +262,7 @@ class ActiveSets:
     ----------
     slips : array (n,), sign of t where a node slips, else 0
     corners_of : array (corners, n), rows of each node's corners
-    level : whether all normals are (0, 1)
+    flat : whether all normals are (0, 1)
 
     Raises NotConverged if the answer is not unique.
     """
@@ -273,7 +273,7 @@ class ActiveSets:
         self.slips = np.zeros(contact.nodes)
         self.tableau = PivotTableau(contact.matrix)
         self.corners_of = np.arange(len(contact.gaps)).reshape(-1, contact.nodes)
-        self.level = not contact.motions[self.rows.corners, 1].any()
+        self.flat = not contact.motions[self.rows.corners, 1].any()
         if not all([self.tableau.pivot(pair) for pair in pairs]):
             raise NotConverged(f"the rates of the contact are not unique; {UNIQUE}")
         self.tableau.sign = 1.0
@@ -289,7 +289,7 @@ class ActiveSets:
     @property
     def last_sticks(self) -> bool:
         """Whether one node alone sticks."""
-        return self.level and np.count_nonzero(self.stick) == 1
+        return self.flat and np.count_nonzero(self.stick) == 1
 
     def may_slip(self, direction: float) -> Flags:
         """Returns the nodes that stick and may begin to slip, boolean array (n,): the last one only where
@@ -405,7 +405,7 @@ class Limits:
         return np.flatnonzero(self.reached & (self.fall > 0))
 
     def step(self, remaining: float) -> tuple[float, Integers]:
-        """Returns the share of the leg up to the next limit, and the numbers of the limits reached there."""
+        """Returns the fraction of the leg up to the next limit, and the numbers of those reached there."""
         steps = np.full(len(self.fall), remaining)
         falls = self.fall > 0
         np.divide(np.maximum(self.distance, 0), self.fall, out=steps, where=falls)
@@ -472,13 +472,13 @@ class EventDrivenContact:
         """(P, Q)."""
         return self.y[self.rows.motions].copy()
 
-    def to(self, load: float, shear: float) -> FrictionState:
+    def follow(self, load: float, shear: float) -> FrictionState:
         """Follows loads (P, Q) on a straight way; returns the state at its end. Raises NotConverged if rates
         are not unique or there are none; `reached` says where.
         """
         end = np.array((load, shear))
         try:
-            self._follow(end, end - self.loads)
+            self._follow_leg(end, end - self.loads)
         except NotConverged as failure:
             P, Q = self.loads.tolist()
             raise NotConverged(
@@ -489,8 +489,8 @@ class EventDrivenContact:
         self.legs += 1
         return self.state()
 
-    def _follow(self, end: Array, way: Array) -> None:
-        if self.sets.level:
+    def _follow_leg(self, end: Array, way: Array) -> None:
+        if self.sets.flat:
             self._stop_at_full_slip(end, way)
         done = 0.0
         for _ in range(BUDGET * len(self.x)):
@@ -515,8 +515,8 @@ class EventDrivenContact:
         reserve_before = friction * start[0] - direction * start[1]
         reserve_after = friction * end[0] - direction * end[1]
         if reserve_after < -AT_LIMIT * friction * end[0]:
-            share = reserve_before / (reserve_before - reserve_after)
-            self._follow(start + share * way, share * way)
+            fraction = reserve_before / (reserve_before - reserve_after)
+            self._follow_leg(start + fraction * way, fraction * way)
             raise NotConverged("all nodes slip, and the shear load cannot grow further")
 
     def _bound(self, x: Array) -> Array:
@@ -643,25 +643,25 @@ class EventDrivenContact:
         self.y = self.y + np.where(exchanged, 0.0, residual - correction)
         self._put_at_limits()
 
-    def _note_changes(self, share: float) -> None:
+    def _note_changes(self, fraction: float) -> None:
         """Notes the changes of corners and nodes since it was called before."""
         sets = self.sets
         closed = sets.closed
         stick = sets.stick
         slips = sets.slips != 0
         for i in np.flatnonzero(closed != self._noted_closed).tolist():
-            self._note(share, "close" if closed[i] else "open", i)
+            self._note(fraction, "close" if closed[i] else "open", i)
         node_changes = (stick != self._noted_stick) | (sets.slips != self._noted_slips)
         for i in np.flatnonzero(node_changes).tolist():
-            self._note(share, "stick" if stick[i] else "slip" if slips[i] else "leave", i)
+            self._note(fraction, "stick" if stick[i] else "slip" if slips[i] else "leave", i)
         touches_first = np.isnan(self._first_contact) & (stick | slips)
         self._first_contact[touches_first] = -self.y[self.rows.nodes][touches_first]
         self._noted_closed = closed.copy()
         self._noted_stick = stick.copy()
         self._noted_slips = sets.slips.copy()
 
-    def _note(self, share: float, kind: str, number: int) -> None:
-        self.changes.append(Change(self.legs, share, kind, number))
+    def _note(self, fraction: float, kind: str, number: int) -> None:
+        self.changes.append(Change(self.legs, fraction, kind, number))
 
     def state(self) -> FrictionState:
         """Returns the FrictionState at the loads reached."""
@@ -669,8 +669,8 @@ class EventDrivenContact:
         contact = self.contact
         normal = self.x[corners].copy()
         tangential = self.x[nodes].copy()
-        raised, displaced = np.split(contact.displaced(normal, tangential), [corners.stop])
-        energy = normal @ raised + tangential @ displaced
+        gap_changes, displaced = np.split(contact.displaced(normal, tangential), [corners.stop])
+        energy = normal @ gap_changes + tangential @ displaced
         if not contact.coupled:
             energy += tangential @ contact.cross @ normal
         slip = -self.y[nodes] - self._first_contact
@@ -685,7 +685,7 @@ class EventDrivenContact:
             gaps=self.y[corners] * self._size,
             tangential=tangential,
             slip=self._size * np.where(np.isnan(slip), 0.0, slip),
-            raised=raised,
+            gap_changes=gap_changes,
             closed=self.sets.closed.copy(),
             stick=self.sets.stick.copy(),
             at_limit=in_contact & (bound - np.abs(tangential) <= AT_LIMIT * bound.max()),
@@ -695,7 +695,7 @@ class EventDrivenContact:
             energy=float(energy / 2),
             work=self.work,
             dissipation=self.dissipation,
-            residual=self._largest_residual(max(np.abs(raised).max(), np.abs(displaced).max())),
+            residual=self._largest_residual(max(np.abs(gap_changes).max(), np.abs(displaced).max())),
         )
 
     def _largest_residual(self, displacement: float) -> float:

@@ -79,21 +79,21 @@ class Grid:
         offsets = [np.abs(along - middle) for along, middle in zip(x, self.middle)]
         return np.asarray(np.max(offsets, axis=0) - self.side / 2)
 
-    def steps(self, *x: Array | float) -> Array:
+    def cell_coordinates(self, *x: Array | float) -> Array:
         """Returns places in cells from the first one on, array (d, ...)."""
         offsets = [along - axis[0] for along, axis in zip(x, self.axes)]
         return np.array(np.broadcast_arrays(*offsets)) / self.width
 
     def nearest(self, *x: Array | float) -> Integers:
         """Returns the numbers of the nearest cells, array (d, ...)."""
-        return np.clip(np.rint(self.steps(*x)).astype(int), 0, self.count - 1)
+        return np.clip(np.rint(self.cell_coordinates(*x)).astype(int), 0, self.count - 1)
 
     def interpolated(self, values: Array, periodic: bool, *x: Array | float) -> Array:
         """Returns values on cells, array (n, ...), between their centres; 0 outside."""
-        steps = self.steps(*x)
+        coordinates = self.cell_coordinates(*x)
         n = self.count
-        between = map_coordinates(values, steps, order=1, mode="grid-wrap" if periodic else "nearest")
-        inside = periodic | np.all(np.abs(steps - (n - 1) / 2) <= n / 2, axis=0)
+        between = map_coordinates(values, coordinates, order=1, mode="grid-wrap" if periodic else "nearest")
+        inside = periodic | np.all(np.abs(coordinates - (n - 1) / 2) <= n / 2, axis=0)
         return np.where(inside, between, 0.0)
 
 
@@ -330,8 +330,8 @@ class Flexibility(MatrixFree):
         if self.twist is not None:
             return twisted(forces, -np.tensordot(TWIST_MODE, slope, 1) / (16 * self.twist), all_touch)
         rounding = EPS_PIVOT * np.abs(g0[:, all_touch]).max(initial=0.0)
-        share = np.where(np.abs(work) > rounding, -np.copysign(np.inf, work), of_least_norm(forces))
-        return twisted(forces, share, all_touch)
+        amplitude = np.where(np.abs(work) > rounding, -np.copysign(np.inf, work), of_least_norm(forces))
+        return twisted(forces, amplitude, all_touch)
 
 
 class Product(Protocol):
@@ -411,16 +411,16 @@ class CellFlexibility(Flexibility):
 
 
 def of_least_norm(forces: Array) -> Array:
-    """Returns the share of TWIST_MODE that leaves forces, array (4, ...), of the least norm."""
+    """Returns the multiple of TWIST_MODE that leaves forces, array (4, ...), of the least norm."""
     return np.asarray(-np.tensordot(TWIST_MODE, forces, 1) / len(TWIST_MODE))
 
 
-def twisted(forces: Array, share: Array, where: Flags) -> Array:
-    """Returns forces, array (4, ...), plus a share of TWIST_MODE at some blocks, cut where a force becomes
+def twisted(forces: Array, amplitude: Array, where: Flags) -> Array:
+    """Returns forces, array (4, ...), plus a multiple of TWIST_MODE at some blocks, cut where a force becomes
     0.
     """
-    share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
-    return np.maximum(forces + np.multiply.outer(TWIST_MODE, np.where(where, share, 0.0)), 0.0)
+    amplitude = np.clip(amplitude, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
+    return np.maximum(forces + np.multiply.outer(TWIST_MODE, np.where(where, amplitude, 0.0)), 0.0)
 
 
 def wavenumbers(length: int, width: float, d: int) -> tuple[tuple[Array, ...], Array]:

@@ -27,9 +27,9 @@ class Leg(NamedTuple):
     turns: bool
     slides: bool
 
-    def event(self, share: float, kind: str, zone: str, x: Array) -> Event:
-        """Returns an event at a share of the leg, in the middle of cells at x, array (k,)."""
-        load, shear = self.start + share * (self.end - self.start)
+    def event(self, fraction: float, kind: str, zone: str, x: Array) -> Event:
+        """Returns an event at a fraction of the leg, in the middle of cells at x, array (k,)."""
+        load, shear = self.start + fraction * (self.end - self.start)
         return Event(load, None, kind, zone, float(x.mean()), shear, self.number)
 
 
@@ -94,7 +94,7 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
     come
 
     1. the reversal of slip,
-    2. at each share with changes, the first slip, then stick zones that vanish and are born,
+    2. at each fraction with changes, the first slip, then stick zones that vanish and are born,
     3. full slip.
     """
     changes = [change for change in changes if change.kind in ("stick", "slip", "leave")]
@@ -106,13 +106,13 @@ def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Arra
         if leg.turns and cells.slip.any():
             history.append(leg.event(0.0, "reversal", "slip", x[cells.slip]))
         on_leg = [change for change in changes if change.leg == leg.number]
-        for share, step in groupby(on_leg, key=lambda change: round(change.share, 9)):
+        for fraction, step in groupby(on_leg, key=lambda change: round(change.fraction, 9)):
             cells.apply(step)
             if cells.slip.any() and not slipped:
                 slipped = True
-                history.append(leg.event(share, "first slip", "slip", x[cells.slip][:1]))
+                history.append(leg.event(fraction, "first slip", "slip", x[cells.slip][:1]))
             for kind, (first, last) in cells.update_zones():
-                history.append(leg.event(share, kind, "stick", x[first : last + 1]))
+                history.append(leg.event(fraction, kind, "stick", x[first : last + 1]))
         if leg.slides:
             where: Flags = cells.stick if cells.stick.any() else cells.slip
             history.append(leg.event(1.0, "full slip", "slip", x[where]))

@@ -125,17 +125,17 @@ class NodalSolution(OfNodes, PlaneSolution):
         """Nodal values at x, array (n,): a polygon."""
         return np.asarray(np.interp(x, self.x, values))
 
-    def reaches(self, x: Array) -> Flags:
+    def covers(self, x: Array) -> Flags:
         """Whether x lies on the contact boundary, boolean array (n,)."""
         return (x >= self.x[0]) & (x <= self.x[-1]) & ~interrupted(self.x, self.apart, x)
 
     def pressure(self, corner: int, x: Array) -> Array:
         """Pressure of a corner (number) at x1 = x, array (n,)."""
-        return np.where(self.reaches(x), self.interpolated(self.pressures[corner], x), 0.0)
+        return np.where(self.covers(x), self.interpolated(self.pressures[corner], x), 0.0)
 
     def moment_at(self, x: Array) -> Array:
         """M at x1 = x, array (n,)."""
-        return np.where(self.reaches(x), self.interpolated(self.micromoment, x), 0.0)
+        return np.where(self.covers(x), self.interpolated(self.micromoment, x), 0.0)
 
     @classmethod
     def of_forces(
@@ -152,9 +152,9 @@ class NodalSolution(OfNodes, PlaneSolution):
     ) -> Any:
         """The solution of corner forces, array (corners, n); `counts` are the residual and iterations."""
         compliance = getattr(nodes, "compliance", nodes)
-        raised, psi = np.split(compliance.matrix @ compliance.loads(solver.blocks, forces), 2)
+        outward, psi = np.split(compliance.matrix @ compliance.loads(solver.blocks, forces), 2)
         counts = *counts, getattr(nodes, "unknowns", forces.size)
-        return cls(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed, **fields)
+        return cls(solver, load, approach, forces, -outward, psi, *counts, gaps=gaps, closed=closed, **fields)
 
     @property
     def apart(self) -> Flags | None:  # type: ignore[override]
@@ -224,10 +224,10 @@ class NodalSolver(Solver):
             rtol,
             "needs a method that chooses its nodes: the compliance is given at some",
         )
-        return self.at(load, approach, initial)
+        return self.solution_at(load, approach, initial)
 
-    def at(self, load: float | None, approach: float | None = None, initial: Any = None) -> Any:
-        flexibility, gaps, share = self.system
+    def solution_at(self, load: float | None, approach: float | None = None, initial: Any = None) -> Any:
+        flexibility, gaps, weights = self.system
         count = len(self.law.corners)
         start = None
         if isinstance(initial, NodalSolution) and len(initial.closed) == count:  # at the nearest nodes
@@ -236,7 +236,7 @@ class NodalSolver(Solver):
             if len(x) != len(initial.x):
                 start = start[:, np.searchsorted(borders(initial.x)[1:-1], x)]
             start = start.ravel()
-        contact = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
+        contact = active_set.solve(flexibility, gaps, load=load, approach=approach, c=weights, start=start)
         if load is None:  # a load is as it was asked for: the sum of the forces is rounded
             load = contact.load
         return self.solution.of_forces(
@@ -256,8 +256,8 @@ class NodalSolver(Solver):
 
     @cached_property
     def system(self) -> tuple[Array, Array, Array]:
-        """(flexibility, initial gaps, shares in the load) of the law's corners."""
-        flexibility, gaps, share = self.compliance.corner_system(self.blocks, self.obstacle)
+        """(flexibility, initial gaps, weights in the load) of the law's corners."""
+        flexibility, gaps, weights = self.compliance.corner_system(self.blocks, self.obstacle)
         require(
             np.isfinite(gaps).any(),
             "obstacle",
@@ -271,7 +271,7 @@ class NodalSolver(Solver):
             self.law,
             "must have finite levers at every node of the body",
         )
-        return flexibility, gaps, share
+        return flexibility, gaps, weights
 
     def together(self, closed: Flags) -> Flags:
         """Closed corners, array (corners, nodes), all where psi is constrained."""
@@ -291,8 +291,8 @@ class NodalPath(LoadPath):
     def events(self) -> list[Event]:
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        Nodes see an event off by a share h/a of its load (h the distance of nodes, a the half-width then), or
-        1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners cross; `load_error` reaches
+        Nodes see an event off by a fraction h/a of its load (h the distance of nodes, a the half-width then),
+        or 1.7 (h/a)^s, with the solver's `crossing` s, where edges of two corners cross; `load_error` extends
         from the nodal change before to the last load whose event may be seen here. First touch is exact. x is
         good to h.
         """
@@ -308,9 +308,14 @@ class NodalPath(LoadPath):
         )
         for number, (load, after) in enumerate(zip(loads, zones)):
             for zone, intervals in after.items():
-                share = crossing if zone in ("full", "contact") else unseen
-                below = load - loads[max(number - 1, 0)] + share[number] * load
-                seen_here = np.divide(load, 1 - share, out=np.full(len(share), np.inf), where=share < 1)
+                relative_error = crossing if zone in ("full", "contact") else unseen
+                below = load - loads[max(number - 1, 0)] + relative_error[number] * load
+                seen_here = np.divide(
+                    load,
+                    1 - relative_error,
+                    out=np.full(len(relative_error), np.inf),
+                    where=relative_error < 1,
+                )
                 above = np.minimum(seen_here, loads[1:])[seen_here >= loads[:-1]].max() - load
                 error = 0.0 if load == 0 and zone != "full" else max(below, above)
                 changes = zone_changes(before.get(zone, ()), intervals)
@@ -326,11 +331,11 @@ class NodalPath(LoadPath):
         solver = self._solver
         loads: list[float] = []
         zones: list[Zones] = []
-        flexibility, gaps, share = solver.system
+        flexibility, gaps, weights = solver.system
         x = solver.compliance.points[:, 0]
         apart = solver.compliance.apart
         closed = np.zeros(len(gaps), bool)
-        corner_events = active_set.path(flexibility, gaps, self.last, c=share)
+        corner_events = active_set.path(flexibility, gaps, self.last, c=weights)
         for load, changes in groupby(corner_events, key=lambda event: event.load):
             counted(load=load)
             for change in changes:

@@ -28,7 +28,7 @@ from ..threads import bounded
 from .active_set import ContactState, require_gaps
 from .rounding import EPS_SUM, EPS_TERM
 
-STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
+INNER_STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by half or more
 OUTER_STEPS = 300  # 5 to 40 are met
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 LEAST_CURVATURE = 1e-6
@@ -95,7 +95,7 @@ def solve_matrix_free(
     energy = _Energy(flexibility, g0, load, approach)
     if load is None:
         rtol = min(rtol, energy.below_full() / 100)
-    point = energy.at(energy.project(energy.first(start)))
+    point = energy.evaluate(energy.project(energy.first(start)))
     alpha = 1 / energy.unit
     least = np.inf
     face: Flags | None = None
@@ -143,14 +143,14 @@ class _Energy:
         self.products = 1
         self.touch = np.isfinite(self.all_gaps)
         gaps = self.all_gaps[self.touch]
-        # a load leaves the level free: a large one would take digits from small displacements
+        # a load leaves the approach free: a large one would take digits from small displacements
         self.lowest = float(gaps.min()) if approach is None else approach
         self.g0 = gaps - self.lowest
         unit_force = np.zeros(self.touch.shape)
         unit_force.ravel()[np.argmax(self.touch)] = 1
         self.unit = float(np.ptp(flexibility @ unit_force))
 
-    def spread(self, values: Array | Flags) -> Array:
+    def on_all_corners(self, values: Array | Flags) -> Array:
         """Returns values, array (k,), on all corners, 0 where a corner cannot touch."""
         on_all = np.zeros(self.touch.shape)
         on_all[self.touch] = values
@@ -179,21 +179,23 @@ class _Energy:
 
     def displacement(self, forces: Array) -> Array:
         self.products += 1
-        return (self.H @ self.spread(forces))[self.touch]
+        return (self.H @ self.on_all_corners(forces))[self.touch]
 
     def preconditioner(self, face: Flags) -> Callable[[Array], Array]:
-        on_face = self.H.on_face(self.spread(face) > 0)
-        return lambda values: on_face(self.spread(values))[self.touch] * face
+        on_face = self.H.on_face(self.on_all_corners(face) > 0)
+        return lambda values: on_face(self.on_all_corners(values))[self.touch] * face
 
-    def at(self, forces: Array) -> Iterate:
+    def evaluate(self, forces: Array) -> Iterate:
         return Iterate(forces, self.g0 + self.displacement(forces))
 
     def settled(self, point: Iterate) -> Iterate:
-        spread_forces = self.H.settled(self.spread(point.forces), self.all_gaps, self.spread(point.slope))
-        forces = spread_forces[self.touch]
-        return self.at(forces) if self.H.settling_displaces else Iterate(forces, point.slope)
+        all_forces = self.H.settled(
+            self.on_all_corners(point.forces), self.all_gaps, self.on_all_corners(point.slope)
+        )
+        forces = all_forces[self.touch]
+        return self.evaluate(forces) if self.H.settling_displaces else Iterate(forces, point.slope)
 
-    def level(self, point: Iterate) -> float:
+    def free_approach(self, point: Iterate) -> float:
         """The free approach, such that f.g = 0, else 0."""
         return 0.0 if self.load is None else float(point.forces @ point.slope / point.forces.sum())
 
@@ -233,7 +235,7 @@ class _Energy:
         return float(max(np.ptp(point.slope - self.g0), LEAST_DISPLACEMENT * self.unit * point.forces.sum()))
 
     def residual(self, point: Iterate) -> float:
-        gaps = point.slope - self.level(point)
+        gaps = point.slope - self.free_approach(point)
         size = self.size(point)
         violation = max(-gaps.min(), (gaps * (point.forces > 0)).max(), 0)
         return float(violation / size) if size else 0.0
@@ -242,7 +244,7 @@ class _Energy:
         """Returns the rise of q over a change, and its rounding."""
         change = after.forces - before.forces
         mean = Iterate(before.forces, (before.slope + after.slope) / 2)
-        gaps = mean.slope - self.level(mean)  # the change has the sum zero, but for rounding
+        gaps = mean.slope - self.free_approach(mean)  # the change has the sum zero, but for rounding
         scale = self.size(Iterate(before.forces, after.slope))
         return float(change @ gaps), float(EPS_TERM * scale * np.abs(change).sum())
 
@@ -254,25 +256,25 @@ class _Energy:
         return float(length / curvature) if curvature > LEAST_CURVATURE * self.unit * length else 0.0
 
     def state(self, point: Iterate, kkt: float) -> ContactState:
-        level = self.level(point)
+        free = self.free_approach(point)
         gaps = np.full(self.touch.shape, np.inf)
-        gaps[self.touch] = point.slope - level
-        forces = self.spread(point.forces)
-        # at a given approach the level is 0
-        approach, load = self.lowest + level, float(point.forces.sum())
+        gaps[self.touch] = point.slope - free
+        forces = self.on_all_corners(point.forces)
+        # at a given approach it is 0
+        approach, load = self.lowest + free, float(point.forces.sum())
         return ContactState(forces, gaps, forces > 0, approach, load, self.products, kkt)
 
 
 def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Iterate, float]:
     """1: the projected step and the next alpha."""
-    gaps = point.slope - energy.level(point)
-    for _ in range(STEPS):
+    gaps = point.slope - energy.free_approach(point)
+    for _ in range(INNER_STEPS):
         forces = energy.project(point.forces - alpha * gaps)
         change = forces - point.forces
         length = change @ change
         if not length > 0:
             return point, 2 * alpha
-        trial = energy.at(forces)
+        trial = energy.evaluate(forces)
         step = energy.curvature_step(point, trial)
         rise, rounding = energy.rise(point, trial)
         if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
@@ -280,7 +282,7 @@ def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Itera
         alpha = min(step or alpha, alpha / 2)
     raise NotConverged(
         "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
-        "At a given approach it must be so with its level; give the load instead"
+        "At a given approach it must be so with its rigid-body constant; give the load instead"
     )
 
 
@@ -296,7 +298,7 @@ def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -
     goal = max(reduction * np.abs(residual).max(), rtol * energy.size(point) / 4)
     direction = np.zeros(len(forces))
     product_before = np.inf
-    for _ in range(STEPS):
+    for _ in range(INNER_STEPS):
         if np.abs(residual).max() <= goal:
             break
         z = precondition(residual)
@@ -316,7 +318,8 @@ def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -
             raise BadArgument(
                 "approach",
                 energy.approach,
-                "needs a flexibility that is positive definite with its level; give the load instead",
+                "needs a flexibility that is positive definite with its rigid-body constant; give the load "
+                "instead",
             )
         forces += product / curvature * direction
         slope += product / curvature * displacement
@@ -337,7 +340,7 @@ def _projected_search(energy: _Energy, point: Iterate, trial: Iterate) -> Iterat
     if trial.forces.min() >= 0:
         return trial
     for step in (1, 1 / 4, 1 / 4**2):
-        projected = energy.at(energy.project(point.forces + step * (trial.forces - point.forces)))
+        projected = energy.evaluate(energy.project(point.forces + step * (trial.forces - point.forces)))
         rise, rounding = energy.rise(point, projected)
         if rise <= rounding:
             return projected

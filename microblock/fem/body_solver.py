@@ -37,7 +37,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
         self.require_given_mesh(rtol)
         if rtol is not None:
             return refine_until(self, load, approach, rtol)
-        return self.at(load, approach, initial)
+        return self.solution_at(load, approach, initial)
 
     @cached_property
     def counter(self) -> CounterBody | None:
@@ -52,12 +52,12 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
 
     @cached_property
     def system(self) -> tuple[Array, Array, Array]:
-        """(flexibility, initial gaps, shares in the load) of the law's corners on both bodies."""
+        """(flexibility, initial gaps, weights in the load) of the law's corners on both bodies."""
         require_upwards(self.nodes)
-        flexibility, gaps, share = super().system
+        flexibility, gaps, weights = super().system
         if self.counter is not None:
             flexibility = flexibility + self.counter.flexibility(gaps)
-        return flexibility, gaps, share
+        return flexibility, gaps, weights
 
     def path(self, last: float, rtol: float | None) -> NodalPath:
         self.require_given_mesh(rtol)

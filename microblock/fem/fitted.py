@@ -125,8 +125,8 @@ class FittedSolver(MeshFitter):
         obstacle = Within(self.obstacle, self.domain)
         problem = Problem(self.solid, self.law, as_obstacle(obstacle), self.symmetric, blocks=self.blocks)
         candidates = obstacle.without_edges_of_body(contact_candidates.find_candidates(problem, load))
-        if candidates.steps:
-            place = candidates.steps[0]
+        if candidates.height_jumps:
+            place = candidates.height_jumps[0]
             raise NotConverged(
                 f"the height of the obstacle jumps at x = {place:g}, where pressures have no bound"
             )
@@ -159,7 +159,7 @@ class FittedSolver(MeshFitter):
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
                 contact: Any = self.contact.with_(body=HalfPlane(self.solid), method=Panels())
                 # edges that move on need no more, and panels that miss it would look for what is in reach
-                return contact.solver.at(load, max(0.1 * rtol, 1e-8)).all_zones
+                return contact.solver.solution_at(load, max(0.1 * rtol, 1e-8)).all_zones
         *_, zones = first_zones(self.problem, load)
         return zones
 

@@ -129,7 +129,7 @@ class FittedMesh:
     zones : those that a mesh can have
     tips : places towards which elements shrink, ascending
     nodes : CondensedNodes
-    system : (flexibility, initial gaps, shares in the load) of the corners
+    system : (flexibility, initial gaps, weights in the load) of the corners
     closed, pressures : arrays (corners, n)
     moved : {corner: intervals with free ends moved by 2 K0/K1}
     step : float, what that changes of the pressure in L2, relative
@@ -184,8 +184,8 @@ class FittedMesh:
 
     def solved(self, **control: float) -> MeshSolution:
         """Returns the MeshSolution of the computed part at a load or an approach."""
-        flexibility, gaps, share = self.system
-        contact = active_set.solve(flexibility, gaps, c=share, start=self.closed.ravel(), **control)
+        flexibility, gaps, weights = self.system
+        contact = active_set.solve(flexibility, gaps, c=weights, start=self.closed.ravel(), **control)
         shape = self.closed.shape
         return MeshSolution.of_forces(
             self.solver,
@@ -217,7 +217,7 @@ class FittedMesh:
         obstacle = self.solver.obstacle
         if not obstacle.formulas:
             square += off_node_violations.missed_heights(
-                self.nodes.along, self.closed, self.solver.blocks, obstacle, self._sites
+                self.nodes.along, self.closed, self.solver.blocks, obstacle, self._sample_points
             ).sum()
         return MeshErrorParts(discretisation, self.step, truncation, math.sqrt(square) / self._size)
 
@@ -257,7 +257,7 @@ class FittedMesh:
         steps = np.geomspace(1e-4, 1, 60)
         places = np.concatenate((right + (most - right) * steps, left - (most + left) * steps))
         for corner in self.zones:
-            x = np.union1d(places, problem.sites(corner))
+            x = np.union1d(places, problem.sample_points(corner))
             x = x[(np.abs(x) < most) & ((x < left) | (x > right)) & ((x > 0) | (not solver.symmetric))]
             fields = self.part.fields(x, np.zeros_like(x))
             rotated = problem.ell / 2 * problem.levers(x)[corner] * fields.psi
@@ -273,9 +273,9 @@ class FittedMesh:
 
     def _closing_pressures(self) -> Array:
         """Returns pressures that close the gaps and carry the load, array (corners, n)."""
-        flexibility, gaps, share = self.system
+        flexibility, gaps, weights = self.system
         closed = self.closed.ravel()
-        c = share[closed]
+        c = weights[closed]
         try:
             with with_outer_threads(len(c)):
                 H = flexibility[np.ix_(closed, closed)]
@@ -361,8 +361,8 @@ class FittedMesh:
     def violations(self) -> list[Violation]:
         """[Violation] away from edges, without depth where tension has to open."""
         solver = self.solver
-        sites = [x[~self.beside_tips(x)] for x in self._sites]
-        pressed = off_node_violations.overlaps_between_nodes(self.nodes.along, self.part, self.closed, sites)
+        points = [x[~self.beside_tips(x)] for x in self._sample_points]
+        pressed = off_node_violations.overlaps_between_nodes(self.nodes.along, self.part, self.closed, points)
         zones = unfolded(self.zones) if solver.symmetric else self.zones
         edges = [*self.tips, *zone_edges(self.zones)]
         reach = LAYERS * solver.solid.layer_length
@@ -372,12 +372,12 @@ class FittedMesh:
         return [*pressed, *pulled]
 
     @cached_property
-    def _sites(self) -> list[Array]:
+    def _sample_points(self) -> list[Array]:
         """Contact points of each corner to look at, [(k,)]."""
         left, right = self.ground.reach
         middles = (self.x[1:] + self.x[:-1]) / 2
-        sites = [np.union1d(self.solver.problem.sites(corner), middles) for corner in self.zones]
-        return [x[(x >= left) & (x <= right)] for x in sites]
+        points = [np.union1d(self.solver.problem.sample_points(corner), middles) for corner in self.zones]
+        return [x[(x >= left) & (x <= right)] for x in points]
 
 
 def _cleaned(solver: GroundSolver, zones: CornerZones, near: float) -> dict[int, tuple[Interval, ...]]:

@@ -16,7 +16,7 @@ from ..errors import NotConverged, out_of_reach, require, require_kind
 from ..model import law as laws
 from ..model.corner_geometry import Blocks
 from ..model.deformable import body_of
-from ..model.history import History, OfMoment, change
+from ..model.history import History, PairSolution, change
 from ..model.intervals import borders
 from ..model.law import Law
 from ..model.progress import kept
@@ -60,7 +60,7 @@ class FrictionFacets:
     >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
     ...                order=4, fixed="middle")
     >>> facets = FrictionFacets(body, mb.Microblock(friction=0.5), mb.Plane())
-    >>> round(float(EventDrivenContact(facets.contact()).to(0.01, 0.002).tangential[0]), 9)
+    >>> round(float(EventDrivenContact(facets.contact()).follow(0.01, 0.002).tangential[0]), 9)
     0.002
     """
 
@@ -95,33 +95,35 @@ class FrictionFacets:
             None if level else normals,
         )
 
-    def solution(self, solver: Any, moment: FrictionState) -> "FrictionSolution":
+    def solution(self, solver: Any, friction_state: FrictionState) -> "FrictionSolution":
         """Returns the solution of a state of the contact."""
         nodes = self.nodes
         shape = self.gaps.shape
-        raised, psi = nodes.surface(np.concatenate((moment.normal, moment.tangential)), self.onto)
-        closed = moment.closed.reshape(shape)
+        raised, psi = nodes.surface(
+            np.concatenate((friction_state.normal, friction_state.tangential)), self.onto
+        )
+        closed = friction_state.closed.reshape(shape)
         return FrictionSolution(
             solver,
-            moment.load,
-            moment.approach,
-            moment.normal.reshape(shape),
+            friction_state.load,
+            friction_state.approach,
+            friction_state.normal.reshape(shape),
             -raised,
             psi,
-            moment.residual,
-            moment.iterations,
+            friction_state.residual,
+            friction_state.iterations,
             nodes.unknowns,
             gaps=self.gaps,
             closed=closed | (nodes.twins & closed.any(axis=0)),
-            moment=moment,
+            friction_state=friction_state,
         )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionSolution(OfMoment, MeshSolution):
+class FrictionSolution(PairSolution, MeshSolution):
     """A solution at a pair of loads, with its FrictionState."""
 
-    moment: Any = None
+    friction_state: Any = None
 
     @property
     def nodes(self) -> CondensedNodes:
@@ -129,22 +131,22 @@ class FrictionSolution(OfMoment, MeshSolution):
 
     @cached_property
     def fields(self) -> BodyFields:
-        forces = np.concatenate((self.moment.normal, self.moment.tangential))
+        forces = np.concatenate((self.friction_state.normal, self.friction_state.tangential))
         return self.nodes.fields(forces, self.solver.frictional.onto)
 
     @property
     def tangential_approach(self) -> float:
-        return self.moment.offset
+        return self.friction_state.offset
 
     @property
     def _moments(self) -> Array:
-        return super()._moments - self.solver.frictional.heights * self.moment.tangential
+        return super()._moments - self.solver.frictional.heights * self.friction_state.tangential
 
     @cached_property
     def zones_by_name(self) -> Zones:
         """With those that stick and slip."""
         bound = self.law.friction * self.pressures.sum(axis=0)
-        stick = self.moment.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
+        stick = self.friction_state.stick & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
         zones = dict(super().zones_by_name)
         one_corner = laws.Unilateral()
         for name, flags in (("stick", stick), ("slip", self.closed.any(axis=0) & ~stick)):
@@ -172,7 +174,7 @@ class FollowsFriction(Solver):
         require(rtol is None, "rtol", rtol, words)
         contact = self.frictional.contact(coupled)
         path = EventDrivenContact(contact)
-        states = [self.frictional.solution(self, path.to(*map(float, pair))).state() for pair in pairs]
+        states = [self.frictional.solution(self, path.follow(*map(float, pair))).state() for pair in pairs]
         ends = borders(states[-1].x)
         edges = np.column_stack((ends[:-1], ends[1:]))
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))

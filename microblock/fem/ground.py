@@ -37,7 +37,7 @@ class Within:
         return np.where(np.abs(x) < self.far, heights(self.obstacle, np.asarray(x, float)), np.inf)
 
     def without_edges_of_body(self, candidates: ContactCandidates) -> ContactCandidates:
-        """Returns ContactCandidates without ends and steps of the body."""
+        """Returns ContactCandidates without ends and height jumps of the body."""
 
         def inside(place: float) -> bool:
             return abs(place) < self.far * (1 - 1e-6)
@@ -45,9 +45,9 @@ class Within:
         ends = tuple(end if inside(end) else math.copysign(math.inf, end) for end in candidates.ends)
         if all(map(math.isinf, ends)):
             ends = ()
-        steps = tuple(filter(inside, candidates.steps))
+        height_jumps = tuple(filter(inside, candidates.height_jumps))
         detected = candidates.detected and bool(ends or candidates.kinks)
-        return replace(candidates, ends=ends, steps=steps, detected=detected)
+        return replace(candidates, ends=ends, height_jumps=height_jumps, detected=detected)
 
     def __repr__(self) -> str:
         return repr(self.obstacle)

@@ -201,14 +201,14 @@ class MeshSolution(OnMesh, NodalSolution):
             return right
         return np.where(x < 0, polynomials.interpolate(values[count - 1 :: -1], -x), right)
 
-    def reaches(self, x: Array) -> Flags:
-        return super().reaches(x) if self.has_edges else np.isfinite(x)
+    def covers(self, x: Array) -> Flags:
+        return super().covers(x) if self.has_edges else np.isfinite(x)
 
     def counter_displacement(self, x: Array) -> Array:
         counter = getattr(self.solver, "counter", None)
         if counter is None:
             return super().counter_displacement(x)
-        return np.where(counter.reaches(x), counter.displacement(self.forces.ravel(), x), np.inf)
+        return np.where(counter.covers(x), counter.displacement(self.forces.ravel(), x), np.inf)
 
     @cached_property
     def sampled(self) -> Problem:
@@ -229,9 +229,9 @@ class MeshSolution(OnMesh, NodalSolution):
     def ends(self) -> tuple[float, ...]:
         """Places x1 where the obstacle ends or, over a Body, jumps: pressures have no bound there."""
         problem = self.problem if self.block else self.sampled
-        steps = problem.candidates.steps if problem.candidates else ()
+        height_jumps = problem.candidates.height_jumps if problem.candidates else ()
         ends = problem.obstacle.ends
-        return (*(ends or (-np.inf,) * len(steps[:1])), *steps)
+        return (*(ends or (-np.inf,) * len(height_jumps[:1])), *height_jumps)
 
     def norm_weights(self, x: Array) -> Array:
         """Returns weights at x, arrays of one shape: 1; near `ends` their distance over half of their
@@ -343,5 +343,5 @@ def change_between_meshes(coarse: MeshSolution, fine: MeshSolution) -> float:
     pressure = coarse.interpolated(coarse.pressures.sum(axis=0), x) - total
     moment = (coarse.interpolated(coarse.micromoment, x) - fine.micromoment) / fine.solver.solid.ell
     # beside a contact that is clamped two levels share up to 0.7 of their error: elements there are long
-    moment *= np.where(fine.law.clamps_rotation & (total <= 0), 4.0, 1.0) * coarse.reaches(x)
+    moment *= np.where(fine.law.clamps_rotation & (total <= 0), 4.0, 1.0) * coarse.covers(x)
     return distance(fine.weights * fine.norm_weights(x), pressure, moment, total)

@@ -24,14 +24,18 @@ LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 
 
 def missed_heights(
-    facets: FacetPolynomials, closed: Flags, blocks: Blocks, obstacle: ObstacleLike, sites: Iterable[Array]
+    facets: FacetPolynomials,
+    closed: Flags,
+    blocks: Blocks,
+    obstacle: ObstacleLike,
+    sample_points: Iterable[Array],
 ) -> Array:
     """Returns what nodes miss of the height on closed facets: squares of pressures in L2, array (corners,
-    facets), for `closed` corners, (corners, nodes), at the contact points `sites` of each, [(n,)].
+    facets), for `closed` corners, (corners, nodes), at the contact points `sample_points` of each, [(n,)].
     """
     missed = np.zeros((len(closed), len(facets.members)))
     at_nodes = blocks.under(obstacle, facets.points, facets.normals).initial_gaps
-    for corner, (flags, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
+    for corner, (flags, gaps, x) in enumerate(zip(closed, at_nodes, sample_points)):
         below = facets.below(x)
         pressed = (below >= 0) & facets.pressed(flags)[below]
         x = x[pressed]
@@ -42,12 +46,12 @@ def missed_heights(
 
 
 def overlaps_between_nodes(
-    facets: FacetPolynomials, solution: Any, closed: Flags, sites: Iterable[Array]
+    facets: FacetPolynomials, solution: Any, closed: Flags, sample_points: Iterable[Array]
 ) -> Iterator[Violation]:
     """Yields the Violations of all corners of a MeshSolution between open nodes, with worths in force per
-    length^(3/2); `closed`, (corners, nodes), and the contact points `sites` of each, [(n,)].
+    length^(3/2); `closed`, (corners, nodes), and the contact points `sample_points` of each, [(n,)].
     """
-    for corner, (flags, x) in enumerate(zip(closed, sites)):
+    for corner, (flags, x) in enumerate(zip(closed, sample_points)):
         below = facets.below(x)
         x = x[(below >= 0) & ~facets.pressed(flags)[below]]
         fields = facets.interpolate(np.array((solution.displacement, solution.psi)), x)
@@ -94,17 +98,17 @@ def missed_by_nodes(solution: Any) -> Array:
         return squares
     facets = nodes.polynomials(STEEPEST)
     blocks = solution.solver.blocks
-    sites = [problem.sites(corner) for corner in range(len(blocks.names))]
-    heights = missed_heights(facets, solution.closed, blocks, solution.solver.obstacle, sites)
+    sample_points = [problem.sample_points(corner) for corner in range(len(blocks.names))]
+    heights = missed_heights(facets, solution.closed, blocks, solution.solver.obstacle, sample_points)
     wholly = np.array([solution.closed[:, nodes].all(axis=1) for nodes in facets.members])
     for corner, shift in enumerate(problem.shifts):
-        below = facets.below(np.add(problem.candidates.steps, shift))
+        below = facets.below(np.add(problem.candidates.height_jumps, shift))
         heights[corner, below[(below >= 0) & ~wholly[below, corner]]] = 0.0  # `recovery` has the edge there
     squares[facets.numbers] += heights.sum(axis=0)
     # what is off beside edges `recovery` has already
     touched = np.array([solution.closed[:, nodes].any() for nodes in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
-    for overlap in overlaps_between_nodes(facets, solution, solution.closed, sites):
+    for overlap in overlaps_between_nodes(facets, solution, solution.closed, sample_points):
         number = int(facets.below(np.array([(overlap.left + overlap.right) / 2]))[0])
         if not touched[number]:
             squares[facets.numbers[number]] += overlap.worth**2

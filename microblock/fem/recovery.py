@@ -201,7 +201,7 @@ def _meshes(
     for number in range(1, PASSES + 1):
         try:
             solver = solver.on(mesh) if number > 1 else solver
-            solution = solver.at(load, approach, solution)
+            solution = solver.solution_at(load, approach, solution)
             errors = estimate(solution)
         except BadArgument as failure:
             if not passed:

@@ -74,7 +74,7 @@ class CounterBody:
         """Returns shares of the nodes at x, array (n, nodes); 0 beyond the boundary."""
         return self.nodes.along.interpolate(np.eye(len(self.nodes.points)), x).T
 
-    def reaches(self, x: Array) -> Flags:
+    def covers(self, x: Array) -> Flags:
         """Returns whether the contact boundary is above x, boolean array (n,)."""
         return self.nodes.along.below(x) >= 0
 
@@ -91,7 +91,7 @@ class CounterBody:
             f"its contact boundary, from {left:g} to {right:g}, must reach over all corners below the shape, "
             f"from {x.min():g} to {x.max():g}"
         )
-        require(self.reaches(x).all(), "obstacle", self.obstacle, words)
+        require(self.covers(x).all(), "obstacle", self.obstacle, words)
         return self._shares @ self._matrix @ self._shares.T
 
     def displacement(self, forces: Array, places: Array) -> Array:

@@ -28,11 +28,11 @@ class SecondAntiderivatives(LineKernels):
         # integrals in log x to the nodes of a piece, and to its end
         sums = chebyshev.chebint(np.linalg.inv(chebyshev.chebvander(nodes, count - 1)), lbnd=-1)
         sums = chebyshev.chebvander(np.append(nodes, 1.0), count) @ sums * logarithms.mean()
-        rate, level = np.polyfit(logarithms, values[:, 0].T, 1)[:, :, None]  # next to x = 0
+        rate, constant = np.polyfit(logarithms, values[:, 0].T, 1)[:, :, None]  # next to x = 0
         moments = []  # the integral of K, and that of x K over x
         for power in 1, 2:
             integrals = values * x**power @ sums.T
-            ends = nearest**power * (level - rate / power) / power
+            ends = nearest**power * (constant - rate / power) / power
             ends = ends + np.cumsum(integrals[:, :, -1], axis=1)
             integrals += (ends - integrals[:, :, -1])[:, :, None]
             moments.append(integrals[:, :, :-1] / x**power)
@@ -40,21 +40,21 @@ class SecondAntiderivatives(LineKernels):
 
 
 def averaged(
-    solid: Cosserat, apart: Array, source: ArrayLike, target: ArrayLike, which: Sequence[int]
+    solid: Cosserat, distance: Array, source: ArrayLike, target: ArrayLike, which: Sequence[int]
 ) -> Array:
-    """Returns kernels averaged over cells of the widths `source` and `target` at distances `apart` (lengths,
+    """Returns kernels averaged over cells of the widths `source` and `target` at a `distance` (lengths,
     arrays that broadcast): array (len(which), ...) of lengths per force.
     """
     material = solid.nu, solid.beta, solid.curvature
     table = kernels(*material)
     antiderivatives = kernels(*material, SecondAntiderivatives)
-    apart, source, target = (x / solid.ell for x in np.broadcast_arrays(apart, source, target))
+    distance, source, target = (x / solid.ell for x in np.broadcast_arrays(distance, source, target))
     # beyond 16 widths of the larger cell two Gauss points on either leave 1e-9
-    near = np.abs(apart) <= 16 * np.maximum(source, target)
-    averages = np.zeros((len(which), *apart.shape))
+    near = np.abs(distance) <= 16 * np.maximum(source, target)
+    averages = np.zeros((len(which), *distance.shape))
     for a, b in product((-0.5, 0.5), repeat=2):
         step = a * target - b * source
-        place = (apart + step)[near]
+        place = (distance + step)[near]
         averages[:, near] -= 4 * a * b * place**2 * antiderivatives(place, which) / (source * target)[near]
-        averages[:, ~near] += table((apart + step / np.sqrt(3))[~near], which) / 4
+        averages[:, ~near] += table((distance + step / np.sqrt(3))[~near], which) / 4
     return (1 - solid.nu) / solid.mu * averages

@@ -59,7 +59,7 @@ class _OutOfContact:
 
     def __call__(self, corner: int, x: Array) -> tuple[Array, Array]:
         """Returns changes of the gaps, and their errors, at x out of contact: arrays (n,)."""
-        panel, v = self.panels.at(0, x)
+        panel, v = self.panels.locate(0, x)
         rise, phi = self.panels.interpolated(self._values[[corner, -1]], panel, v)
         return rise + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[panel]
 
@@ -73,9 +73,9 @@ class _OutOfContact:
         count = 4 * self.panels.order
         panel = np.repeat(np.arange(len(self.panels.e)), count)
         even = self.panels.x(panel, np.resize((np.arange(count) + 0.5) / count, len(panel)))
-        sites = self.problem.sites(corner)
-        inside = (sites > even.min(initial=np.inf)) & (sites < even.max(initial=-np.inf))
-        return np.union1d(even, sites[inside])
+        sample_points = self.problem.sample_points(corner)
+        inside = (sample_points > even.min(initial=np.inf)) & (sample_points < even.max(initial=-np.inf))
+        return np.union1d(even, sample_points[inside])
 
     def reaches_high_places(self, corner: int) -> bool:
         """Returns whether a corner could touch where no contact was expected."""
@@ -128,7 +128,7 @@ def _overlaps(state: PanelSolution, corner: int, rows: Array, unit: float) -> It
 
 
 def _tensile(state: PanelSolution, size: float) -> Iterator[Violation]:
-    """Yields intervals of nodes in tension, worth their share of a norm of the pressure."""
+    """Yields intervals of nodes in tension, worth their part of a norm of the pressure."""
     for corner in state.problem.corners:
         for zone in state.zones[corner]:
             left = max(zone[0], 0.0) if half_line(state.problem) else zone[0]

@@ -25,7 +25,7 @@ from .panels import PanelGrid, make_panels, response
 from .second_half_plane import second_body_kernel
 from .transmitted_singularities import decay, log_sizes_of
 
-TIP_WIDTH = 1e-10  # of the width of all zones: an edge this near to a tip lies on it
+APEX_WIDTH = 1e-10  # of the width of all zones: an edge this near to an apex lies on it
 
 
 def tolerated(order: int) -> float:
@@ -34,7 +34,7 @@ def tolerated(order: int) -> float:
 
 
 def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array, float, float]:
-    """Returns q, array (m,), and the approach (length) with closed gaps at a load, and the share of rounded
+    """Returns q, array (m,), and the approach (length) with closed gaps at a load, and the part of rounded
     gaps in q in L2.
     """
     panel, v, x, weights = panels.nodes
@@ -42,19 +42,19 @@ def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array
     count = len(x)
     sides = 2 if problem.mirror else 1
     system = np.zeros((count + 1, count + 1))
-    matrix, raised = response(problem, panels, x, problem.lever(corner, x), gap_kernel)
+    matrix, by_logarithms = response(problem, panels, x, problem.lever(corner, x), gap_kernel)
     if problem.counter is not None:
         below = x - np.array(problem.shifts)[corner]
-        by_counter, counter_raised = response(
+        by_counter, counter_logarithms = response(
             problem, panels, below, 0 * x, second_body_kernel, problem.shifts
         )
         matrix = matrix + by_counter
-        raised = raised + counter_raised
+        by_logarithms = by_logarithms + counter_logarithms
     system[:count, :count] = matrix
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
     right = np.zeros((count + 1, 2))
-    right[:count, 0] = -(problem.initial_gap(corner, x) + raised)
+    right[:count, 0] = -(problem.initial_gap(corner, x) + by_logarithms)
     right[count, 0] = load - sides * panels.log_size @ np.abs(panels.h)
     terms = np.abs(matrix).max(axis=1) / weights.max() * load
     right[:count, 1] = 5e-15 * terms * (-1.0) ** np.arange(count)
@@ -139,7 +139,7 @@ def _edge_terms(order: int) -> Array:
 def newton_zone_edges(
     problem: Problem, load: float, zones: CornerZones, order: int, tolerance: float
 ) -> PanelSolution:
-    """Returns the PanelSolution with the free edges moved from trial zones until their share in the relative
+    """Returns the PanelSolution with the free edges moved from trial zones until their part in the relative
     L2 error is a tolerance; the best one, if it reaches the root of what the order leaves.
 
     Raises NotConverged if no zone is left, edges do not settle, or zones open without end.
@@ -192,7 +192,7 @@ def _newton_step(
     steps = _outward_steps(edges, before, tolerance * unit)
     ends = [problem.ends.get(number, ()) for number in edges.corner.tolist()]
     free = (edges.K0 < 0) | [x not in fixed for x, fixed in zip(edges.x, ends)]
-    targets, stopped = _stopped_at_tips(problem, zones, edges, edges.x - edges.side * steps * free)
+    targets, stopped = _stopped_at_apexes(problem, zones, edges, edges.x - edges.side * steps * free)
     columns = edges.corner, edges.x, targets, _pressed(edges, panels, q)
     next_zones = _untangled_zones(problem, load, map(Edge, *(column.tolist() for column in columns)))
     largest = float(np.abs(edges.K0[free & ~stopped]).max(initial=0.0))
@@ -211,9 +211,9 @@ def _outward_steps(edges: EdgePressures, before: EdgePressures | None, tolerance
     the room there is.
     """
     K1 = _safe_K1(edges, before)
-    apart = np.where(edges.corner[1:] == edges.corner[:-1], np.diff(edges.x), np.inf)
-    to_right = np.append(apart, np.inf)
-    to_left = np.insert(apart, 0, np.inf)
+    distance = np.where(edges.corner[1:] == edges.corner[:-1], np.diff(edges.x), np.inf)
+    to_right = np.append(distance, np.inf)
+    to_left = np.insert(distance, 0, np.inf)
     zone = np.where(edges.side > 0, to_right, to_left)
     hole = np.where(edges.side > 0, to_left, to_right)
     # outwards there may be no other edge
@@ -243,26 +243,26 @@ def _pressed(edges: EdgePressures, panels: PanelGrid, q: Array) -> Flags:
     return np.repeat(inside @ forces > 0, 2) & (edges.side > 0)
 
 
-def _stopped_at_tips(
+def _stopped_at_apexes(
     problem: Problem, zones: CornerZones, edges: EdgePressures, targets: Array
 ) -> tuple[Array, Flags]:
-    """Returns where edges go that would pass a tip of the obstacle, and which stay on it, arrays (n,).
+    """Returns where edges go that would pass an apex of the obstacle, and which stay on it, arrays (n,).
 
-    A zone that ends at a tip with ``p = K0/sqrt(r)`` goes on by ``d = (K0/(2 K))^2``, K of the logarithm
+    A zone that ends at an apex with ``p = K0/sqrt(r)`` goes on by ``d = (K0/(2 K))^2``, K of the logarithm
     there: ``K log((sqrt(r) + sqrt(d))/(sqrt(r) - sqrt(d)))`` is ``2 K sqrt(d/r)`` far from both. If panels do
-    not tell d from 0 the tip is an edge as that of a punch.
+    not tell d from 0 the apex is an edge as that of a punch.
     """
     targets = targets.copy()
     stopped = np.zeros(len(targets), bool)
-    least = TIP_WIDTH * np.ptp(zone_edges(problem.all_zones(zones)))
+    least = APEX_WIDTH * np.ptp(zone_edges(problem.all_zones(zones)))
     for i in np.flatnonzero((edges.K0 > 0) & (targets != edges.x)):
         way = np.sign(targets[i] - edges.x[i])
         corner = int(edges.corner[i])
-        tips = problem.tips[corner]
-        tips = tips[(way * (tips - edges.x[i]) >= 0) & (way * (targets[i] - tips) > 0)]
-        if len(tips):
-            past = (edges.K0[i] / (2 * log_sizes_of(problem, zones, tips, corner))) ** 2
-            stops = tips + way * np.where(past >= least, past, 0.0)
+        apexes = problem.apexes[corner]
+        apexes = apexes[(way * (apexes - edges.x[i]) >= 0) & (way * (targets[i] - apexes) > 0)]
+        if len(apexes):
+            past = (edges.K0[i] / (2 * log_sizes_of(problem, zones, apexes, corner))) ** 2
+            stops = apexes + way * np.where(past >= least, past, 0.0)
             stop = stops[np.argmin(way * stops)]
             if way * (targets[i] - stop) > 0:
                 targets[i] = stop

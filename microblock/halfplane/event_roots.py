@@ -42,7 +42,7 @@ class Branch:
     problem: Problem
     states: dict[float, PanelSolution]
 
-    def at(self, load: float) -> PanelSolution:
+    def state_at(self, load: float) -> PanelSolution:
         """Returns the state at a load on panels that see an event."""
         if load not in self.states:
             self.states[load] = self.continued(load, EVENT_ORDERS[0])
@@ -52,10 +52,10 @@ class Branch:
         """Returns the state at a load on panels of an order; NotConverged if zones come or go."""
         nearest = [self.states[x] for x in sorted(self.states, key=lambda x: abs(x - load))]
         for near, next_one in zip(nearest, [*nearest[1:], nearest[0]]):
-            share = 0.0
+            fraction = 0.0
             if len(nearest) > 1:
-                share = (load - near.load) / (near.load - next_one.load)
-            zones = moved_on(near.zones, next_one.zones, share) or near.zones
+                fraction = (load - near.load) / (near.load - next_one.load)
+            zones = moved_on(near.zones, next_one.zones, fraction) or near.zones
             state = newton_zone_edges(self.problem, load, zones, order, EDGE_TOLERANCE)
             alike = [*map(len, corner_zones(near).values())] == [*map(len, corner_zones(state).values())]
             if alike and state.estimate.edges < 1e3 * EDGE_TOLERANCE:
@@ -120,7 +120,7 @@ class EventSearch:
         if self.low < load < self.high and beside and load not in inner:
             return 0.0  # the polynomials do the rest
         try:
-            return self.ends[load] if load in self.ends else self.measure(self.branch.at(load))[0]
+            return self.ends[load] if load in self.ends else self.measure(self.branch.state_at(load))[0]
         except NotConverged:
             if not self.ends:
                 raise
@@ -132,7 +132,7 @@ class EventSearch:
             room = [abs(middle - end) / 4 for end in self.ends]
             step = min([SCAN_TOLERANCE * middle, (self.high - self.low) / 2, *room])
             loads = (middle + step * STENCIL).tolist()
-            values, places = np.transpose([self.measure(self.branch.at(load)) for load in loads])
+            values, places = np.transpose([self.measure(self.branch.state_at(load)) for load in loads])
             root, rough = (float(np.polyfit(values[:n], STENCIL[:n], n - 1)[-1]) for n in (4, 3))
             if abs(root) <= 1:
                 return Polynomial(middle, step, values, places, root, rough)

@@ -90,8 +90,8 @@ def _unresolved(closed: Flags) -> Flags:
 
 def _changing(closed: Flags) -> Flags:
     """Returns which cells have a neighbour that is open or closed otherwise, array (n,)."""
-    steps = np.any(closed[:, 1:] != closed[:, :-1], axis=0)
-    return np.append(steps, False) | np.insert(steps, 0, False)
+    changes = np.any(closed[:, 1:] != closed[:, :-1], axis=0)
+    return np.append(changes, False) | np.insert(changes, 0, False)
 
 
 def _zones(problem: Problem, cells: Array, pressures: Array, closed: Flags) -> tuple[Interval, ...]:
@@ -135,16 +135,16 @@ def _flexibility(problem: Problem, x: Array, widths: Array) -> Array:
 
 def _averages(problem: Problem, x: Array, widths: Array, which: Sequence[int]) -> Array:
     """Returns kernels at x_i averaged over cell j: array (len(which), n, n)."""
-    apart = x[:, None] - x
+    distance = x[:, None] - x
     itself = np.eye(len(x), dtype=bool)
     # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells
-    near = np.abs(apart) < 2.9 * np.maximum(widths, widths[:, None])
+    near = np.abs(distance) < 2.9 * np.maximum(widths, widths[:, None])
     points, weights = cell_rule(0, 1, 16)
     singular = np.concatenate((0.5 - points, 0.5 + points)), np.tile(weights / 2, 2)
     averages = np.empty((len(which), len(x), len(x)))
     rules = (~near, gauss_rule(2)), (near & ~itself, gauss_rule(10)), (itself, singular)
     for pairs, (points, weights) in rules:
         column = np.nonzero(pairs)[1]
-        distances = apart[pairs][:, None] - widths[column][:, None] * (points - 0.5)
+        distances = distance[pairs][:, None] - widths[column][:, None] * (points - 0.5)
         averages[:, pairs] = on_the_line(problem.solid, distances, which) @ weights
     return averages

@@ -21,9 +21,12 @@ from .panels import make_panels, orders
 
 def likely_zones(problem: Problem, candidates: ContactCandidates) -> CornerZones:
     """Returns {corner: intervals} where a classical contact would reach under the candidates."""
-    sites = candidates.sites
-    last = len(sites) - 1
-    touching = [(sites[max(i - 1, 0)], sites[min(j + 1, last)]) for i, j in runs(low(candidates, sites))]
+    sample_points = candidates.sample_points
+    last = len(sample_points) - 1
+    touching = [
+        (sample_points[max(i - 1, 0)], sample_points[min(j + 1, last)])
+        for i, j in runs(low(candidates, sample_points))
+    ]
     return problem.computed(
         {
             corner: tuple((float(left + shift), float(right + shift)) for left, right in touching)
@@ -47,12 +50,12 @@ def bends(candidates: ContactCandidates) -> float:
     """Returns the norm of the curvature where it is convex and would touch, over that of a classical contact
     of 1/2.
     """
-    x, index = np.unique(candidates.sites, return_index=True)
+    x, index = np.unique(candidates.sample_points, return_index=True)
     slopes = np.diff(candidates.heights[index]) / np.diff(x)
     middles = (x[1:] + x[:-1]) / 2
     lengths = np.diff(middles)
     curvature = np.diff(slopes) / lengths
-    kinks = np.sort((-np.inf, *candidates.kinks, *candidates.steps, np.inf))
+    kinks = np.sort((-np.inf, *candidates.kinks, *candidates.height_jumps, np.inf))
     after = np.searchsorted(kinks, x[1:-1])
     distance = np.minimum(x[1:-1] - kinks[after - 1], kinks[after] - x[1:-1])
     bent = (curvature > 0) & low(candidates, x[1:-1]) & (distance > 1e-3 * candidates.half_width)
@@ -67,7 +70,7 @@ def cells_cost(
     times.
     """
     valleys = np.count_nonzero(low(candidates, candidates.minima))
-    ends = np.count_nonzero(low(candidates, (*candidates.ends, *candidates.steps)))
+    ends = np.count_nonzero(low(candidates, (*candidates.ends, *candidates.height_jumps)))
     peaks, jumps = np.reshape([pair for pair in jumps_of(candidates) if pair[1] > 0], (-1, 2)).T
     slopes = jumps[low(candidates, peaks)] * candidates.half_width / candidates.rise
     left = candidates.stretches[0][0]

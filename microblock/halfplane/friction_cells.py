@@ -32,7 +32,7 @@ def cells(
     """
     rows = []
     for left, right in problem.stretches:
-        breaks = [left, *(place for place in places_of_tips(problem) if left < place < right), right]
+        breaks = [left, *(place for place in singular_points(problem) if left < place < right), right]
         x, size = _sampled_sizes(problem, fineness, breaks, features, reach)
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
         for pair in pairwise(breaks):
@@ -57,8 +57,8 @@ def _sampled_sizes(
     right = breaks[-1]
     within = [feature for feature in features if left < feature.place < right]
     grid = np.linspace(left, right, SIZE_SAMPLES)
-    steps = np.geomspace(NEAREST_SAMPLE * a, right - left, SIZE_SAMPLES)
-    beside = [feature.place + sign * steps for feature in within for sign in (-1, 1)]
+    distances = np.geomspace(NEAREST_SAMPLE * a, right - left, SIZE_SAMPLES)
+    beside = [feature.place + sign * distances for feature in within for sign in (-1, 1)]
     x = np.unique(np.clip(np.concatenate((grid, breaks, *beside)), left, right))
     # two cells on a piece on which heights are polynomials, half as long as the distance from it
     pieces = np.array([problem.scale(place, place, 0.5) for place in grid]) / 2
@@ -80,15 +80,15 @@ def _size(x: Array, a: float, fineness: float, features: Sequence[Feature], reac
     return size
 
 
-def places_of_tips(problem: Problem) -> list[float]:
+def singular_points(problem: Problem) -> list[float]:
     """Returns contact points of corners under slope discontinuities or edges of the obstacle."""
     ends = np.ravel(list(problem.ends.values())).tolist()
     return sorted({*problem.kinks, *filter(np.isfinite, ends)})
 
 
 def first_features(problem: Problem, fineness: float) -> list[Feature]:
-    """Returns features at `places_of_tips` and at the first touch of each corner."""
+    """Returns features at `singular_points` and at the first touch of each corner."""
     smallest = fineness**2 * problem.candidates.half_width / 4
     lowest = problem.candidates.lowest
     first = [Feature(lowest + shift, 0.0, smallest, True) for shift in problem.shifts]
-    return first + [Feature(x, 0.0, fineness**2 * smallest, True) for x in places_of_tips(problem)]
+    return first + [Feature(x, 0.0, fineness**2 * smallest, True) for x in singular_points(problem)]

@@ -56,15 +56,15 @@ class FrictionPanels:
         self.loadings = [LoadingHistory(np.zeros(1), np.zeros(1))]
         self._solutions: dict[float, PanelSolution] = {}
         for P, Q in pairs.tolist():
-            self.loadings.append(self.loadings[-1].to(P, Q, self.friction))
+            self.loadings.append(self.loadings[-1].extended(P, Q, self.friction))
 
     def history(self, rtol: float | None) -> History:
         """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol = self.solver.history_goal(rtol)
         # errors of the shear traction over f are those of its terms times so much
         sums = max(sum(abs(factor) for factor, _ in loading.pressure_terms) for loading in self.loadings)
-        share = max(1.0, sums / self.friction)
-        self._rtol = type(rtol)(rtol / share)  # as usual as rtol
+        amplification = max(1.0, sums / self.friction)
+        self._rtol = type(rtol)(rtol / amplification)  # as usual as rtol
         dissipation = 0.0
         states = []
         try:
@@ -75,23 +75,26 @@ class FrictionPanels:
         except NotConverged as failure:
             if failure.rtol_reached is None:
                 raise
-            raise out_of_reach(rtol, failure.rtol_reached * share, load=failure.reached) from failure
+            raise out_of_reach(rtol, failure.rtol_reached * amplification, load=failure.reached) from failure
         return History(self.solver.contact, states, self._events())
 
-    def at(self, load: float) -> PanelSolution:
+    def solution_at(self, load: float) -> PanelSolution:
         """Returns the PanelSolution without friction at a load."""
         if load not in self._solutions:
-            self._solutions[load] = self.solver.at(load, self._rtol)
+            self._solutions[load] = self.solver.solution_at(load, self._rtol)
         return self._solutions[load]
 
     def contact_at(self, load: float) -> list[Interval]:
         """Returns the contact zones at a load."""
-        return self.at(load).zones_by_name["contact"] if load else []
+        return self.solution_at(load).zones_by_name["contact"] if load else []
 
     def scalars(self, loads: Array) -> Array:
         """Returns approaches d and energies at loads, array (n,): array (2, n)."""
         touch = self.solver.problem.initial_gaps(np.array([self._lowest])).item(), 0.0
-        pairs = [(self.at(load).approach, self.at(load).energy) if load else touch for load in loads.tolist()]
+        pairs = [
+            (self.solution_at(load).approach, self.solution_at(load).energy) if load else touch
+            for load in loads.tolist()
+        ]
         return np.transpose(pairs)
 
     @property
@@ -99,14 +102,14 @@ class FrictionPanels:
         return float(self.solver.candidates(float(self.pairs[:, 0].max())).lowest)
 
     def _solution(self, loading: LoadingHistory, dissipation: float) -> "PanelFriction":
-        frictionless = self.at(loading.load)
+        frictionless = self.solution_at(loading.load)
         copied = {field.name: getattr(frictionless, field.name) for field in fields(frictionless)}
         return PanelFriction(
             **copied | {"estimate": None},
             superposition=self,
             frictionless=frictionless,
             loading=loading,
-            terms=[(factor, self.at(load)) for factor, load in loading.pressure_terms],
+            terms=[(factor, self.solution_at(load)) for factor, load in loading.pressure_terms],
             shear=loading.shear,
             dissipation=dissipation,
         )
@@ -135,10 +138,10 @@ class FrictionPanels:
         integrals = bounds * d - energies  # of d
         heights = bounds * d - 2 * energies  # of p h
         widths = np.diff(bounds)
-        steps = np.diff(begins)
+        begin_changes = np.diff(begins)
         sums = np.diff(begins * d_begin - energies_begin)
-        means = np.divide(sums, steps, out=d_begin[1:], where=steps > 1e-9 * begins[1:])
-        return np.diff(begins * d + heights) - steps / widths * np.diff(integrals) - widths * means
+        means = np.divide(sums, begin_changes, out=d_begin[1:], where=begin_changes > 1e-9 * begins[1:])
+        return np.diff(begins * d + heights) - begin_changes / widths * np.diff(integrals) - widths * means
 
     def _require_growing(self) -> None:
         """Raises NotConverged unless contacts grow with the load."""
@@ -274,7 +277,7 @@ class PanelFriction(OnPanels):
         for load in filter(None, (self.loading.stuck, self.load)):
             zones = self.superposition.contact_at(load)
             size = np.ptp(zones)
-            scale = self.superposition.at(load).error_estimate * size / 2
+            scale = self.superposition.solution_at(load).error_estimate * size / 2
             for left, right in zones:
                 errors[left] = errors[right] = float(scale * np.sqrt(size / (right - left)))
         return {
@@ -291,7 +294,7 @@ class PanelFriction(OnPanels):
         for factor, load in loading.pressure_terms:
             outside = ~contains(self.superposition.contact_at(load), self.x)
             lag += factor * touch
-            lag[outside] -= factor * self.superposition.at(load).gap(0, self.x[outside])
+            lag[outside] -= factor * self.superposition.solution_at(load).gap(0, self.x[outside])
         return lag
 
     @cached_property

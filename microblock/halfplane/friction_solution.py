@@ -8,15 +8,15 @@ import numpy as np
 
 from ..contact_solvers.event_driven import AT_LIMIT, FrictionState
 from ..errors import BadArgument
-from ..model.history import OfMoment
+from ..model.history import PairSolution
 from ..model.intervals import contains, distance_to_ends, runs
-from ..model.missed_contact import apart, overlaps
+from ..model.missed_contact import open_with_neighbours, overlaps
 from ..model.periodic import EQUAL
 from ..model.problem import Problem
 from ..model.refinement import FEWEST_GRADED
 from ..model.solution import ErrorParts
 from ..model.types import Array, Flags, Integers, Zones
-from .friction_cells import places_of_tips
+from .friction_cells import singular_points
 from .friction_edges import zones_on_cells
 
 
@@ -33,13 +33,13 @@ class FrictionErrors(ErrorParts):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionCells(OfMoment):
+class FrictionCells(PairSolution):
     """A solution at a pair of loads, on cells of constant tractions.
 
     Attributes
     ----------
     edges : array (n, 2), of the cells
-    moment : FrictionState, forces and gaps, with a tangential force for each cell
+    friction_state : FrictionState, forces and gaps, with a tangential force for each cell
     displacement, psi, micromoment : arrays (n,), averages over the cells
     opposite : array (corners, n), displacement of a second body under the corners
     unknowns : number of forces
@@ -50,7 +50,7 @@ class FrictionCells(OfMoment):
     solver: Any
     problem: Problem
     edges: Array
-    moment: FrictionState
+    friction_state: FrictionState
     displacement: Array
     psi: Array
     micromoment: Array
@@ -74,38 +74,38 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def pressures(self) -> Array:
-        return self.moment.normal.reshape(-1, len(self.x)) / self.weights
+        return self.friction_state.normal.reshape(-1, len(self.x)) / self.weights
 
     @property
     def closed(self) -> Flags:
-        return self.moment.closed.reshape(-1, len(self.x))
+        return self.friction_state.closed.reshape(-1, len(self.x))
 
     @property
     def load(self) -> float:
-        return self.moment.load
+        return self.friction_state.load
 
     @property
     def approach(self) -> float:
-        return self.moment.approach
+        return self.friction_state.approach
 
     @property
     def residual(self) -> float:
-        return self.moment.residual
+        return self.friction_state.residual
 
     @property
     def iterations(self) -> int:
-        return self.moment.iterations
+        return self.friction_state.iterations
 
     @cached_property
     def _fitted(self) -> tuple[Zones, dict[float, float]]:
         return zones_on_cells(
             self.edges,
             self.closed,
-            self.moment.stick & ~self.moment.at_limit,
+            self.friction_state.stick & ~self.friction_state.at_limit,
             self.pressures,
             self.friction * self.pressures.sum(axis=0),
             self.shear_traction,
-            places_of_tips(self.problem),
+            singular_points(self.problem),
             self.problem.law.corners,
         )
 
@@ -137,13 +137,13 @@ class FrictionCells(OfMoment):
     @cached_property
     def hidden(self) -> list[float]:
         """Places where a corner that is open overlaps the obstacle, which cells are too wide to see."""
-        least = EQUAL * np.ptp(self.moment.raised)
+        least = EQUAL * np.ptp(self.friction_state.gap_changes)
         places: list[float] = []
         for corner, closed in enumerate(self.closed):
-            x = self.problem.sites(corner)
+            x = self.problem.sample_points(corner)
             x = x[contains(self.edges, x)]
             valleys = self.problem.candidates.minima + self.problem.shifts[corner]
-            looked_at = contains(self.edges[apart(closed)], x)
+            looked_at = contains(self.edges[open_with_neighbours(closed)], x)
             looked_at |= np.isin(x, valleys) & ~contains(self.edges[closed], x)
             gaps = np.where(looked_at, self.gap(corner, x), np.nan)
             places += [overlap.place for overlap in overlaps(corner, x, gaps, 1.0, least)]
@@ -177,8 +177,8 @@ class FrictionCells(OfMoment):
         high = self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
             raise BadArgument("x", x, f"must lie within the cells, from {low} to {high}")
-        raised = self.moment.raised.reshape(-1, len(self.x))[corner]
-        return self.problem.initial_gaps(x)[corner] - self.approach + np.interp(x, self.x, raised)
+        gap_changes = self.friction_state.gap_changes.reshape(-1, len(self.x))[corner]
+        return self.problem.initial_gaps(x)[corner] - self.approach + np.interp(x, self.x, gap_changes)
 
 
 def one_force_a_cell(forces: FrictionState, n: int) -> FrictionState:

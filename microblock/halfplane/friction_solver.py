@@ -172,18 +172,18 @@ class FrictionSolver:
         self, edges: Array, first: FrictionalContact, path: EventDrivenContact, load: float, shear: float
     ) -> FrictionCells:
         """Returns the FrictionCells to which the path goes on; `first` is without the second body."""
-        forces = path.to(load, shear)
+        forces = path.follow(load, shear)
         self._require_inside(edges, forces.closed.reshape(-1, len(edges)))
         by_cell = one_force_a_cell(forces, len(edges))
-        raised = first.normal @ by_cell.normal + first.cross.T @ by_cell.tangential
-        raised_by_all = path.contact.normal @ forces.normal + path.contact.cross.T @ forces.tangential
+        gap_changes = first.normal @ by_cell.normal + first.cross.T @ by_cell.tangential
+        all_gap_changes = path.contact.normal @ forces.normal + path.contact.cross.T @ forces.tangential
         return FrictionCells(
             self.solver,
             self.problem,
             edges,
             by_cell,
-            *surface(self.problem, edges, raised, by_cell),
-            opposite=(raised_by_all - raised).reshape(-1, len(edges)),
+            *surface(self.problem, edges, gap_changes, by_cell),
+            opposite=(all_gap_changes - gap_changes).reshape(-1, len(edges)),
             unknowns=len(first.gaps) + path.contact.nodes,
         )
 

@@ -124,7 +124,7 @@ class LineKernels:
         # from where waves are 1 under the first piece, to where nothing is left of them
         lowest = 1e-16 / x[0, -1]
         pieces = int(np.ceil(np.log(50 / x[0, 0] / lowest)))
-        k, weights, level = rotated_weights(solid, lowest * np.exp(1.0 - len(x)), len(x) + pieces - 1)
+        k, weights, constant = rotated_weights(solid, lowest * np.exp(1.0 - len(x)), len(x) + pieces - 1)
         sums = weights.real.sum(axis=2, dtype=np.longdouble)
         below = np.cumsum(sums, axis=1) - sums
         # k x are the same numbers for the next piece of x and the one before of k
@@ -132,7 +132,7 @@ class LineKernels:
         weights = sliding_window_view(weights, pieces, axis=1).swapaxes(2, 3).reshape(-1, len(waves))
         values = (weights @ waves).real.reshape(-1, *x.shape) + below[:, : len(x), None]
         values = values[:, ::-1].astype(float)
-        values[[0, 3]] -= level
+        values[[0, 3]] -= constant
         # the arc from real wavenumbers to the ray around k = 0
         values[list(ODD_KERNELS[2:])] -= solid.nu / (4 * (1 - solid.nu))
         return values
@@ -261,8 +261,8 @@ def ray_rule(low: float, count: int, order: int) -> tuple[AnyArray, AnyArray]:
 
 
 def rotated_weights(solid: Cosserat, low: float, count: int) -> tuple[AnyArray, AnyArray, float]:
-    """Returns (k, weights, level) of the integrals of all kernels over c by a `ray_rule`: arrays (count, 16),
-    (9, count, 16), and a float taken off numbers 0 and 3, which diverge at k = 0.
+    """Returns (k, weights, constant) of the integrals of all kernels over c by a `ray_rule`: arrays (count,
+    16), (9, count, 16), and a float taken off numbers 0 and 3, which diverge at k = 0.
     """
     k, dk = ray_rule(low, count, 16)
     U, V, W = symbol_of_roots(solid, k, *roots(solid, k))

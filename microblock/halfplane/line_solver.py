@@ -18,7 +18,7 @@ from ..model.deformable import second_solid, shape_of
 from ..model.history import History
 from ..model.intervals import distance, distance_to_ends, runs
 from ..model.law import require_pure_force
-from ..model.missed_contact import PLACES, Violation, apart, overlaps, total_worth
+from ..model.missed_contact import PLACES, Violation, open_with_neighbours, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.periodic import EQUAL
 from ..model.problem import Problem
@@ -79,7 +79,7 @@ class LineCells(CellSolution, LineSolution):
         slope discontinuities.
         """
         count = self.grid.count
-        along = self.grid.steps(x)[0]
+        along = self.grid.cell_coordinates(x)[0]
         cell = np.floor(along + 0.5)
         numbers = np.array((cell, cell + np.sign(along - cell)), int)  # of the cell and its nearer neighbour
         inside = (numbers >= 0) & (numbers < count) | (self.period is not None)
@@ -108,7 +108,7 @@ class LineCells(CellSolution, LineSolution):
         """Slope discontinuities in cells, array (k,), and pressures of the cells there and to either side,
         array (corners, 3, k).
         """
-        cells = self.grid.steps(self.solver.kinks[0])[0]
+        cells = self.grid.cell_coordinates(self.solver.kinks[0])[0]
         numbers = np.rint(cells).astype(int) + np.arange(-1, 2)[:, None]
         return cells, self.pressures[:, np.clip(numbers, 0, self.grid.count - 1)]
 
@@ -130,14 +130,14 @@ class LineCells(CellSolution, LineSolution):
     def reaction(self, x: Array) -> Array:
         return self.interpolated(self.micromoment, x)
 
-    def reaches(self, x: Array) -> Flags:
+    def covers(self, x: Array) -> Flags:
         """Returns whether x lies on a cell, arrays (n,)."""
         left, right = self.x[[0, -1]] + self.grid.width / 2 * np.array((-1, 1))
         return (self.period is not None) | (x >= left) & (x <= right)
 
     def gap(self, corner: int, x: Array) -> Array:
         """Returns the gap of a corner at x, arrays (n,), beside the cells that of all their forces."""
-        inside = self.reaches(x)
+        inside = self.covers(x)
         if np.all(inside) or self.opposite is not None:
             return super().gap(corner, x)
         gaps = np.empty_like(x)
@@ -207,7 +207,9 @@ class LineSolver(CellSolver):
         """Returns the initial gaps of the cells of a Grid, array (corners, n)."""
         x, jumps = self.kinks
         gaps = self.gaps(*grid.places)
-        return gaps + [grid.width * corrections(grid.steps(x)[0], jump, grid.count) for jump in jumps]
+        return gaps + [
+            grid.width * corrections(grid.cell_coordinates(x)[0], jump, grid.count) for jump in jumps
+        ]
 
     @cached_property
     def kinks(self) -> tuple[Array, Array]:
@@ -334,10 +336,10 @@ class LineSolver(CellSolver):
         """
         if state.grid.count < self.cheap:
             return goal
-        share = sampling_uncertainty(self, state)
-        if share > EXHAUSTED:
+        uncertainty = sampling_uncertainty(self, state)
+        if uncertainty > EXHAUSTED:
             return np.inf
-        return max(goal, share) if state.grid.count > self.cheap else goal
+        return max(goal, uncertainty) if state.grid.count > self.cheap else goal
 
     @cached_property
     def ends(self) -> tuple[float, ...]:
@@ -393,21 +395,21 @@ class LineSolver(CellSolver):
         least = EQUAL * np.ptp(state.displacement)
         violations: list[Violation] = []
         for corner, pressures in enumerate(state.pressures):
-            x = self._sites(state.grid, corner)
-            cells = np.clip(np.rint(state.grid.steps(x)[0]).astype(int), 0, state.grid.count - 1)
-            gaps = np.where(apart(pressures > 0)[cells], state.gap(corner, x), np.nan)
+            x = self._sampling_points(state.grid, corner)
+            cells = np.clip(np.rint(state.grid.cell_coordinates(x)[0]).astype(int), 0, state.grid.count - 1)
+            gaps = np.where(open_with_neighbours(pressures > 0)[cells], state.gap(corner, x), np.nan)
             violations += overlaps(corner, x, gaps, unit, least)
         return violations
 
-    def _sites(self, grid: Window, corner: int) -> Array:
-        """Returns contact points on a grid to look at, array (n,), ascending: sites of the candidates, or
+    def _sampling_points(self, grid: Window, corner: int) -> Array:
+        """Returns contact points on a grid to look at, array (n,), ascending: samples of the candidates, or
         where a window is given many, and slope discontinuities.
         """
         left, right = grid.axes[0][[0, -1]]
-        if grid.sites is None:
+        if grid.sample_points is None:
             x = np.linspace(left, right, PLACES if grid.count < PLACES else 0)
         else:
-            x = grid.sites + self.problem.shifts[corner]
+            x = grid.sample_points + self.problem.shifts[corner]
         x = np.union1d(x, self.kinks[0])
         return x[(x >= left) & (x <= right)]
 

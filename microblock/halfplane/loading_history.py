@@ -59,7 +59,7 @@ class LoadingHistory:
         terms = zip(factors.tolist(), self.loads[1:].tolist())
         return [(factor, load) for factor, load in terms if abs(factor) > least]
 
-    def to(self, load: float, shear: float, friction: float) -> "LoadingHistory":
+    def extended(self, load: float, shear: float, friction: float) -> "LoadingHistory":
         """Returns the history at the next pair; BadArgument where friction cannot bear the shear."""
         load = self.load if abs(load - self.load) <= EPS_PIVOT * load else load
         grows = load > self.load

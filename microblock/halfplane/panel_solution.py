@@ -91,8 +91,8 @@ class OnPanels(LineSolution):
 
     @cached_property
     def _at_anchors(self) -> Array:
-        """q at the anchors of root panels, but for fixed edges: those of the obstacle, and those at its tips
-        (`edges.TIP_WIDTH`).
+        """q at the anchors of root panels, but for fixed edges: those of the obstacle, and those at its
+        apexes (`edges.APEX_WIDTH`).
         """
         panels, rows = self.whole
         ends = [end for pair in self.problem.ends.values() for end in pair if np.isfinite(end)]
@@ -112,7 +112,7 @@ class OnPanels(LineSolution):
         inside = contains(self.all_zones[corner], x)
         if inside.any():
             panels, rows = self.whole
-            panel, v = panels.at(corner, x[inside])
+            panel, v = panels.locate(corner, x[inside])
             v = np.maximum(v, 1e-10)  # at an edge or a kink the pressure is 0/0 or infinite
             q = panels.interpolated(rows, panel, v) - self._at_anchors[panel]
             traction[inside] = q / panels.slope(panel, v) + panels.logarithm(panel, v)
@@ -215,8 +215,8 @@ class OnPanels(LineSolution):
         holes = [window or (contact[0][0] - margin, contact[-1][1] + margin)]
         for zone in contact:
             holes = without(holes, *zone)
-        share = (1 - np.cos(np.pi * np.linspace(0, 1, 30))) / 2
-        x = np.unique(np.concatenate([self.x, *(left + (right - left) * share for left, right in holes)]))
+        fractions = (1 - np.cos(np.pi * np.linspace(0, 1, 30))) / 2
+        x = np.unique(np.concatenate([self.x, *(left + (right - left) * fractions for left, right in holes)]))
         values = np.zeros((len(self.pressures) + 1, len(x)))
         values[:, np.searchsorted(x, self.x)] = *self.pressures, self.micromoment
         if self.problem.law.clamps_rotation:

@@ -58,7 +58,7 @@ class PanelSolver(Solver):
         if self.options.order is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
         rtol = self.goal(rtol)
-        state = self.at(load, rtol, self.options.order, initial)
+        state = self.solution_at(load, rtol, self.options.order, initial)
         if self.options.order or not isinstance(shape_of(self.obstacle), Samples):
             return state  # without the cells that samples are compared on
         return with_sampling_note(LineSolver(self.contact, Cells()), state, rtol)
@@ -119,11 +119,11 @@ class PanelSolver(Solver):
     def _candidate_problem(self, load: float) -> Problem:
         """Returns the Problem with its candidates; raises BadArgument if the height of the obstacle jumps."""
         problem = self._with_candidates(load)
-        if problem.candidates.steps:
+        if problem.candidates.height_jumps:
             raise BadArgument(
                 "obstacle",
                 self.obstacle,
-                f"must not jump on panels, as its height does at x = {problem.candidates.steps[0]:g}: "
+                f"must not jump on panels, as its height does at x = {problem.candidates.height_jumps[0]:g}: "
                 "Cells() take it",
             )
         return problem
@@ -145,7 +145,7 @@ class PanelSolver(Solver):
             self._problems[bracket] = replace(self.problem, obstacle=obstacle, candidates=candidates)
         return self._problems[bracket]
 
-    def at(
+    def solution_at(
         self, load: float, rtol: float | None = usual_rtol, order: int | None = None, near: Any = None
     ) -> PanelSolution:
         """Returns the PanelSolution at a load, to rtol or of a fixed order; NotConverged if no zones fit or

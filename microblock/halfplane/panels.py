@@ -73,7 +73,7 @@ class PanelGrid:
         """Returns the known part of p at the parameters v > 0."""
         return -2 * self.log_size[panel] * np.log(v)
 
-    def at(self, corner: int, x: Array) -> tuple[Integers, Array]:
+    def locate(self, corner: int, x: Array) -> tuple[Integers, Array]:
         """Returns numbers of a corner's panels at x or next to it, and the parameters, arrays (n,)."""
         numbers = np.flatnonzero(self.corner == corner)
         starts = np.minimum(self.e, self.e + self.h)[numbers]
@@ -163,7 +163,7 @@ def _graded(
     """Yields panels on intervals, graded towards edges of the zones and slope discontinuities."""
     edges = singular_edges(problem, zones, order)
     singular = {*edges, *kinks}
-    # at a tip the pressure has a power of r, perhaps below 1/2: panels bear the rest of it
+    # at an apex the pressure has a power of r, perhaps below 1/2: panels bear the rest of it
     ell = problem.solid.ell
     shorter = ell * min(1.0, 8.0 ** (6 - order / 2))
     longest = {x: ell if any(jumps.values()) else shorter for x, jumps in problem.kinks.items()}
@@ -266,17 +266,17 @@ def _near_responses(
     cuts, counts = np.unique(v0, return_counts=True)
     rules = [_cut_rule(panels.order, cut, bool(panels.log_size.any())) for cut in cuts.tolist()]
     pairs = np.split(np.argsort(v0, kind="stable"), np.cumsum(counts)[:-1])  # of each cut
-    pair = np.concatenate([own.repeat(len(rule.steps)) for own, rule in zip(pairs, rules)])
-    steps = np.concatenate([np.tile(rule.steps, len(own)) for own, rule in zip(pairs, rules)])
-    # x of the panel is x(v0) + steps (slope + bend steps)
+    pair = np.concatenate([own.repeat(len(rule.offsets)) for own, rule in zip(pairs, rules)])
+    offsets = np.concatenate([np.tile(rule.offsets, len(own)) for own, rule in zip(pairs, rules)])
+    # x of the panel is x(v0) + offsets (slope + bend offsets)
     root = panels.root[panel]
     slope = np.where(root, 2 * v0, 1.0) * panels.h[panel]
     bend = np.where(root, panels.h[panel], 0.0)
-    distance = (x - panels.x(panel, v0))[pair] - steps * (slope[pair] + bend[pair] * steps)
-    lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + steps))
+    distance = (x - panels.x(panel, v0))[pair] - offsets * (slope[pair] + bend[pair] * offsets)
+    lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + offsets))
     values = kernel(problem, distance, target[pair], lever)
     integrals = np.empty((*values.shape[:-1], len(x), rules[0].basis.shape[1]))
-    borders = np.cumsum([len(own) * len(rule.steps) for own, rule in zip(pairs, rules)])
+    borders = np.cumsum([len(own) * len(rule.offsets) for own, rule in zip(pairs, rules)])
     for own, rule, part in zip(pairs, rules, np.split(values, borders[:-1], axis=-1)):
         integrals[..., own, :] = part.reshape(*values.shape[:-1], len(own), -1) @ rule.basis
     return integrals
@@ -287,11 +287,11 @@ class CutRule(NamedTuple):
 
     Attributes
     ----------
-    steps : array (n,), v - v0
+    offsets : array (n,), v - v0
     basis : array (n, order, or one more for the logarithm at 0), weights times the polynomials
     """
 
-    steps: Array
+    offsets: Array
     basis: Array
 
 
@@ -304,17 +304,17 @@ def _cut_rule(order: int, v0: float, logs: bool) -> CutRule:
         sigma, gauss = gauss_rule(4 * order + 12)
         before = betainc(n, n, sigma), (sigma * (1 - sigma)) ** (n - 1) / beta(n, n) * gauss
     sides = [(length, *rule) for length, rule in ((1 - v0, beyond), (-v0, before)) if length]
-    steps = np.concatenate([length * powers for length, powers, _ in sides])
+    offsets = np.concatenate([length * powers for length, powers, _ in sides])
     weights = np.concatenate([abs(length) * part for length, _, part in sides])
-    v = v0 + steps
+    v = v0 + offsets
     basis = lagrange(gauss_rule(order)[0], v)
     if logs:  # of `PanelGrid.logarithm`, times dx/dv
         basis = np.column_stack((basis, -4 * v * np.log(np.maximum(v, np.finfo(float).tiny))))
-    return CutRule(steps, weights[:, None] * basis)
+    return CutRule(offsets, weights[:, None] * basis)
 
 
 @lru_cache
 def _log_rule(order: int) -> Array:
     """Returns weights of values at the nodes in the integral against the logarithm, array (order,)."""
     rule = _cut_rule(order, 0.0, True)
-    return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.steps)
+    return rule.basis[:, -1] @ lagrange(gauss_rule(order)[0], rule.offsets)

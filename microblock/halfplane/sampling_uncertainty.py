@@ -39,18 +39,18 @@ def sampling_uncertainty(solver: Any, state: Any) -> float:
 def with_sampling_note(solver: Any, state: Any, rtol: Any) -> Any:
     """Returns a solution with a note if its samples leave the pressure far more uncertain than rtol."""
     samples: Any = shape_of(solver.obstacle)
-    share = sampling_uncertainty(solver, state)
-    stopped = rtol < state.error_estimate and (share > EXHAUSTED or state.error_estimate <= share)
-    if share < 10 * rtol and not stopped:
+    uncertainty = sampling_uncertainty(solver, state)
+    stopped = rtol < state.error_estimate and (uncertainty > EXHAUSTED or state.error_estimate <= uncertainty)
+    if uncertainty < 10 * rtol and not stopped:
         return state
     noise = " or moved up and down by the noise" * bool(samples.noise)
     words = (
-        f"the samples leave the pressure uncertain by {share:.1g}: with every second one left out{noise} it "
-        "differs by that in L2"
+        f"the samples leave the pressure uncertain by {uncertainty:.1g}: with every second one left "
+        f"out{noise} it differs by that in L2"
     )
     if stopped:
         words += f", so that {state.method} stop at an error of {state.error_estimate:.1g}"
-        words += ", and zones and pressures are those of noise" * (share > EXHAUSTED)
+        words += ", and zones and pressures are those of noise" * (uncertainty > EXHAUSTED)
     else:
         words += f"; rtol = {rtol:g} is far below and holds for the straight lines between them"
     return replace(state, notes=(*state.notes, words))

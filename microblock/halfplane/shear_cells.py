@@ -83,22 +83,22 @@ def with_second_body(contact: FrictionalContact, problem: Problem, edges: Array)
 
 
 def surface(
-    problem: Problem, edges: Array, raised: Array, forces: FrictionState
+    problem: Problem, edges: Array, gap_changes: Array, forces: FrictionState
 ) -> tuple[Array, Array, Array]:
     """Returns (displacement, psi, micromoment or reaction) averaged over cells, arrays (n,), from forces and
-    the displacement of the corners, `raised`, array (corners n,).
+    the displacement of the corners, `gap_changes`, array (corners n,).
     """
     solid = problem.solid
     normal = forces.normal.reshape(-1, len(edges))
     half = solid.ell / 2
     zero = np.zeros(len(edges))
     if len(normal) > 1:
-        A, B = raised.reshape(2, -1)
+        A, B = gap_changes.reshape(2, -1)
         moments = (normal[0] - normal[1] - forces.tangential) / np.ptp(edges, axis=1)
         return (A + B) / 2, (A - B) / 2 / half, half * moments
     clamps = problem.law.clamps_rotation
     odd, even = averages(solid, edges, (4, 8) if clamps else (1, 6))
     rotated = odd @ normal[0] - even @ forces.tangential
     if clamps:
-        return raised, zero, -rotated * solid.mu / (1 - solid.nu) / 2
-    return raised, rotated / half, zero
+        return gap_changes, zero, -rotated * solid.mu / (1 - solid.nu) / 2
+    return gap_changes, rotated / half, zero

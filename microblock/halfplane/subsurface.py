@@ -34,7 +34,7 @@ TINY = np.finfo(float).tiny  # of parameters, so that an anchor is not divided b
 
 @dataclass(frozen=True, eq=False)
 class HalfPlaneFields(PointFields):
-    """Fields at points x2 <= 0; theta, theta_slope: the micropolar share of psi, its slope along x2."""
+    """Fields at points x2 <= 0; theta, theta_slope: the micropolar part of psi, its slope along x2."""
 
     theta: Array
     theta_slope: Array
@@ -81,10 +81,10 @@ def _on_vertical(state: Any, x1: float, x2: Array, accuracy: int) -> Array:
     fields = np.real(a @ classical + x2 * (b @ classical) + d @ micropolar) / np.pi
     # the path leaves out the arc around k = 0, where u1 -> i (1 - 2 nu) p/(2 mu k)
     fields[FIELD_NAMES.index("u1")] -= (1 - 2 * solid.nu) / (8 * solid.mu) * p_difference[0].real
-    # the level: there u2 -> -(1 - nu) p/(mu k), and the integral of exp(i k ell)/k, which is this, is taken
-    # off
-    level = np.euler_gamma + np.log(lowest * solid.ell)
-    fields[FIELD_NAMES.index("u2")] -= (1 - solid.nu) / (np.pi * solid.mu) * state.load * level
+    # the rigid-body constant: there u2 -> -(1 - nu) p/(mu k), and the integral of exp(i k ell)/k, which is
+    # this, is taken off
+    constant = np.euler_gamma + np.log(lowest * solid.ell)
+    fields[FIELD_NAMES.index("u2")] -= (1 - solid.nu) / (np.pi * solid.mu) * state.load * constant
     return fields
 
 
@@ -166,15 +166,15 @@ class PanelHalves:
     h: Array
     root: Flags
 
-    def at(self, numbers: Integers) -> "PanelHalves":
+    def select(self, numbers: Integers) -> "PanelHalves":
         """Returns those of the numbers, array (m,), as columns (m, 1)."""
         return PanelHalves(**{name: values[numbers, None] for name, values in vars(self).items()})
 
     def step(self, distance: Array) -> Array:
         """Returns |v - v0| at distances, columns (m, 1)."""
-        share = (distance - self.start) / self.h
-        v = np.sqrt(np.maximum(self.v0**2 + self.way * share, 0))
-        return share / np.maximum(self.mean_slope(v), TINY)
+        ratio = (distance - self.start) / self.h
+        v = np.sqrt(np.maximum(self.v0**2 + self.way * ratio, 0))
+        return ratio / np.maximum(self.mean_slope(v), TINY)
 
     def mean_slope(self, v: Array) -> Array:
         """Returns the mean of |dx/dv|/h from v0 to v, array like v."""
@@ -210,17 +210,17 @@ def _sources(state: Any, x1: float, nearest: float, order: int) -> Iterator[tupl
     cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
     first = np.maximum(halves.start, cuts[:-1, None])
     last = np.minimum(halves.end, cuts[1:, None])
-    level, number = np.nonzero(first < last)
-    pieces = halves.at(number)
-    low = pieces.step(first[level, number, None])
-    high = pieces.step(last[level, number, None])
+    shell, number = np.nonzero(first < last)
+    pieces = halves.select(number)
+    low = pieces.step(first[shell, number, None])
+    high = pieces.step(last[shell, number, None])
     sigma, gauss = gauss_rule(order)
     step = low + (high - low) * sigma
     v = pieces.v0 + pieces.way * step
     distance = pieces.start + pieces.h * step * pieces.mean_slope(v)
     weights = _force_and_moment(state, pieces, v, (high - low) * gauss)
-    for cut in np.unique(level):
-        between = level == cut
+    for cut in np.unique(shell):
+        between = shell == cut
         yield distance[between].ravel(), weights[:, between].reshape(4, -1)
 
 

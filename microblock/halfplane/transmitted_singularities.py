@@ -13,13 +13,13 @@ from ..model.problem import Problem
 from ..model.types import Array, CornerZones, Flags, Integers
 from .kernels import counter_short_waves, short_waves
 
-MOST_STEPS = 24  # block lengths that a singularity is followed
+MOST_BLOCKS = 24  # block lengths that a singularity is followed
 SAME_PLACE = 1e-9  # of ell: places this near to each other are one
 
 
 def decay(problem: Problem) -> float:
-    """Returns the factor by which singularities fade in a step, 0 to 1; 0 without a second body or with one
-    corner.
+    """Returns the factor by which singularities fade in a block length, 0 to 1; 0 without a second body or
+    with one corner.
 
     ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A + (c_BB + c) B = 0``,
     c of the second body.
@@ -37,15 +37,15 @@ def decay(problem: Problem) -> float:
     return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
-def transmission_lengths(problem: Problem, order: int, share: float = 1.0) -> list[float]:
-    """Returns lengths by which singularities worth `share` are transmitted on panels of an order."""
+def transmission_lengths(problem: Problem, order: int, strength: float = 1.0) -> list[float]:
+    """Returns lengths by which singularities of a relative strength are transmitted on panels."""
     factor = decay(problem)
     if not factor:
         return []
-    # panels of order 4 leave singularities a share of 1, and for each four points more a digit less
-    enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(share)) / np.log(factor)
-    steps = int(np.clip(np.ceil(enough), 0, MOST_STEPS))
-    return [step * problem.solid.ell for step in range(-steps, steps + 1) if step]
+    # panels of order 4 leave singularities of the strength 1, and for each four points more a digit less
+    enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(strength)) / np.log(factor)
+    count = int(np.clip(np.ceil(enough), 0, MOST_BLOCKS))
+    return [step * problem.solid.ell for step in range(-count, count + 1) if step]
 
 
 def singular_edges(problem: Problem, zones: CornerZones, order: int) -> list[float]:
@@ -54,21 +54,23 @@ def singular_edges(problem: Problem, zones: CornerZones, order: int) -> list[flo
     if not decay(problem):
         return zone_edges(every)
     width = np.ptp(zone_edges(zones))
-    shares: dict[float, float] = {}
+    strengths: dict[float, float] = {}
     for intervals in every.values():
         edges = np.ravel(intervals)
-        apart = np.minimum(np.diff(edges) / width, 1.0)
-        nearest = np.minimum(np.append(apart, 1.0), np.insert(apart, 0, 1.0))
-        for x, share in zip(edges.tolist(), np.sqrt(nearest).tolist()):
-            shares[x] = max(share, shares.get(x, 0.0))
-    return transmitted_singularities(problem, shares, order)
+        distance = np.minimum(np.diff(edges) / width, 1.0)
+        nearest = np.minimum(np.append(distance, 1.0), np.insert(distance, 0, 1.0))
+        for x, strength in zip(edges.tolist(), np.sqrt(nearest).tolist()):
+            strengths[x] = max(strength, strengths.get(x, 0.0))
+    return transmitted_singularities(problem, strengths, order)
 
 
-def transmitted_singularities(problem: Problem, shares: Mapping[float, float], order: int) -> list[float]:
-    """Returns the places of singularities, {place: worth}, and where they are transmitted to, ascending."""
-    places = sorted(shares)
+def transmitted_singularities(problem: Problem, strengths: Mapping[float, float], order: int) -> list[float]:
+    """Returns the places of singularities, {place: relative strength}, and where they are transmitted to,
+    ascending.
+    """
+    places = sorted(strengths)
     transmitted = [
-        x + way for x, share in shares.items() for way in transmission_lengths(problem, order, share)
+        x + way for x, strength in strengths.items() for way in transmission_lengths(problem, order, strength)
     ]
     for x in sorted(transmitted):
         if min(abs(place - x) for place in places) > SAME_PLACE * problem.solid.ell:
@@ -96,7 +98,7 @@ class Chains:
 
 def _chains(problem: Problem, zones: CornerZones) -> Chains:
     """Returns the Chains of the zones of all corners, of one link where nothing is transmitted."""
-    most = MOST_STEPS if decay(problem) else 0  # its end is none of the problem's
+    most = MOST_BLOCKS if decay(problem) else 0  # its end is none of the problem's
     corner, step = np.divmod(np.arange((2 * most + 1) * len(zones)), 2 * most + 1)
     x = np.array([*problem.kinks])[:, None] + (step - most) * problem.solid.ell
     jumps = [[jumps.get(number, 0.0) for number in corner] for jumps in problem.kinks.values()]

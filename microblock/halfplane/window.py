@@ -18,7 +18,7 @@ class Window(Grid):
 
     Attributes
     ----------
-    sites : array (n,) or None
+    sample_points : array (n,) or None
         Places of the contact candidates; None where the window was given.
     jumps : tuple of float
         Places at which the height jumps, or ends without a name.
@@ -26,7 +26,7 @@ class Window(Grid):
         Number of the first cells.
     """
 
-    sites: Array | None = field(default=None, compare=False)
+    sample_points: Array | None = field(default=None, compare=False)
     jumps: tuple[float, ...] = ()
     coarsest: int = COARSEST
 
@@ -43,7 +43,7 @@ def window_about(candidates: ContactCandidates, ell: float, ends: tuple[float, .
         1,
         width,
         ((left + right) / 2,),
-        sites=candidates.sites,
-        jumps=(*candidates.steps, *sorted(hidden)),
+        sample_points=candidates.sample_points,
+        jumps=(*candidates.height_jumps, *sorted(hidden)),
         coarsest=COARSEST * 2 ** max(0, math.ceil(math.log2(least / COARSEST)) - 2),
     )

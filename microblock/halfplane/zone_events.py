@@ -122,8 +122,8 @@ def _gaps_ahead(low: PanelSolution, high: PanelSolution) -> Iterator[tuple[Array
     for corner, zones in high.all_zones.items():
         for left, right in low.all_zones[corner]:
             zones = tuple(without(zones, left, right))
-        sites = low.problem.sites(corner)
+        sample_points = low.problem.sample_points(corner)
         for left, right in zones:
             even = np.linspace(left, right, ZONE_SAMPLES)
-            x = np.union1d(even, sites[(left < sites) & (sites < right)])
+            x = np.union1d(even, sample_points[(left < sample_points) & (sample_points < right)])
             yield low.gap(corner, x), np.isin(x, even)

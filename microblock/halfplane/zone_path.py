@@ -37,7 +37,7 @@ from .zone_events import (
     width_of,
 )
 
-SHARES_IN_DOUBT = (0.01, 0.04, 0.16, 0.64)  # of a load, up to which coarse states may miss an event
+FRACTIONS_IN_DOUBT = (0.01, 0.04, 0.16, 0.64)  # of a load, up to which coarse states may miss an event
 
 
 class ZonePath(LoadPath):
@@ -51,7 +51,7 @@ class ZonePath(LoadPath):
     def at(self, load: float) -> State:
         require_on_path(load, self.last)
         nearest = min(self._scan, key=lambda state: abs(np.log(state.load / load)))
-        return self._solver.at(load, self.rtol, near=nearest).state()
+        return self._solver.solution_at(load, self.rtol, near=nearest).state()
 
     @cached_property
     @following  # here: whatever is read first, `first` or `events`, begins with it
@@ -81,7 +81,7 @@ class ZonePath(LoadPath):
         """Returns the state at a load on panels that see an event; raises NotConverged if it violates the
         contact conditions.
         """
-        state: PanelSolution = self._solver.at(load, order=EVENT_ORDERS[0], near=near)
+        state: PanelSolution = self._solver.solution_at(load, order=EVENT_ORDERS[0], near=near)
         violation = state.estimate.conditions
         if violation > SCAN_TOLERANCE:
             raise NotConverged(f"zones at load {load:g} violate the contact conditions by {violation:.1e}")
@@ -151,14 +151,16 @@ class ZonePath(LoadPath):
 
         def agrees(coarse: PanelSolution, load: float) -> bool:
             try:
-                fine = named_zones(self._solver.at(load, rtol))
+                fine = named_zones(self._solver.solution_at(load, rtol))
             except NotConverged:
                 return False
             return all(len(named_zones(coarse)[name]) == len(fine[name]) for name in names)
 
-        for share in SHARES_IN_DOUBT:
-            if agrees(low, (1 - share) * low.load) and agrees(high, min((1 + share) * high.load, self.last)):
-                return share * high.load
+        for fraction in FRACTIONS_IN_DOUBT:
+            if agrees(low, (1 - fraction) * low.load) and agrees(
+                high, min((1 + fraction) * high.load, self.last)
+            ):
+                return fraction * high.load
         return high.load
 
     def _sides(
@@ -169,8 +171,8 @@ class ZonePath(LoadPath):
         """
         kind = computed[0][1]
         if len(computed) > 1:
-            apart = abs(sum(x for _, _, x in computed))
-            if len(computed) > 2 or computed[1][1] != kind or apart >= SCAN_TOLERANCE * width_of(high):
+            asymmetry = abs(sum(x for _, _, x in computed))
+            if len(computed) > 2 or computed[1][1] != kind or asymmetry >= SCAN_TOLERANCE * width_of(high):
                 return None
         touches = kind in ("born", "vanished")
         grows = kind in ("born", "split")
@@ -182,8 +184,8 @@ class ZonePath(LoadPath):
             measure = partial(least_in_span, corner=corner, touches=touches, span=span)
             roots.append(EventSearch(branch, low.load, high.load, measure).root())
         load = max(roots).load
-        spread = load - min(roots).load
-        if spread > RESOLUTION * load:
+        disagreement = load - min(roots).load
+        if disagreement > RESOLUTION * load:
             return None
         state = replace(branch.continued(load, EVENT_ORDERS[0]), iterations=0)  # of an event, no fit
         half = EDGE_TOLERANCE * width_of(state)
@@ -192,7 +194,7 @@ class ZonePath(LoadPath):
             tiny = (root.x - half, root.x + half)
             zones[corner] = tuple(sorted([*without(zones[corner], *tiny), *([tiny] if touches else [])]))
         changed = replace(state, zones=dict(state.problem.computed(zones)))
-        error = max(roots).error + spread
+        error = max(roots).error + disagreement
         return (state, changed, error) if grows else (changed, state, error)
 
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:

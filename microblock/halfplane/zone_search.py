@@ -143,13 +143,17 @@ def _amended(state: PanelSolution, tolerance: float) -> PanelSolution:
 
 
 def amended(state: PanelSolution, violations: Sequence[Violation], tolerance: float) -> CornerZones | None:
-    """Returns zones without tension and with overlaps worth the tolerance or apart from all edges, or None;
+    """Returns zones without tension and with overlaps worth the tolerance or away from all edges, or None;
     raises NotConverged if no zone is left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))
     zones = {corner: list(intervals) for corner, intervals in state.zones.items()}
-    counted = [violation for violation in violations if violation.worth > least or _apart(violation, edges)]
+    counted = [
+        violation
+        for violation in violations
+        if violation.worth > least or _is_away_from_edges(violation, edges)
+    ]
     for violation in counted:
         left = violation.left
         right = violation.right
@@ -169,7 +173,7 @@ def amended(state: PanelSolution, violations: Sequence[Violation], tolerance: fl
     return state.problem.computed({corner: tuple(intervals) for corner, intervals in zones.items()})
 
 
-def _apart(violation: Violation, edges: Any) -> bool:
-    """Returns whether a violation is an overlap apart from all edges, array (n,)."""
+def _is_away_from_edges(violation: Violation, edges: Any) -> bool:
+    """Returns whether a violation is an overlap away from all edges, array (n,)."""
     middle = (violation.left + violation.right) / 2
     return violation.depth > 0 and np.abs(edges - middle).min() > violation.right - violation.left

@@ -106,7 +106,7 @@ class LoadedSquare:
         applied = np.zeros((len(self.forces), doubled.count, doubled.count))
         np.add.at(applied, (slice(None), *doubled.nearest(*self.grid.places)), self.forces)
         added = self.solver.alone(doubled, False) @ applied
-        in_cells = doubled.steps(*places)
+        in_cells = doubled.cell_coordinates(*places)
         return np.array([map_coordinates(of_corner, in_cells, order=1) for of_corner in added])
 
     def gaps_far_away(self, places: Array, images_alone: bool) -> Array:

@@ -42,11 +42,11 @@ class ContactCandidates:
         Intervals beyond which nothing touches.
     angle : Proxy
         Of psi0 where that is a function, else one without pieces.
-    sites, heights : arrays (m,)
+    sample_points, heights : arrays (m,)
         Ascending places where it could touch, and the heights there.
     edges, lengths : arrays (n + 1,)
         Pieces on which the height is a polynomial, as of `Proxy`; inf where only kinks and ends count.
-    kinks, jumps, ends, steps : tuples of float
+    kinks, jumps, ends, height_jumps : tuples of float
         Slope discontinuities, their jumps and edges; places at which the height jumps.
     detected : bool
         Whether some of these are not named by the obstacle.
@@ -58,21 +58,21 @@ class ContactCandidates:
     bound: float
     stretches: tuple[Interval, ...]
     angle: Proxy
-    sites: Array
+    sample_points: Array
     heights: Array
     edges: Array
     lengths: Array
     kinks: tuple[float, ...]
     jumps: tuple[float, ...]
     ends: tuple[float, ...]
-    steps: tuple[float, ...]
+    height_jumps: tuple[float, ...]
     detected: bool
 
     @property
     def minima(self) -> Array:
         """Places lower than those beside them, the outermost ones included, array (k,)."""
         padded = np.pad(self.heights, 1, constant_values=np.inf)
-        return self.sites[local_minima(padded) - 1]
+        return self.sample_points[local_minima(padded) - 1]
 
     @property
     def simple(self) -> bool:
@@ -129,9 +129,9 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
         pieces = [_polynomial(obstacle, stretches, np.array((*named, *ends)))]
     else:
         pieces = _profiles(partial(heights, obstacle), stretches, half, floor / half, obstacle, named, ends)
-    edges, lengths, singular, jumps, sites, above = map(np.concatenate, zip(*pieces))
+    edges, lengths, singular, jumps, sample_points, above = map(np.concatenate, zip(*pieces))
     finite = np.isfinite(above)
-    sites = sites[finite]
+    sample_points = sample_points[finite]
     above = above[finite]
     gone = singular[np.isnan(jumps)].tolist()
     edges_of_pieces = ends or _ends(partial(heights, obstacle), gone)
@@ -144,27 +144,27 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
         around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
         (angle,) = _profiles(partial(rotation, psi0), around, half, floor / ell, psi0, name="psi0")
     return ContactCandidates(
-        lowest=float(sites[np.argmin(above)]),
+        lowest=float(sample_points[np.argmin(above)]),
         half_width=half,
         rise=rise,
         bound=np.inf,
         stretches=stretches,
         angle=angle,
-        sites=sites,
+        sample_points=sample_points,
         heights=above,
         edges=edges,
         lengths=lengths,
         kinks=tuple(kinks),
         jumps=tuple(kinks.values()),
         ends=edges_of_pieces,
-        steps=tuple(place for place in gone if place not in edges_of_pieces),
+        height_jumps=tuple(place for place in gone if place not in edges_of_pieces),
         detected=kinks != named or edges_of_pieces != ends,
     )
 
 
 def low(sampled: ContactCandidates, places: Array | Sequence[float]) -> Flags:
     """Returns whether a classical contact would reach places, boolean array (m,)."""
-    return np.interp(places, sampled.sites, sampled.heights) <= sampled.heights.min() + sampled.rise
+    return np.interp(places, sampled.sample_points, sampled.heights) <= sampled.heights.min() + sampled.rise
 
 
 def seen(obstacle: RigidObstacle, sampled: ContactCandidates) -> RigidObstacle:
@@ -241,10 +241,10 @@ def _everywhere(
 def _polynomial(obstacle: ObstacleLike, stretches: Sequence[Interval], named: Array) -> Proxy:
     """Returns the Proxy of a height that is a polynomial between its named places."""
     inside = named[contains(stretches, named)]
-    sites = np.unique(np.concatenate((*(np.linspace(*pair, 65) for pair in stretches), inside)))
+    sample_points = np.unique(np.concatenate((*(np.linspace(*pair, 65) for pair in stretches), inside)))
     edges = np.array((stretches[0][0], stretches[-1][1]))
     empty = np.empty(0)
-    return Proxy(edges, np.full(2, np.inf), empty, empty, sites, heights(obstacle, sites))
+    return Proxy(edges, np.full(2, np.inf), empty, empty, sample_points, heights(obstacle, sample_points))
 
 
 def _ends(height: Function, places: Sequence[float]) -> tuple[float, ...]:

@@ -21,40 +21,40 @@ from .views import pictures
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
 
-class OfMoment(PlaneSolution):
-    """Base of solutions at a pair of loads, with shear and energies of a `moment` of a path: energy and work
-    up to a constant where the rigid motion is arbitrary.
+class PairSolution(PlaneSolution):
+    """Base of solutions at a pair of loads, with shear and energies of their `friction_state`: energy and
+    work up to a constant where the rigid motion is arbitrary.
     """
 
-    moment: Any
+    friction_state: Any
     tangential_approach: Any = None  # a float, where it is known
 
     @property
     def energy(self) -> float:
-        return float(self.moment.energy)
+        return float(self.friction_state.energy)
 
     @property
     def shear_traction(self) -> Array:
-        return self.moment.tangential / self.weights
+        return self.friction_state.tangential / self.weights
 
     @property
     def slip(self) -> Array:
-        return self.moment.slip
+        return self.friction_state.slip
 
     @property
     def work(self) -> float:
-        return self.moment.work
+        return self.friction_state.work
 
     def with_friction(self) -> dict[str, Any]:
         return {
-            "shear": self.moment.shear,
+            "shear": self.friction_state.shear,
             "shear_traction": self.shear_traction,
-            "dissipation": self.moment.dissipation,
+            "dissipation": self.friction_state.dissipation,
             "tangential_approach": self.tangential_approach,
         }
 
 
-def change(finer: OfMoment, coarser: OfMoment, weights: Array, ell: float, friction: float) -> float:
+def change(finer: PairSolution, coarser: PairSolution, weights: Array, ell: float, friction: float) -> float:
     """Returns the largest relative L2 change of pressure, M/ell and q/f from one solution to a finer one,
     with its weights, array (n,) (lengths).
     """

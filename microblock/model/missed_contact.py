@@ -1,7 +1,7 @@
 """Contact that was missed: open corners that overlap the obstacle between the unknowns of a method.
 
-Methods along a line look for it here, at sampled places of the obstacle (`Problem.sites`). An overlap of
-depth d on a width w is worth ``E* d/sqrt(w)`` in L2 of the pressure.
+Methods along a line look for it here, at sampled places of the obstacle (`Problem.sample_points`). An overlap
+of depth d on a width w is worth ``E* d/sqrt(w)`` in L2 of the pressure.
 """
 
 from collections.abc import Iterator
@@ -60,7 +60,7 @@ def log_tension(r: float, pressure: float, K: float, longest: float = np.inf) ->
     return r0, float(np.sqrt(2 * r0) * abs(K))
 
 
-def apart(closed: Flags) -> Flags:
+def open_with_neighbours(closed: Flags) -> Flags:
     """Returns which cells, array (n,), are open as their neighbours are."""
     near = np.convolve(closed, np.ones(3), mode="same")
     return near < 0.5

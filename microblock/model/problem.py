@@ -96,7 +96,7 @@ class Problem:
         return kinks
 
     @cached_property
-    def tips(self) -> dict[int, Array]:
+    def apexes(self) -> dict[int, Array]:
         """{corner: contact points at which its initial gap has a peak towards the body, array (k,)}."""
         return {
             corner: np.array([x for x, jumps in self.kinks.items() if jumps.get(corner, 0.0) > 0])
@@ -122,9 +122,9 @@ class Problem:
         """(left, right) of x, beyond which no corner touches."""
         return self.stretches[0][0], self.stretches[-1][1]
 
-    def sites(self, corner: int) -> Array:
+    def sample_points(self, corner: int) -> Array:
         """Returns contact points with a corner under a sampled place of the obstacle, or of psi0."""
-        return np.union1d(self.candidates.sites + self.shifts[corner], self._angle.samples)
+        return np.union1d(self.candidates.sample_points + self.shifts[corner], self._angle.samples)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval: as pieces on which heights and psi0 are polynomials,

@@ -126,7 +126,7 @@ class Solution:
 class PlaneSolution(Solution):
     """Base of solutions in the plane, with pressures an array (corners, n).
 
-    A method gives besides `problem`, `x`, `zones_by_name`, ``reaches(x)`` and ``interpolated(values, x)``, or
+    A method gives besides `problem`, `x`, `zones_by_name`, ``covers(x)`` and ``interpolated(values, x)``, or
     ``gap(corner, x)`` instead of these two.
 
     Attributes
@@ -238,7 +238,7 @@ class PlaneSolution(Solution):
         are `interpolated`; raises BadArgument of places that the solution does not reach.
         """
         interruptions = "" if self.apart is None or not self.apart.any() else " without its interruptions"
-        if not np.all(self.reaches(x)):
+        if not np.all(self.covers(x)):
             words = f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}{interruptions}"
             raise BadArgument("x", x, words)
         x2, n1, n2, displacement, psi = (

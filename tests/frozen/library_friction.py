@@ -59,7 +59,7 @@ def solve_system(compliance, gaps, friction, path, coupled=True):
             compliance[:m, :m], compliance[m:, :m], compliance[m:, m:], gaps.ravel(), friction, coupled
         )
     )
-    states = [solver.to(*pair) for pair in path]
+    states = [solver.follow(*pair) for pair in path]
     return Followed(
         _events([_plain(each_state) for each_state in solver.changes], path, friction),
         np.array([np.concatenate((each_state.normal, each_state.tangential)) for each_state in states]),
@@ -98,7 +98,7 @@ def touching(compliance, gaps, load):
         "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
     }
     compact = H[np.ix_(finite, finite)]
-    lift, forces = active_set.rigid_level(compact), np.zeros(m)
+    lift, forces = active_set.rigid_constant(compact), np.zeros(m)
     closed = np.ones(finite.sum(), bool)
     forces[finite], *_ = active_set.block_pivoting(compact + lift, initial[finite], closed, load)
     bare = initial + H @ forces
@@ -132,7 +132,7 @@ class _Dense(projected_gradients.MatrixFree):
 
 
 def _plain(change):
-    return change.leg, float(change.share), change.kind, change.index
+    return change.leg, float(change.fraction), change.kind, change.index
 
 
 def _events(changes, path, friction):

@@ -154,7 +154,7 @@ def of_gradients():
         rows[f"gradients {name}"] = digest(products.forces)
         rows[f"gradients {name} approach"] = products.approach
         matrix = as_matrix(response)
-        lift = active_set.rigid_level(matrix)
+        lift = active_set.rigid_constant(matrix)
         every = np.ones(gaps.size, bool)
         faces = active_set.block_pivoting(matrix + lift, gaps.ravel(), every, 1.0)
         rows[f"exchange {name}"] = digest(faces[0])
@@ -191,7 +191,7 @@ def of_memories():
     for number, pair in enumerate(
         ((1.0, 0.1), (1.4, 0.1), (1.4, 0.3), (1.4, -0.1), (1.2, 0.05), (1.5, 0.1), (0.7, -0.21), (0.7, 0.1))
     ):
-        memory = memory.to(*pair, 0.3)
+        memory = memory.extended(*pair, 0.3)
         rows |= {
             f"superposition {number} bounds": digest(memory.loads),
             f"superposition {number} shares": digest(np.diff(memory.shears) / np.diff(memory.loads)),

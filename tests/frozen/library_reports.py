@@ -329,9 +329,8 @@ def candidates_in_the_plane():
     for name, (number, (law, load)) in product(SHAPES, enumerate(laws)):
         problem = seen(name, law, load)
         first = next(first_zones(problem, load))
-        attributes = {
-            part: getattr(problem.candidates, part) for part in ("half_width", "lengths", "edges", "sites")
-        }
+        attributes = {part: getattr(problem.candidates, part) for part in ("half_width", "lengths", "edges")}
+        attributes["sites"] = problem.candidates.sample_points
         attributes["lengths"] = attributes["lengths"][:-1]  # behind the last edge it is inf
         kinks = [(x, jump) for x, jumps in problem.kinks.items() for jump in jumps.values()]
         counts = (
@@ -340,7 +339,7 @@ def candidates_in_the_plane():
         numbers = {
             "stretches": problem.stretches,
             "scale": problem.scale(0.1, 0.2),
-            "sites of the last corner": problem.sites(len(law.corners) - 1),
+            "sites of the last corner": problem.sample_points(len(law.corners) - 1),
             "kinks": kinks,
             "ends": [problem.ends_of(corner) for corner in problem.corners],
             "first zones": [edge for zones in first.values() for edge in np.ravel(zones)],

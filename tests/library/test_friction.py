@@ -70,16 +70,16 @@ def one_block(friction):
 )
 def test_one_block_sticks_slips_and_tips(friction, shear, forces, limit):
     """By hand."""
-    state = EventDrivenContact(one_block(friction)).to(1.0, shear)
+    state = EventDrivenContact(one_block(friction)).follow(1.0, shear)
     assert state.normal == pytest.approx(forces, abs=1e-6) and state.at_limit.all() == limit
     assert state.closed.tolist() == [force > 0 for force in forces] and state.dissipation == 0
 
 
 def test_shear_beyond_friction_ends_where_all_slips():
     path = EventDrivenContact(one_block(0.5))
-    path.to(1.0, 0.0)
+    path.follow(1.0, 0.0)
     with pytest.raises(mb.NotConverged, match="all nodes slip") as caught:
-        path.to(1.0, 0.6)
+        path.follow(1.0, 0.6)
     assert caught.value.reached == pytest.approx((1.0, 0.5), rel=1e-9)  # the limit is known to 1e-9
 
 
@@ -87,7 +87,7 @@ def test_shear_beyond_friction_ends_where_all_slips():
 def test_the_residual_sees_whatever_is_wrong(entry):
     """An unknown that is off by a thousandth of its largest one, with its partner alone: no less is said."""
     path = EventDrivenContact(one_block(0.5))
-    assert path.to(1.0, 0.2).residual < 1e-6  # rounding of compliances of 1e9
+    assert path.follow(1.0, 0.2).residual < 1e-6  # rounding of compliances of 1e9
     path.x[entry] += 1e-3 * np.abs(path.x).max()
     assert path.state().residual > 1e-4
 
@@ -114,7 +114,7 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
         before = 0.0
         last = np.zeros(2)
         for end in ends:
-            state = path.to(*end)
+            state = path.follow(*end)
             n, t = state.normal, state.tangential
             bound = F * n.reshape(-1, len(edges)).sum(axis=0)
             gap = system.gaps - state.approach + system.normal @ n + coupled * system.cross.T @ t
@@ -122,7 +122,7 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
             assert state.dissipation >= before - 1e-12 and (n.sum(), t.sum()) == pytest.approx(end, abs=1e-9)
             assert min(n.min(), gap.min(), (bound - np.abs(t)).min()) > -1e-9 > -np.abs(gap * n).max() - 2e-9
             for share in (0.3, 0.7, 1.0):
-                stepped = often.to(*(last + share * (end - last)))
+                stepped = often.follow(*(last + share * (end - last)))
             assert stepped.tangential == pytest.approx(t, abs=1e-9)
             assert stepped.dissipation == pytest.approx(state.dissipation, rel=1e-8, abs=1e-12)
             before, last = state.dissipation, end
@@ -412,7 +412,7 @@ def test_events_without_end_are_named(monkeypatch):
     monkeypatch.setattr(event_driven, "range", lambda most: range(1), raising=False)
     with pytest.raises(mb.NotConverged, match="to and fro without end") as failure:
         contact = FrictionalContact(np.eye(2), np.diag([-C, 0.0]), np.eye(2), np.array([1.0, 0.0]), 0.3)
-        EventDrivenContact(contact).to(2.0, 0.0)
+        EventDrivenContact(contact).follow(2.0, 0.0)
     assert failure.value.reached == pytest.approx((1.0, 0.0))  # the other node touches
 
 
@@ -444,7 +444,7 @@ def test_nodes_at_one_place_share_what_one_carries(seed):
         gaps=single.gaps[twice],
     )
     for shear in (0.0, 0.8 * single.friction):
-        alone, shared = (EventDrivenContact(contact).to(5.0, 5.0 * shear) for contact in (single, double))
+        alone, shared = (EventDrivenContact(contact).follow(5.0, 5.0 * shear) for contact in (single, double))
         for name in ("normal", "tangential"):
             forces = getattr(shared, name).reshape(2, n).sum(axis=0)
             assert forces == pytest.approx(getattr(alone, name), abs=1e-12)
@@ -480,7 +480,7 @@ LOAD_PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
 def followed(body, friction, pairs):
     facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
     event_driven = EventDrivenContact(facets.contact())
-    return [event_driven.to(*pair) for pair in pairs], event_driven.changes, facets
+    return [event_driven.follow(*pair) for pair in pairs], event_driven.changes, facets
 
 
 def test_a_column_follows_the_closed_form():
@@ -498,7 +498,7 @@ def test_a_column_follows_the_closed_form():
     (closed, tipped), changes, facets = followed(body, 0.6, [(P, 0.9 * tip), (P, 0.5 * P)])
     assert closed.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
     assert np.subtract(*closed.normal) == pytest.approx(0.9 * P, rel=1e-6) and closed.stick.all()
-    opens = [change.share for change in changes if change.kind == "open"]
+    opens = [change.fraction for change in changes if change.kind == "open"]
     assert opens == [pytest.approx(0.1 * tip / (0.5 * P - 0.9 * tip), rel=1e-5)]
     B = ell / 2 * 0.5 * P * L / (solid.curvature * ell**2 * mu)
     A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
