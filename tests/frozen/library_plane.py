@@ -217,11 +217,15 @@ def of_pictures():
     """What is detected of obstacles from their heights: (name, value, how far it may move)."""
     for name, shape in SHAPES.items():
         candidates = contact_candidates.find_candidates(Problem(solid_of(), mb.Microblock(), shape), 1.0)
-        kinds = "kinks", "ends", "steps", "stretches", "minima"
-        counts = [
-            f"{len(getattr(candidates, part))} {part}" for part in kinds if len(getattr(candidates, part))
-        ]
-        values = {part: getattr(candidates, part) for part in ("kinks", "jumps", "steps")}
+        parts = {
+            "kinks": candidates.kinks,
+            "ends": candidates.ends,
+            "steps": candidates.height_jumps,
+            "stretches": candidates.stretches,
+            "minima": candidates.minima,
+        }
+        counts = [f"{len(values)} {part}" for part, values in parts.items() if len(values)]
+        values = {"kinks": candidates.kinks, "jumps": candidates.jumps, "steps": candidates.height_jumps}
         values["end"] = np.clip(candidates.ends, -9, 9)
         yield f"picture {name}", f"{', '.join(counts)}{', simple' if candidates.simple else ''}", "outcome"
         yield f"picture {name} rise", candidates.rise, "definition"
