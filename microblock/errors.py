@@ -39,6 +39,20 @@ class MicroblockError(Exception):
         return type(self).__new__, (type(self), *self.args), vars(self)
 
 
+class StandsFor:
+    """Base of what stands for something that a user gave, which messages show in its place.
+
+    Attributes
+    ----------
+    given : object
+    """
+
+    given: Any
+
+    def __repr__(self) -> str:
+        return shown(self.given)
+
+
 class BadArgument(MicroblockError, ValueError):
     """An argument is outside its range; the message names it, its value and what is allowed.
 
@@ -60,6 +74,8 @@ class BadArgument(MicroblockError, ValueError):
     """
 
     def __init__(self, name: str, value: object, allowed: str) -> None:
+        if isinstance(value, StandsFor):
+            value = value.given
         super().__init__(f"{name} = {shown(value)}: {allowed}")
         self.name = name
         self.value = value
@@ -153,9 +169,11 @@ class MissingExtra(MicroblockError, ImportError):
 
 
 class Named(dict[str, Any]):
-    """Values by known names; another raises BadArgument by the name `what`."""
+    """Values by known names; another raises BadArgument by the name `what`. As other mappings it is made of
+    pairs alone, by which `dataclasses.asdict` copies it.
+    """
 
-    def __init__(self, what: str, values: Any) -> None:
+    def __init__(self, values: Any = (), what: str = "name") -> None:
         super().__init__(values)
         self.what = what
 

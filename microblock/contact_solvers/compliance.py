@@ -77,7 +77,8 @@ class Compliance:
         Forces f >= 0 along -n leave ``g0 - share*approach + flexibility @ f``, corner after corner. Where
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
-        geometry = Blocks(blocks.law, self.ell).under(obstacle, self.points, self.normals)
+        own_blocks = blocks if blocks.ell == self.ell else Blocks(blocks.law, self.ell)
+        geometry = own_blocks.under(obstacle, self.points, self.normals)
         gaps = nearest_alone(geometry.initial_gaps, self.twins)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)

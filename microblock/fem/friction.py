@@ -1,7 +1,7 @@
 """Friction at the corners of a body on a mesh: histories on its condensed contact nodes."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +22,7 @@ from ..model.law import Law
 from ..model.progress import kept
 from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
 from ..model.solver import Solver
+from ..model.state import changed
 from ..model.types import Array, ObstacleLike, Zones
 from .body import Body
 from .body_fields import BodyFields
@@ -205,7 +206,7 @@ def history_to(rtol: float, solvers: Iterable[Any], pairs: Array, coupled: bool)
             ratio = series.ratio([largest.max() for largest in last_two])
             errors = series.error(last_two, ratio)
             states = [
-                replace(state, error_estimate=float(error)) for state, error in zip(finer.states, errors)
+                changed(state, error_estimate=float(error)) for state, error in zip(finer.states, errors)
             ]
             yield RefinementLevel(History(finer.problem, states, finer.events), float(max(errors)))
 

@@ -20,6 +20,7 @@ from ..model.problem import Problem
 from ..model.progress import kept
 from ..model.quadrature import gauss_rule
 from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
+from ..model.state import State, changed
 from ..model.types import Array, Flags, ZoneErrors
 from .friction_cells import Feature, cells, first_features
 from .friction_solution import FrictionCells, FrictionErrors, one_force_a_cell
@@ -96,15 +97,20 @@ class FrictionSolver:
         numbers = range(6)
         least = np.inf
         for number, finer, coarser, changes in levels(self.level, numbers, _change):
+            states = [solution.state() for solution in finer.solutions]
+            if least == np.inf:  # no level so far has an estimate
+                kept(History(self.solver.contact, states, finer.events))
             errors = _estimates(changes, finer)
             least = min(least, max(errors))
             if max(errors) == np.inf:
-                states = [solution.state() for solution in finer.solutions]
-                kept(History(self.solver.contact, states, finer.events))
                 continue
             left = numbers[-1] - number
             yield HistoryLevel(
-                self._estimated(finer, coarser, errors),
+                History(
+                    self.solver.contact,
+                    [*map(_estimated, states, finer.solutions, coarser.solutions, errors)],
+                    _with_errors(finer.events, coarser.events),
+                ),
                 max(errors),
                 cost.history_seconds(2 * finer.solutions[0].unknowns, len(self.pairs)),
                 # large errors have no rule
@@ -112,14 +118,6 @@ class FrictionSolver:
                 cells=finer,
                 left=left,
             )
-
-    def _estimated(self, finer: Level, coarser: Level, errors: list[float]) -> History:
-        """Returns the History of the finer of two Levels, with its errors."""
-        states = []
-        for solution, before, error in zip(finer.solutions, coarser.solutions, errors):
-            state = replace(solution, estimate=FrictionErrors(error)).state()
-            states.append(replace(state, zone_errors=_zone_errors(solution, before)))
-        return History(self.solver.contact, states, _with_errors(finer.events, coarser.events))
 
     def _refused(self, rtol: float, best: float, level: Level, left: int) -> NotConverged:
         """Returns the NotConverged of an rtol that no level reaches, with one that is reached."""
@@ -237,6 +235,18 @@ def _estimates(changes: list[Any], level: Level) -> list[float]:
     lost = [np.inf if s.hidden else s.lost_in_jumps + s.lost_in_spots for s in level.solutions]
     series = GeometricSeries(2.0, 1.4, 2.5, luck=np.inf)  # ratios from 2 to 6 were seen
     return (series.error(changes[-2:]) + lost).tolist()
+
+
+def _estimated(state: State, finer: FrictionCells, coarser: FrictionCells, error: float) -> State:
+    """Returns the State of the finer of two solutions with its errors."""
+    parts = FrictionErrors(error)
+    return changed(
+        state,
+        solution=finer.changed(estimate=parts),
+        error_estimate=error,
+        error_parts=parts,
+        zone_errors=_zone_errors(finer, coarser),
+    )
 
 
 def _zone_errors(finer: FrictionCells, coarser: FrictionCells) -> ZoneErrors:

@@ -126,7 +126,7 @@ def _unpacked(arrays: dict[str, AnyArray], tree: dict[str, Any]) -> Any:
     if "lost" in tree:
         return Absent(tree["lost"])
     if "dict" in tree:
-        return dict(tree["dict"]) if tree["of"] is None else Named(tree["of"], tree["dict"])
+        return dict(tree["dict"]) if tree["of"] is None else Named(tree["dict"], tree["of"])
     if "list" in tree or "tuple" in tree:
         return tree["list"] if "list" in tree else tuple(tree["tuple"])
     if "class" not in tree:

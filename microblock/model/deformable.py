@@ -1,12 +1,23 @@
 """A counter-body: an obstacle that deforms."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 
 from ..errors import BadArgument, require
 from .bodies import BodyLike, over_surface, require_body
-from .obstacles import OFFERED, RigidObstacle, as_obstacle, check
+from .obstacles import RigidObstacle, as_obstacle, check
 from .types import ObstacleLike
+
+
+def _of_shape(name: str) -> Any:
+    """Returns the property of a `Deformable` that is that of its shape."""
+
+    def offered(obstacle: Deformable) -> Any:
+        return getattr(as_obstacle(obstacle.shape), name)
+
+    return property(offered)
 
 
 @dataclass(frozen=True)
@@ -42,6 +53,14 @@ class Deformable(RigidObstacle):
     body: BodyLike
     shape: ObstacleLike
 
+    height = _of_shape("height")
+    kinks = _of_shape("kinks")
+    jumps = _of_shape("jumps")
+    ends = _of_shape("ends")
+    formulas = _of_shape("formulas")
+    even = _of_shape("even")
+    period = _of_shape("period")
+
     def __post_init__(self) -> None:
         require_body(self.body)
         words = "must be that of the body, and is another body"
@@ -50,9 +69,6 @@ class Deformable(RigidObstacle):
             check(self.shape, over_surface(self.body))
         except BadArgument as failure:  # which is that of an obstacle
             raise BadArgument("shape", self.shape, failure.allowed) from failure
-        shape = as_obstacle(self.shape)
-        for name in OFFERED:
-            object.__setattr__(self, name, getattr(shape, name))
 
 
 def shape_of(obstacle: ObstacleLike) -> RigidObstacle:

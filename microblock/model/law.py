@@ -184,9 +184,12 @@ class Microblock(_Coulomb):
         return in_frame(normals, (signs - tilt) / 2, (1 + np.sum(signs * tilt, axis=1)) / 2)
 
     def places(self, points: Array, normals: Array) -> Array:
-        """Returns s.S/2, (20), with psi0 where it acts in the gaps."""
+        """Returns s.S/2, (20), with the initial rotation, psi0 where it acts in the gaps."""
         signs, tilt = self._signs_and_tilt(points)
-        raised = np.sum(signs * tilt, axis=1) / 2 * self.psi0_in_gaps
+        if points.shape[1] == 2:
+            raised = signs[:, 0] * self.initial_rotation(points[:, 0]) / 2
+        else:
+            raised = np.sum(signs * tilt, axis=1) / 2 * self.psi0_in_gaps
         return in_frame(normals, signs / 2 + 0 * tilt, raised)
 
     def _signs_and_tilt(self, points: Array) -> tuple[Array, Array]:
@@ -334,13 +337,23 @@ def check(law: Any, in_space: bool = False) -> None:
 
 
 def is_uniform(law: Law) -> bool:
-    """Returns whether a law says that it is uniform, and no class derived from the one that says so has
-    functions of its own for what the blocks are.
+    """Returns whether a law says that it is uniform, of the blocks that it has."""
+    return bool(law.uniform) and _of_its_blocks(law, "uniform")
+
+
+def is_even(law: Law) -> bool:
+    """Returns whether a law says that it is even, of the blocks that it has."""
+    return bool(law.even) and _of_its_blocks(law, "even")
+
+
+def _of_its_blocks(law: Law, name: str) -> bool:
+    """Returns whether no class derived from the one that has an attribute has functions of its own for what
+    the blocks are.
     """
     kinds = type(law).mro()
-    owner = next(kind for kind in kinds if "uniform" in vars(kind))
+    owner = next(kind for kind in kinds if name in vars(kind))
     geometry = {"arms", "places", "initial_rotation", "angle"}
-    return bool(law.uniform) and not any(geometry & set(vars(kind)) for kind in kinds[: kinds.index(owner)])
+    return not any(geometry & set(vars(kind)) for kind in kinds[: kinds.index(owner)])
 
 
 def _check_corners(law: Law) -> None:

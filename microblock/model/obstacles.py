@@ -20,6 +20,7 @@ from ..errors import (
     BadArgument,
     Checked,
     MicroblockError,
+    StandsFor,
     checked,
     real_numbers,
     require,
@@ -29,13 +30,11 @@ from ..errors import (
     require_positive,
     require_whole,
     shortened,
-    shown,
 )
 from .intervals import runs
 from .types import AnyArray, Array, Flags, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
-OFFERED = "height", "kinks", "jumps", "ends", "formulas", "even", "period"
 
 
 class RigidObstacle:
@@ -78,29 +77,46 @@ class RigidObstacle:
             """As rule 1 says; no default, which a field `height` of a dataclass would take."""
 
 
-@dataclass(frozen=True)
-class GivenObstacle(RigidObstacle):
-    """A user's obstacle, and what it says of itself."""
+def _of_given(name: str) -> Any:
+    """Returns the property of a `GivenObstacle` that is what the user's obstacle says at the time, or the
+    default.
+    """
+    default = getattr(RigidObstacle, name)
+
+    def offered(obstacle: GivenObstacle) -> Any:
+        value = getattr(obstacle.given, name, default)
+        if isinstance(default, tuple) and isinstance(value, np.ndarray) and value.ndim == 1:
+            return tuple(value.tolist())  # which is true where it is not empty
+        return value
+
+    return property(offered)
+
+
+@dataclass(frozen=True, repr=False)
+class GivenObstacle(StandsFor, RigidObstacle):
+    """A user's obstacle, a callable height or an object with one, and what it says of itself."""
 
     given: Any
-    height: Callable[..., ArrayLike] = field(compare=False)
-    kinks: Any = field(default=(), compare=False)
-    jumps: Any = field(default=(), compare=False)
-    ends: Any = field(default=(), compare=False)
-    formulas: Any = field(default=False, compare=False)
-    even: Any = field(default=False, compare=False)
-    period: Any = field(default=None, compare=False)
 
-    def __repr__(self) -> str:
-        return shown(self.given)
+    kinks = _of_given("kinks")
+    jumps = _of_given("jumps")
+    ends = _of_given("ends")
+    formulas = _of_given("formulas")
+    even = _of_given("even")
+    period = _of_given("period")
+
+    @property
+    def height(self) -> Callable[..., ArrayLike]:
+        if hasattr(self.given, "height"):
+            return cast(Callable[..., ArrayLike], self.given.height)
+        return cast(Callable[..., ArrayLike], self.given)
 
 
 def as_obstacle(given: Any) -> RigidObstacle:
     """Returns an obstacle as it is, or the `GivenObstacle` of a callable height or an object with one."""
     if isinstance(given, RigidObstacle) and hasattr(given, "height"):
         return given
-    offered = {name: getattr(given, name) for name in OFFERED if hasattr(given, name)}
-    return GivenObstacle(given, **{"height": given, **offered})
+    return GivenObstacle(given)
 
 
 class Formula(RigidObstacle, Checked):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..errors import require
 from .corner_geometry import Blocks
 from .intervals import contains, joined
-from .law import BUILT_IN, Law, is_uniform, level_surface
+from .law import BUILT_IN, Law, is_even, is_uniform, level_surface
 from .material import Cosserat, joint_modulus
 from .obstacles import RigidObstacle, as_obstacle, heights, jumps_of, scales
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy
@@ -196,10 +196,14 @@ def require_even(law: Law, obstacle: ObstacleLike, ell: float) -> None:
         place = x[np.argmin(alike)]
         words = f"says that it is even, but its height differs at x = {place:.4g} and {-place:.4g}"
         require(alike.all(), "obstacle", obstacle, words)
-    if law.even:
+    if is_even(law):
         levers = Blocks(law, ell).levers(x)
         words = "says that it is even, but its levers are not those of a mirror image"
         require(np.allclose(levers, -levers[::-1, ::-1], rtol=same, atol=same), "law", law, words)
+        places = law.places(*level_surface(x))
+        image = places[::-1, ::-1] * (-1.0, 1.0)
+        words = "says that it is even, but its places are not those of a mirror image"
+        require(np.allclose(places, image, rtol=0.0, atol=same), "law", law, words)
 
 
 def require_uniform(law: Law, ell: float) -> None:

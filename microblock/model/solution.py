@@ -86,6 +86,12 @@ class Solution:
     def error_estimate(self) -> float | None:
         return None if self.estimate is None else self.estimate.total
 
+    def changed(self, **fields: Any) -> Any:
+        """Returns a copy with other fields, of which nothing that was computed before depends."""
+        solution = copy(self)
+        vars(solution).update(fields)
+        return solution
+
     def state(self) -> State:
         """Returns the State at the points of the solution."""
         raise NotImplementedError
@@ -174,9 +180,9 @@ class PlaneSolution(Solution):
             weights=self.weights,
             apart=self.apart,
             pressure=pressures.sum(axis=0),
-            pressures=Named("corner", zip(self.problem.law.corners, map(read_only, pressures))),
+            pressures=Named(zip(self.problem.law.corners, map(read_only, pressures)), "corner"),
             closed=np.sum(pressures > 0, axis=0),
-            zones=Named("zone", zones),
+            zones=Named(zones, "zone"),
             half_width=float(np.ptp(contact or 0)) / 2,
             contact_area=sum(right - left for left, right in contact),
             **{name: plain(value) for name, value in self.with_friction().items()},
@@ -312,12 +318,6 @@ class PlaneResponse:
 class LineSolution(PlaneSolution):
     """Base of solutions along x1 with zones by the number of the corner."""
 
-    def changed(self, **fields: Any) -> Any:
-        """Returns a copy with other fields, of which nothing that was computed before depends."""
-        solution = copy(self)
-        vars(solution).update(fields)
-        return solution
-
     @cached_property
     def zones_by_name(self) -> Zones:
         return contact_zones(self.all_zones, self.problem.law.corners)
@@ -361,7 +361,7 @@ class SpaceSolution(Solution):
             normals=np.tile([0.0, 0.0, 1.0], (len(points), 1)),
             weights=weights,
             pressure=pressures.sum(axis=0),
-            pressures=Named("corner", zip(self.solver.blocks.names, map(read_only, pressures))),
+            pressures=Named(zip(self.solver.blocks.names, map(read_only, pressures)), "corner"),
             closed=closed,
             contact_area=float(weights[closed > 0].sum()),
             **grid,

@@ -13,7 +13,7 @@ from .bodies import offered_by
 from .contact_like import ContactLike
 from .deformable import body_of
 from .events import LoadPath
-from .law import require_shifts
+from .law import is_even, require_shifts
 from .obstacles import as_obstacle, check_lowest, heights, scales
 from .refinement import Usual
 from .solution import Solution
@@ -112,7 +112,7 @@ class Solver:
 
     @property
     def symmetric(self) -> bool:
-        return bool(self.law.even and self.obstacle.even)
+        return is_even(self.law) and bool(self.obstacle.even)
 
     def require_lowest(self) -> None:
         """Raises BadArgument for an obstacle that falls without bounds, or is no number somewhere."""

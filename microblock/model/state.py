@@ -30,6 +30,7 @@ from .surface import Surface
 from .types import Array, Axes, Figure, Flags, Integers, Interval, ObstacleLike, Target, ZoneErrors, Zones
 from .views import pictures
 
+EVALUATED = "_response", "energy", "work"  # of a state, when it is first read
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 
 
@@ -205,7 +206,7 @@ class State(PlainData):
 
     def noting(self, sentence: str) -> State:
         """Returns the state with one more sentence among its `warnings`."""
-        return replace(self, notes=(*self.notes, sentence))
+        return changed(self, notes=(*self.notes, sentence))
 
     @property
     def flat(self) -> bool:
@@ -611,6 +612,16 @@ class State(PlainData):
         require(self.solution.fields is not None, "method", self.method, NO_FIELDS)
         caption = f"{self.caption}\ncontact in black"
         return saved(pictures().draw_below(self, field, ax), file, ax, self.warnings, caption)
+
+
+def changed(state: State, **others: Any) -> State:
+    """Returns a state with other fields, of which nothing that was evaluated of the fields, the energy and
+    the work depends.
+    """
+    evaluated = {name: value for name, value in vars(state).items() if name in EVALUATED}
+    state = replace(state, **others)
+    vars(state).update(evaluated)
+    return state
 
 
 @dataclass(frozen=True, eq=False, repr=False)

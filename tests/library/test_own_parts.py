@@ -1,5 +1,6 @@
 """Bodies, methods and laws of a user's own: what they may leave out, what is refused by name, what agrees."""
 
+import pickle
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +11,11 @@ import microblock as mb
 from microblock.contact_solvers.compliance import Compliance
 from microblock.contact_solvers.event_driven import FrictionalContact
 from microblock.contact_solvers.nodal import NodalSolver
+from microblock.errors import shown
+from microblock.model.corner_geometry import Blocks
 from microblock.model.law import Law, tangents
 from microblock.model.methods import GivenCompliance
-from microblock.model.obstacles import RigidObstacle
+from microblock.model.obstacles import RigidObstacle, as_obstacle
 from microblock.model.solution import PlaneSolution
 from microblock.model.solver import Solver
 
@@ -433,6 +436,101 @@ def test_an_obstacle_with_the_base_may_be_callable_and_needs_a_height():
     assert state.pressure == pytest.approx(pressed(Springs(), obstacle=CYLINDER).pressure, rel=1e-12)
     with pytest.raises(mb.BadArgument, match="^obstacle = "):
         pressed(Springs(), obstacle=type("Nothing", (RigidObstacle,), {})())
+
+
+class Shelf:
+    """A level punch without a base, which may become wider."""
+
+    half_width = 1.0
+
+    @property
+    def ends(self):
+        return -self.half_width, self.half_width
+
+    def height(self, x):
+        return np.where(np.abs(x) <= self.half_width, 0 * x, np.inf)
+
+
+@pytest.mark.parametrize("method", [mb.Panels(), mb.Cells()])
+def test_an_obstacle_is_asked_each_time(method):
+    """It had the ends of the time when the problem was made, and the height of the time of the solve."""
+    shelf = Shelf()
+    problem = mb.Contact(HALF, shelf, LINE, method)
+    shelf.half_width = 0.5
+    assert problem.solve(load=1.0).half_width == pytest.approx(0.5, rel=1e-5)  # cells fit edges to 1e-6
+    roller = mb.Deformable(HALF, shelf)
+    shelf.half_width = 2.0
+    assert as_obstacle(shelf).ends == roller.ends == (-2.0, 2.0)
+
+
+class Roof:
+    """A wedge whose places are arrays."""
+
+    kinks = np.zeros(1)
+    jumps = np.array([0.2])
+    ends = np.array([-1.0, 1.0])
+
+    def height(self, x):
+        return np.where(np.abs(x) <= 1, 0.1 * np.abs(x), np.inf)
+
+
+@pytest.mark.parametrize("given", [Roof(), Shelf(), np.abs])
+def test_what_stands_for_an_obstacle_is_named_as_that_and_pickled(given):
+    obstacle = as_obstacle(given)
+    assert repr(obstacle) == shown(given)
+    copied = pickle.loads(pickle.dumps(obstacle))
+    x = np.linspace(-0.5, 0.5, 5)
+    assert copied.height(x) == pytest.approx(obstacle.height(x), rel=0, abs=0)
+    for name in ("kinks", "jumps", "ends", "formulas", "even", "period"):
+        assert getattr(copied, name) == getattr(obstacle, name)
+    assert obstacle == as_obstacle(given) and hash(obstacle) == hash(as_obstacle(given))
+    failure = mb.BadArgument("obstacle", obstacle, "must be another")
+    assert failure.value is given and str(failure) == f"obstacle = {shown(given)}: must be another"
+
+
+@pytest.mark.parametrize("method", [mb.Panels(), mb.Cells()])
+def test_a_rotation_of_a_derived_law_is_obeyed(method):
+    """Gaps were those of psi0 = 0, and the blocks taken for level ones."""
+
+    class Rotated(mb.Microblock):
+        def initial_rotation(self, x):
+            return 0.02 + 0 * x
+
+    states = [pressed_by(law, method=method, rtol=1e-2) for law in (Rotated(), mb.Microblock(0.02))]
+    x = np.linspace(-0.3, 0.3, 31)
+    by_law, expected = (state.pressure_at(x) for state in states)
+    assert np.abs(by_law - expected).max() < 0.04 * expected.max()  # levers have 2 % less
+    level = pressed_by(mb.Microblock(), method=method, rtol=1e-2).pressure_at(x)
+    assert np.abs(level - expected).max() > 0.1 * expected.max()
+
+
+def test_a_law_that_says_that_it_is_even_has_its_corners_at_mirrored_places():
+    class Claims(mb.Microblock):
+        even = True
+
+        def initial_rotation(self, x):
+            return 0.02 + 0 * x
+
+    with pytest.raises(mb.BadArgument, match="says that it is even, but its places"):
+        mb.Contact(HALF, CYLINDER, Claims())
+
+
+def test_a_compliance_with_the_side_of_the_blocks_asks_these_alone(monkeypatch):
+    """A uniform law was asked once more for each system of corners."""
+    problem = mb.Contact(Springs(), CYLINDER, mb.Microblock())
+    nodes = problem.solver.nodes
+    asked = []
+    places = mb.Microblock.places
+
+    def counted(law, points, normals):
+        asked.append(len(points))
+        return places(law, points, normals)
+
+    monkeypatch.setattr(mb.Microblock, "places", counted)
+    blocks = Blocks(mb.Microblock(), SOLID.ell)
+    for _ in range(3):
+        nodes.corner_system(blocks, CYLINDER)
+    assert asked == [1]
 
 
 def test_a_compliance_has_its_own_side_of_the_blocks():

@@ -17,6 +17,7 @@ from microblock.contact_solvers.cell_solver import CellSolver
 from microblock.contact_solvers.event_driven import EventDrivenContact
 from microblock.fem import meshes
 from microblock.fem.fitted import FittedSolver
+from microblock.halfplane import friction_solver
 from microblock.halfplane.panel_solver import PanelSolver
 from microblock.model.progress import counted, counting
 
@@ -119,6 +120,19 @@ def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
         rubbed.history([(1.0, 0.0), (1.0, 0.1)], rtol=1e-3)
     loads = [(state.load, state.shear, state.error_estimate) for state in stop.value.reached.states]
     assert loads == [(1.0, 0.0, None), (1.0, 0.1, None)]
+
+
+def test_a_history_that_is_interrupted_in_its_estimates_is_left(monkeypatch):
+    """Nothing was, before the first level had been estimated."""
+
+    def interrupted(changes, level):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(friction_solver, "_estimates", interrupted)
+    rubbed = mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3), mb.Cells())
+    with pytest.raises(mb.Interrupted, match="^history: interrupted, level=1") as stop:
+        rubbed.history([(1.0, 0.0), (1.0, 0.1)], rtol=1e-3)
+    assert [state.shear for state in stop.value.reached.states] == [0.0, 0.1]
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,14 @@
 import copy
 import pickle
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 import microblock as mb
+from microblock import errors
 from microblock.fem import meshes
 from microblock.fem.meshes import Ground
 from microblock.model.law import Law
@@ -127,6 +128,15 @@ def test_errors_come_back_from_other_processes(failure):
     """Of BadArgument a raw TypeError came back: it was made anew of its message alone."""
     for back in (pickle.loads(pickle.dumps(failure)), copy.copy(failure)):
         assert type(back) is type(failure) and str(back) == str(failure) and vars(back) == vars(failure)
+
+
+def test_a_state_is_taken_apart_by_dataclasses():
+    """Its mappings could not be copied: a TypeError."""
+    state = PROBLEMS["panels"].solve(load=0.1)
+    parts = asdict(state)
+    assert parts["pressures"]["A"].tolist() == state.pressures["A"].tolist()
+    assert parts["zones"] == state.zones
+    assert errors.Named([("A", 1)], "corner") == errors.Named({"A": 1}, "corner") == {"A": 1}
 
 
 def test_unknown_zones_and_corners_are_refused_by_name():
