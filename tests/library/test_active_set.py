@@ -95,6 +95,21 @@ def test_ten_thousand_small_problems(seeds):
         assert max(residual(H, g0, c, state, level.get("load")), state.kkt) < KKT, (seed, kind)
 
 
+@pytest.mark.parametrize("seed", [1727, 3297, 3607])
+def test_without_the_safeguard_the_exchanges_cycle(seed):
+    """Negative control: of at most 2^7 sets none is right, and the safeguard finds the right set."""
+    kind, H, g0, _, level = problem(seed)
+    assert kind == "singular" and len(g0) <= 7
+    regular = H + active_set.rigid_level(H) + 1e-9 * np.diag(np.diag(H))
+    nothing = np.zeros(len(g0), bool)
+    forces, closed, _ = active_set.block_pivoting(regular, g0, nothing, level["load"])
+    gaps = g0 + regular @ forces
+    assert forces[closed].min() >= 0 and not forces[~closed].any()
+    assert gaps.min() == pytest.approx(gaps[closed].max(), rel=1e-9)  # the regularisation
+    with pytest.raises(NotConverged, match="still changing after 200 sets"):
+        active_set.block_pivoting(regular, g0, nothing, level["load"], patience=np.inf, budget=200)
+
+
 def test_an_approach_that_rigid_corners_cannot_take_is_refused():
     """The two corners move against each other alone: 1e8 of force on both changes no sum of their gaps, and
     beside H f a missing gap of 1 is small."""

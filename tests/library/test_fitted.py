@@ -165,6 +165,24 @@ def test_what_no_orders_reach_is_refused_by_the_first(monkeypatch):
     assert not any(tried)
 
 
+def test_edges_and_approach_are_those_of_the_half_plane():
+    """The approach against the far field, up to a constant and the images of the load, (a/L)^2 = 3e-3 of the
+    square of 18 a_Hz: the kernels make u -> -(1 - nu)/(pi mu) log(x/ell) P far away, the same for all ell.
+    """
+    constants = []
+    for alpha, law in ((0.25, LINE), (1.25, BLOCKS)):
+        problem = on_block(solid_of(alpha), ONE, law, 18.0, mb.Fitted(even=True))
+        solid = problem.solid
+        state = problem.solve(load=P, rtol=1e-2)
+        line = mb.Contact(mb.HalfPlane(solid), ONE, law).solve(load=P, rtol=1e-6)
+        far = line.solution.approach - P * (1 - solid.nu) / solid.mu / math.pi * math.log(alpha)
+        constants.append(state.approach - far)
+        name = "A" if "A" in law.corners else "contact"
+        # the truncated body's a is another by (a/L)^2 a
+        assert np.array(state.zones[name]) == pytest.approx(np.array(line.zones[name]), abs=3e-3)
+    assert np.ptp(constants) < 3e-3
+
+
 @pytest.mark.parametrize("size, law", [(3.0, LINE), (6.0, BLOCKS)])
 def test_estimate_holds_on_squares_of_any_size(size, law):
     """Against one order for all elements: levels that share low orders near the edges share an error."""

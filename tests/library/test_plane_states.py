@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import netgen.occ as occ
 import ngsolve as ng
@@ -119,6 +120,18 @@ def test_zones_of_other_obstacles(ell, obstacle, law, load):
     state = problem(ell, law, obstacle).with_(method=mb.Panels()).solve(load=load)
     assert state.method == "panels" and state.error_estimate <= 1e-3 and state.residual < 1e-4
     assert state.weights @ state.pressure == pytest.approx(load, rel=1e-12)
+
+
+def test_rounding_next_to_coalescence_is_no_feature(monkeypatch):
+    """The inner edge is 1e-11 from the axis, and the gap beside it rounding, beside whose minima nothing
+    is looked at: else there are four rounds.
+    """
+    counts = []
+    minima = survey_module.local_minima
+    monkeypatch.setattr(survey_module, "local_minima", lambda gaps: counts.append(len(gaps)) or minima(gaps))
+    ((inner, _),) = problem(1.0, mb.Microblock(), order=10).solve(load=2.2566363253310273).zones["A"]
+    assert abs(inner) < 1e-10  # on which side of the axis is rounding
+    assert len(counts) == 1
 
 
 def test_overlaps_are_larger_than_rounding():
@@ -442,6 +455,33 @@ def test_the_surface_is_that_of_the_state_with_twice_the_points_as_well(solved):
         assert np.abs(coarse.stress - double.stress).max() > 1e-7
 
 
+def test_shear_is_the_largest_over_all_planes():
+    """Of stresses that are not symmetric."""
+    at = state(mb.Microblock()).fields(0.7, -0.1)
+    angle = np.linspace(0, np.pi, 20001)
+    normal = np.array((np.cos(angle), np.sin(angle)))
+    tangent = np.array((-np.sin(angle), np.cos(angle)))
+    tractions = np.einsum("in,ij,jn->n", tangent, at.stress, normal)
+    assert at.shear == pytest.approx(np.abs(tractions).max(), rel=1e-7)
+
+
+def test_the_far_field_is_that_of_flamant():
+    """A line load P: sigma_rr = -2 P cos(angle)/(pi r), u1 = -(1 - 2 nu) P/(4 mu) on the surface; the next
+    terms are of (a/r)^2.
+    """
+    solved = state(mb.Microblock())
+    solid = solved.solid
+    r = 1000.0
+    angle = np.radians((0.0, 30.0, -60.0, 80.0))
+    direction = np.array((np.sin(angle), -np.cos(angle)))
+    expected = -2 * LOAD / (np.pi * r) * np.cos(angle) * direction[:, None] * direction
+    assert solved.fields(*(r * direction)).stress == pytest.approx(expected, abs=1e-5 * LOAD / r)
+    shift = (1 - 2 * solid.nu) * LOAD / (4 * solid.mu)
+    sunk = LOAD * (1 - solid.nu) / solid.mu * np.log(300 / solid.ell) / np.pi  # the level of the kernels
+    beside = solved.fields([-300.0, 300.0], 0.0)
+    assert beside.u == pytest.approx(np.array([[shift, -shift], [sunk, sunk]]), rel=1e-4)
+
+
 # --- an obstacle that deforms: closed forms, quadrature, balance, reciprocity, exponents, meshes, estimates
 
 
@@ -469,6 +509,19 @@ def test_logarithms_are_carried_as_far_as_panels_of_an_order_see(order):
     # the two tips carry to the same places, each as far
     assert all(abs(size - carried.get(at, 0.0)) <= least for at, size in every.items())
     assert all(abs(size) >= least for size in carried.values()) and len(carried) < len(every)
+
+
+def test_of_small_blocks_the_contact_is_that_of_hertz_with_both_moduli():
+    """Bodies differ by a multiple of ell, so that two sizes extrapolate to Hertz: 1e-5 of it is left."""
+    first = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    second = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
+    hertz = np.sqrt(40 / np.pi * (1 / first.E_star + 1 / second.E_star))  # R = 10, P = 1
+    errors = []
+    for ell in (0.016, 0.008):
+        body, obstacle = (mb.HalfPlane(replace(solid, ell=ell)) for solid in (first, second))
+        contact = mb.Contact(body, mb.Deformable(obstacle, CYLINDER), mb.Microblock(), mb.Panels())
+        errors.append(contact.solve(load=1.0, rtol=1e-4).half_width / hertz - 1)
+    assert abs(errors[0]) > 1e-3 > 100 * abs(2 * errors[1] - errors[0])
 
 
 def test_all_closed_on_a_period_corners_follow_the_waves():
