@@ -23,7 +23,8 @@ from scipy.linalg.lapack import dposv, dpotrf
 from ..errors import NotConverged, require, require_finite, require_positive
 from ..model.types import Array, Flags, Integers
 from ..threads import bounded, with_outer_threads
-from .event_driven import EventDrivenContact, FrictionalContact
+from .event_driven import EventDrivenContact
+from .frictional_contact import FrictionalContact
 from .rounding import EPS_PIVOT, EPS_SUM, EPS_TERM
 
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
@@ -294,9 +295,7 @@ def _proximal_point(
     return contact.state(*best, iterations, least)
 
 
-def block_pivoting(
-    H: Array, g0: Array, closed: Flags, load: float | None, patience: float = 5, budget: int | None = None
-) -> tuple[Array, Flags, int]:
+def block_pivoting(H: Array, g0: Array, closed: Flags, load: float | None) -> tuple[Array, Flags, int]:
     """Returns forces and closed corners of (a), and the number of sets tried. For a set,
 
     1. H f = d - g0 of closed corners is solved, at a load with the d that makes sum f = P;
@@ -313,10 +312,11 @@ def block_pivoting(
     Raises NotConverged if the sets do not settle, or H is singular to rounding.
     """
     # at a load its path is faster by then
-    budget = budget or 500 * (len(g0) if load is None else 1)
+    budget = 500 * (len(g0) if load is None else 1)
     closed = closed.copy()
     diagonal = H.diagonal()
     fewest = len(g0) + 1
+    patience = 5
     sets_left = patience
     for count in range(1, budget + 1):
         if not closed.any():

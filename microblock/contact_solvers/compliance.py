@@ -72,18 +72,18 @@ class Compliance:
         return np.asarray(~self.matrix[len(self.weights) :].any(axis=1))
 
     def corner_system(self, blocks: Blocks, obstacle: ObstacleLike) -> tuple[Array, Array, Array]:
-        """The corners of blocks on this body: flexibility, initial gaps, shares in the load.
+        """The corners of blocks on this body: flexibility, initial gaps, weights in the load.
 
-        Forces f >= 0 along -n leave ``g0 - share*approach + flexibility @ f``, corner after corner. Where
+        Forces f >= 0 along -n leave ``g0 - weights*approach + flexibility @ f``, corner after corner. Where
         psi = 0 is prescribed, g0 of all but the nearest corner is inf.
         """
         own_blocks = blocks if blocks.ell == self.ell else Blocks(blocks.law, self.ell)
         geometry = own_blocks.under(obstacle, self.points, self.normals)
         gaps = nearest_alone(geometry.initial_gaps, self.twins)
         # of corners that cannot touch it does not matter
-        share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
+        weights = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
         onto = self._onto_corners(blocks)
-        return onto @ (onto @ self.matrix).T, gaps.ravel(), share.ravel()
+        return onto @ (onto @ self.matrix).T, gaps.ravel(), weights.ravel()
 
     def loads(self, blocks: Blocks, forces: Array) -> Array:
         """Nodal forces along n and moments, array (2 n,), of corner forces, array (corners, n)."""

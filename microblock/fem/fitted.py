@@ -24,7 +24,7 @@ from .. import cost
 from ..errors import BOUNDED, BadArgument, NotConverged, out_of_reach, require
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
-from ..halfplane.zone_search import CONDITIONS_SHARE
+from ..halfplane.zone_search import CONDITIONS_PART
 from ..model import contact_candidates
 from ..model.contact_candidates import ContactCandidates, low
 from ..model.contact_like import ContactLike
@@ -265,7 +265,7 @@ class FittedSolver(MeshFitter):
         estimate, or no longer halves what it adds; those of a fixed order to rounding.
         """
         last = math.inf
-        tolerance = rtol if self.fixed else CONDITIONS_SHARE * rtol
+        tolerance = rtol if self.fixed else CONDITIONS_PART * rtol
         located = 0.0 if self.fixed else 5 * rtol
         for passes in range(1, 7):
             counted()

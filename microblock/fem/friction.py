@@ -9,8 +9,10 @@ import numpy as np
 from scipy import sparse
 
 from ..contact_solvers.compliance import nearest_alone
-from ..contact_solvers.event_driven import AT_LIMIT, EventDrivenContact, FrictionalContact, FrictionState
+from ..contact_solvers.event_driven import EventDrivenContact
 from ..contact_solvers.friction_events import events
+from ..contact_solvers.friction_pivots import AT_LIMIT
+from ..contact_solvers.frictional_contact import FrictionalContact, FrictionState
 from ..contact_solvers.nodal import zones_of
 from ..errors import NotConverged, out_of_reach, require, require_kind
 from ..model import law as laws

@@ -1,13 +1,22 @@
 """Newton's method for the edges of the zones on the contact line (docs/theory/halfplane.md).
 
-On trial zones the gaps are closed. With ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has
-``dK0_i/de_j = -delta_ij K1_i/2``.
+On trial zones the gaps are closed. At the distance r from a trial edge the pressure is
+``p = K0/sqrt(r) + K1 sqrt(r)``; at the edges of the answer that are free K0 = 0. Moving edge j outwards
+changes K0 at edge i by ``-delta_ij K1_i/2``, so that Newton's step outwards is 2 K0/K1. A step is
+
+1. panels on the trial zones, the pressures that close the gaps there under the load, and the approach;
+2. K0 and K1 at all edges;
+3. the free edges: those that the obstacle does not fix, or that are in tension;
+4. steps of the free edges: 2 K0/K1 outwards, bounded where K1 is no guide;
+5. stops at apexes of the obstacle, where the pressure is logarithmic and the rule does not hold;
+6. the next trial zones, on which edges have moved (`moved_edges`).
+
+Steps are repeated until the largest K0 of a free edge is worth a tolerance in L2 of the pressure and the
+edges of both corners lie in the order of the step before, or six steps have not halved it.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -20,6 +29,7 @@ from ..model.quadrature import gauss_rule
 from ..model.types import Array, CornerZones, Flags, Integers
 from ..threads import with_outer_threads
 from .kernels import gap_kernel
+from .moved_edges import Edge, moved_zones, order_of_edges
 from .panel_solution import PanelErrors, PanelSolution
 from .panels import PanelGrid, make_panels, response
 from .second_half_plane import second_body_kernel
@@ -33,28 +43,37 @@ def tolerated(order: int) -> float:
     return float(10 ** (-(order + 6) / 4))
 
 
+def gaps_at_nodes(problem: Problem, panels: PanelGrid) -> tuple[Array, Array]:
+    """Returns the gaps at the nodes from q, array (m, m), and without it, array (m,) (length): the initial
+    ones and those from the known logarithms.
+    """
+    panel, _, x, _ = panels.nodes
+    corner = panels.corner[panel]
+    matrix, gaps = response(problem, panels, x, problem.lever(corner, x), gap_kernel)
+    if problem.counter is not None:
+        below = x - np.array(problem.shifts)[corner]
+        by_second, by_second_alone = response(
+            problem, panels, below, 0 * x, second_body_kernel, problem.shifts
+        )
+        matrix = matrix + by_second
+        gaps = gaps + by_second_alone
+    return matrix, problem.initial_gap(corner, x) + gaps
+
+
 def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array, float, float]:
     """Returns q, array (m,), and the approach (length) with closed gaps at a load, and the part of rounded
     gaps in q in L2.
     """
-    panel, v, x, weights = panels.nodes
-    corner = panels.corner[panel]
-    count = len(x)
+    panel, v, _, weights = panels.nodes
+    count = len(weights)
     sides = 2 if problem.mirror else 1
+    matrix, gaps = gaps_at_nodes(problem, panels)
     system = np.zeros((count + 1, count + 1))
-    matrix, by_logarithms = response(problem, panels, x, problem.lever(corner, x), gap_kernel)
-    if problem.counter is not None:
-        below = x - np.array(problem.shifts)[corner]
-        by_counter, counter_logarithms = response(
-            problem, panels, below, 0 * x, second_body_kernel, problem.shifts
-        )
-        matrix = matrix + by_counter
-        by_logarithms = by_logarithms + counter_logarithms
     system[:count, :count] = matrix
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
     right = np.zeros((count + 1, 2))
-    right[:count, 0] = -(problem.initial_gap(corner, x) + by_logarithms)
+    right[:count, 0] = -gaps
     right[count, 0] = load - sides * panels.log_size @ np.abs(panels.h)
     terms = np.abs(matrix).max(axis=1) / weights.max() * load
     right[:count, 1] = 5e-15 * terms * (-1.0) ** np.arange(count)
@@ -70,23 +89,6 @@ def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array
     return q, float(solution[-1, 0]), float(np.sqrt(squares @ rounding**2 / (squares @ q**2)))
 
 
-@dataclass(frozen=True)
-class Edge:
-    """An edge of a zone on its way.
-
-    Attributes
-    ----------
-    corner : number of the corner
-    start, target : x before and after the step (lengths)
-    pressed : whether it is the left edge of a zone that carries a load
-    """
-
-    corner: int
-    start: float
-    target: float
-    pressed: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class EdgePressures:
     """Edges of the computed zones, left and right in turn, and ``p = K0/sqrt(r) + K1 sqrt(r)`` there.
@@ -95,7 +97,7 @@ class EdgePressures:
     ----------
     corner, x : arrays (n,), numbers of the corners and abscissae
     side : array (n,), 1 where the zone lies to the right, -1 where it lies to the left
-    K0, K1 : arrays (n,)
+    K0, K1 : arrays (n,), pressure times and over the root of a length
     K1_panel : array (n,), K1 of the best two terms over the panel beside the edge
     """
 
@@ -146,7 +148,7 @@ def newton_zone_edges(
     """
     cut = {corner: common(intervals, problem.pieces_of(corner)) for corner, intervals in zones.items()}
     edges = [Edge(corner, edge, edge) for corner, cuts in cut.items() for edge in np.ravel(cuts).tolist()]
-    zones = _untangled_zones(problem, load, edges)
+    zones = moved_zones(problem, load, edges)
     best: PanelSolution | None = None
     before: EdgePressures | None = None
     idle = 0
@@ -158,7 +160,7 @@ def newton_zone_edges(
         least = best.estimate.edges if best else np.inf
         idle = 0 if state.estimate.edges < least / 2 else idle + 1
         # next to the load at which edges meet, one more step tells how they lie
-        alike = _arranged(problem, zones) == _arranged(problem, state.next_zones)
+        alike = order_of_edges(problem, zones) == order_of_edges(problem, state.next_zones)
         settled = state.estimate.edges <= tolerance and alike
         if settled or not least <= state.estimate.edges:
             best = state.changed(iterations=iterations)
@@ -184,31 +186,31 @@ def _newton_step(
     before: EdgePressures | None,
 ) -> tuple[PanelSolution, EdgePressures]:
     """Returns the PanelSolution on zones, with `next_zones` a step on, and the pressures at its edges."""
-    panels = make_panels(problem, zones, order)
+    panels = make_panels(problem, zones, order)  # 1
     q, approach, rounding = solve_zones(problem, panels, load)
-    edges = edge_pressures(problem, zones, panels, q)
+    edges = edge_pressures(problem, zones, panels, q)  # 2
+    free = _free_edges(problem, edges)  # 3
     # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
     unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
-    steps = _outward_steps(edges, before, tolerance * unit)
-    ends = [problem.ends.get(number, ()) for number in edges.corner.tolist()]
-    free = (edges.K0 < 0) | [x not in fixed for x, fixed in zip(edges.x, ends)]
-    targets, stopped = _stopped_at_apexes(problem, zones, edges, edges.x - edges.side * steps * free)
+    steps = free * _outward_steps(edges, before, tolerance * unit)  # 4
+    targets, stopped = _stopped_at_apexes(problem, zones, edges, edges.x - edges.side * steps)  # 5
     columns = edges.corner, edges.x, targets, _pressed(edges, panels, q)
-    next_zones = _untangled_zones(problem, load, map(Edge, *(column.tolist() for column in columns)))
+    moved = map(Edge, *(column.tolist() for column in columns))
+    next_zones = moved_zones(problem, load, moved)  # 6
     largest = float(np.abs(edges.K0[free & ~stopped]).max(initial=0.0))
     errors = PanelErrors(None, float(largest / unit), rounding)
     return PanelSolution(problem, load, zones, panels, q, approach, 0, errors, next_zones=next_zones), edges
 
 
-def _arranged(problem: Problem, zones: CornerZones) -> list[int]:
-    """Returns the corners of all edges in the order of their abscissae."""
-    every = problem.all_zones(zones).items()
-    return [corner for _, corner in sorted((x, corner) for corner, own in every for x in np.ravel(own))]
+def _free_edges(problem: Problem, edges: EdgePressures) -> Flags:
+    """Returns which edges are not those of the obstacle, or in tension there, array (n,)."""
+    ends = [problem.ends.get(number, ()) for number in edges.corner.tolist()]
+    return (edges.K0 < 0) | [x not in fixed for x, fixed in zip(edges.x, ends)]
 
 
 def _outward_steps(edges: EdgePressures, before: EdgePressures | None, tolerance: float) -> Array:
-    """Returns steps outwards, array (n,): 2 K0/K1, or where K1 is negative and |K0| above a tolerance half
-    the room there is.
+    """Returns steps outwards, array (n,) (lengths): 2 K0/K1, or where K1 is negative and |K0| above a
+    tolerance half the room there is.
     """
     K1 = _safe_K1(edges, before)
     distance = np.where(edges.corner[1:] == edges.corner[:-1], np.diff(edges.x), np.inf)
@@ -246,7 +248,8 @@ def _pressed(edges: EdgePressures, panels: PanelGrid, q: Array) -> Flags:
 def _stopped_at_apexes(
     problem: Problem, zones: CornerZones, edges: EdgePressures, targets: Array
 ) -> tuple[Array, Flags]:
-    """Returns where edges go that would pass an apex of the obstacle, and which stay on it, arrays (n,).
+    """Returns targets, array (n,) (lengths), of edges that would pass an apex of the obstacle, and which
+    edges stay on one.
 
     A zone that ends at an apex with ``p = K0/sqrt(r)`` goes on by ``d = (K0/(2 K))^2``, K of the logarithm
     there: ``K log((sqrt(r) + sqrt(d))/(sqrt(r) - sqrt(d)))`` is ``2 K sqrt(d/r)`` far from both. If panels do
@@ -268,57 +271,6 @@ def _stopped_at_apexes(
                 targets[i] = stop
                 stopped[i] = stop == edges.x[i]
     return targets, stopped
-
-
-def _untangled_zones(problem: Problem, load: float, edges: Iterable[Edge]) -> CornerZones:
-    """Returns the computed zones with edges at their targets, where those of two corners do not pass each
-    other by more than they meet; raises NotConverged if none is left.
-    """
-    pieces = {corner: np.clip(problem.pieces_of(corner), *problem.reach) for corner in problem.corners}
-    bounded = _without_met([_within_piece(pieces[edge.corner], edge) for edge in edges])
-    if problem.mirror and not half_line(problem):
-        bounded += [replace(e, corner=1 - e.corner, start=-e.start, target=-e.target) for e in bounded[::-1]]
-    order = sorted(range(len(bounded)), key=lambda i: bounded[i].start)
-    for i, j in pairwise(order):
-        left = bounded[i]
-        right = bounded[j]
-        if left.corner != right.corner and left.start < right.start and left.target > right.target:
-            middle = left.target + right.target
-            half = (right.start - left.start) / 2
-            bounded[i] = replace(left, target=(middle + half) / 2)
-            bounded[j] = replace(right, target=(middle - half) / 2)
-    bounded = _without_met(bounded)
-    if not bounded:
-        raise NotConverged(f"no zone is left at load {load:g}")
-    targets = {corner: [e.target for e in bounded if e.corner == corner] for corner in problem.corners}
-    return problem.computed({corner: tuple(zip(x[::2], x[1::2])) for corner, x in targets.items()})
-
-
-def _within_piece(pieces: Array, edge: Edge) -> Edge:
-    """Returns an edge whose target lies on the piece of the obstacle, of array (k, 2), that it moves in."""
-    piece = np.searchsorted(pieces[1:, 0], edge.start, side="right")
-    return replace(edge, target=float(np.clip(edge.target, *pieces[piece])))
-
-
-def _without_met(edges: list[Edge]) -> list[Edge]:
-    """Returns edges without neighbours of one corner that have met; a zone that carries a load is halved."""
-    edges = list(edges)
-    while True:
-        widths = [
-            right.target - left.target if left.corner == right.corner else np.inf
-            for left, right in pairwise(edges)
-        ]
-        if not widths or min(widths) > 0:
-            return edges
-        i = int(np.argmin(widths))
-        left, right = edges[i : i + 2]
-        if left.pressed:
-            half = (right.start - left.start) / 4
-            middle = np.clip((left.target + right.target) / 2, left.start + half, right.start - half)
-            left = replace(left, target=float(middle - half), pressed=False)
-            edges[i : i + 2] = left, replace(right, target=float(middle + half), pressed=False)
-        else:
-            del edges[i : i + 2]
 
 
 def _require_finite_chain(problem: Problem, zones: CornerZones) -> None:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..contact_solvers.event_driven import AT_LIMIT, FrictionState
+from ..contact_solvers.friction_pivots import AT_LIMIT
+from ..contact_solvers.frictional_contact import FrictionState
 from ..errors import BadArgument
 from ..model.history import PairSolution
 from ..model.intervals import contains, distance_to_ends, runs

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import cost
-from ..contact_solvers.event_driven import EventDrivenContact, FrictionalContact
+from ..contact_solvers.event_driven import EventDrivenContact
 from ..contact_solvers.friction_events import events
+from ..contact_solvers.frictional_contact import FrictionalContact
 from ..errors import NotConverged, at_least, out_of_reach
 from ..model import contact_candidates
 from ..model.events import Event
@@ -36,7 +37,7 @@ class ContactLeavesCells(NotConverged):
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class HistoryOnCells:
     """A history on cells with edges, array (n, 2): a solution for each pair, and events. Edges of zones, and
     places near which q/f is `steep`, as it jumps or a stick zone is born, are known to `band` or better.
     """
@@ -52,7 +53,7 @@ class Level:
 class HistoryLevel(RefinementLevel[History]):
     """A refinement level with its cells, and the number of levels that are `left`."""
 
-    cells: Level | None = None
+    cells: HistoryOnCells | None = None
     left: int = 0
 
 
@@ -96,7 +97,7 @@ class FrictionSolver:
         """Yields the HistoryLevels with an error estimate."""
         numbers = range(6)
         least = np.inf
-        for number, finer, coarser, changes in levels(self.level, numbers, _change):
+        for number, finer, coarser, changes in levels(self.refined, numbers, _change):
             states = [solution.state() for solution in finer.solutions]
             if least == np.inf:  # no level so far has an estimate
                 kept(History(self.solver.contact, states, finer.events))
@@ -119,21 +120,21 @@ class FrictionSolver:
                 left=left,
             )
 
-    def _refused(self, rtol: float, best: float, level: Level, left: int) -> NotConverged:
+    def _refused(self, rtol: float, best: float, finest: HistoryOnCells, left: int) -> NotConverged:
         """Returns the NotConverged of an rtol that no level reaches, with one that is reached."""
         if left > 2:
             with suppress(NotConverged):
-                forces = level.solutions[0].unknowns
-                cost.require_history(2 * len(level.edges), 2 * forces, len(self.pairs))
+                forces = finest.solutions[0].unknowns
+                cost.require_history(2 * len(finest.edges), 2 * forces, len(self.pairs))
                 best /= SLOW
         figure = at_least(best)
         return NotConverged(
-            f"rtol = {rtol:g} is out of reach, as {len(level.edges)} cells show; ask for rtol={figure}",
+            f"rtol = {rtol:g} is out of reach, as {len(finest.edges)} cells show; ask for rtol={figure}",
             rtol_reached=float(figure),
         )
 
-    def level(self, number: int, before: Level | None) -> Level:
-        """Returns the Level on finer cells towards the edges of the one before."""
+    def refined(self, number: int, before: HistoryOnCells | None) -> HistoryOnCells:
+        """Returns the history on finer cells towards the edges of the one before."""
         a = self.problem.candidates.half_width
         fineness = 0.16 / 2**number  # length of a cell over the half-width, at that distance of an edge
         width = sum(right - left for left, right in self.problem.stretches)
@@ -142,13 +143,15 @@ class FrictionSolver:
         smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
         features = first_features(self.problem, fineness)
         if before is None:
-            return self.on(cells(self.problem, first / a, features), first)
+            return self.on_cells(cells(self.problem, first / a, features), first)
         edges = _features(before, smallest)
         reach = edges[0].place, edges[-1].place
-        return self.on(cells(self.problem, fineness, features + edges, reach), smallest, before)
+        return self.on_cells(cells(self.problem, fineness, features + edges, reach), smallest, before)
 
-    def on(self, edges: Array, band: float = 0.0, before: Level | None = None) -> Level:
-        """Returns the Level on cells, array (n, 2), with steep places of the Level before that are farther
+    def on_cells(
+        self, edges: Array, band: float = 0.0, before: HistoryOnCells | None = None
+    ) -> HistoryOnCells:
+        """Returns the history on cells, array (n, 2), with steep places of the one before that are farther
         than its `band` from others, as finer cells may resolve them.
         """
         points, weights = gauss_rule(4)
@@ -164,7 +167,7 @@ class FrictionSolver:
         steep = _steep_places(solutions, noted)
         if before is not None:
             steep += [x for x in before.steep if all(abs(x - place) > before.band for place in steep)]
-        return Level(edges, solutions, noted, band, steep)
+        return HistoryOnCells(edges, solutions, noted, band, steep)
 
     def _solution(
         self, edges: Array, first: FrictionalContact, path: EventDrivenContact, load: float, shear: float
@@ -206,8 +209,8 @@ def _steep_places(solutions: list[FrictionCells], noted: list[Event]) -> list[fl
     return steep
 
 
-def _features(before: Level, smallest: float) -> list[Feature]:
-    """Returns the Features of edges and steep places of the Level before, ascending."""
+def _features(before: HistoryOnCells, smallest: float) -> list[Feature]:
+    """Returns the Features of edges and steep places of the history before, ascending."""
     features: list[Feature] = []
     edges = {edge: doubt for solution in before.solutions for edge, doubt in solution.doubts.items()}
     edges |= dict.fromkeys(before.steep, before.band)
@@ -220,19 +223,19 @@ def _features(before: Level, smallest: float) -> list[Feature]:
     return features
 
 
-def _change(coarser: Level, finer: Level) -> Any:
-    """Returns the relative changes of the solutions from one Level to a finer one, array (pairs,)."""
+def _change(coarser: HistoryOnCells, finer: HistoryOnCells) -> Any:
+    """Returns the relative changes of the solutions from one history to a finer one, array (pairs,)."""
     pairs = zip(finer.solutions, coarser.solutions)
     return np.array([change(new, old, new.norm, new.problem.ell, new.friction) for new, old in pairs])
 
 
-def _estimates(changes: list[Any], level: Level) -> list[float]:
-    """Returns the errors of the solutions of a Level: that of the changes, and what jumps and contacts of few
-    cells lose; inf where a contact is not seen.
+def _estimates(changes: list[Any], finest: HistoryOnCells) -> list[float]:
+    """Returns the errors of the solutions of the finest history: that of the changes, and what jumps and
+    contacts of few cells lose; inf where a contact is not seen.
     """
     if not changes:
         return [np.inf]
-    lost = [np.inf if s.hidden else s.lost_in_jumps + s.lost_in_spots for s in level.solutions]
+    lost = [np.inf if s.hidden else s.lost_in_jumps + s.lost_in_spots for s in finest.solutions]
     series = GeometricSeries(2.0, 1.4, 2.5, luck=np.inf)  # ratios from 2 to 6 were seen
     return (series.error(changes[-2:]) + lost).tolist()
 

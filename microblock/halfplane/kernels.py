@@ -219,11 +219,11 @@ class HalfPlane(Unbounded):
         return averages
 
 
-def cell_rule(near: int, far: int, order: int, power: int = 8) -> tuple[Array, Array]:
+def cell_rule(near: int, far: int, order: int) -> tuple[Array, Array]:
     """Returns places in the cells from `near` to `far`, in cells, and weights of averages over each."""
     points, gauss = gauss_rule(order)
-    if not near:  # over the cell itself x = sigma^power flattens the logarithm; odd kernels average out
-        return points**power / 2, gauss * power * points ** (power - 1)
+    if not near:  # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
+        return points**8 / 2, gauss * 8 * points**7
     return (np.arange(near, far)[:, None] + points - 0.5).ravel(), gauss
 
 

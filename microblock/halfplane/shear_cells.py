@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact_solvers.event_driven import FrictionalContact, FrictionState
+from ..contact_solvers.frictional_contact import FrictionalContact, FrictionState
 from ..errors import BadArgument
 from ..model.material import Cosserat
 from ..model.problem import Problem

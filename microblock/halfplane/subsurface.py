@@ -131,18 +131,11 @@ def _transforms(state: Any, x1: float, k: AnyArray, nearest: float, order: int) 
     array (4, k).
     """
     transforms = np.zeros((4, len(k)), complex)
-    # moments of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
     size = np.abs(k)
-    ik = 1j * k
-    factorials = np.cumprod([1.0, *range(1, 7)])
     for distance, weights in _sources(state, x1, nearest, order):
-        # long waves see moments only; in short ones what is this far away has decayed
-        farthest = distance.max()
-        long, short = np.searchsorted(size, (0.1 / farthest, FAR_TAIL / distance.min()))
-        transforms[:, long:short] += weights @ np.exp(np.outer(distance, ik[long:short]))
-        powers = np.vander(ik[:long] * farthest, len(factorials), increasing=True) / factorials
-        moments = weights @ np.vander(distance / farthest, len(factorials), increasing=True)
-        transforms[:, :long] += moments @ powers.T
+        # in short waves what is this far away has decayed
+        short = np.searchsorted(size, FAR_TAIL / distance.min())
+        transforms[:, :short] += weights @ np.exp(np.outer(distance, 1j * k[:short]))
     return transforms
 
 

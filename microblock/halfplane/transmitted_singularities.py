@@ -1,6 +1,16 @@
 """Pressure singularities that a second body transmits one block length on (docs/theory/two_bodies.md).
 
-A singularity of p_A at x is one of B's gap at x - ell, of p_B one of A's gap at x + ell.
+Corners press the second body half a block length beside their contact points: a singularity of p_A at x is
+one of B's gap at x - ell, of p_B one of A's gap at x + ell. So contact points come in chains, with a block
+length from each to the next.
+
+1. Along a chain singularities fade by a factor a block length (`decay`), and panels of an order see the first
+   few (`transmission_lengths`).
+2. At edges of zones they are powers of the distance: panels are graded towards them (`singular_edges`).
+3. At slope discontinuities they are logarithms ``K log(1/r)``. Short waves alone decide on K: on the closed
+   points of a chain ``sum_j c_ij K_j = jump_i/pi``, with the limits c of k times the gap under a pressure
+   (`log_sizes`).
+4. Where edges of both corners meet, the pressure is a power of the distance (`meeting_exponent`).
 """
 
 from collections.abc import Mapping
@@ -49,7 +59,7 @@ def transmission_lengths(problem: Problem, order: int, strength: float = 1.0) ->
 
 
 def singular_edges(problem: Problem, zones: CornerZones, order: int) -> list[float]:
-    """Returns edges of zones and places they are transmitted to, ascending."""
+    """Returns edges of zones and places they are transmitted to, ascending (lengths)."""
     every = problem.all_zones(zones)
     if not decay(problem):
         return zone_edges(every)
@@ -80,7 +90,8 @@ def transmitted_singularities(problem: Problem, strengths: Mapping[float, float]
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """Contact points of all corners, block lengths apart, on either side of each slope discontinuity.
+    """Contact points of all corners on either side of each slope discontinuity, a block length from each to
+    the next.
 
     Attributes
     ----------
@@ -112,7 +123,7 @@ def _chains(problem: Problem, zones: CornerZones) -> Chains:
 
 
 def log_sizes(problem: Problem, zones: CornerZones, order: int) -> dict[float, dict[int, float]]:
-    """Returns {contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
+    """Returns {contact point: {corner: K (stress)}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
     sizes: dict[float, dict[int, float]] = {kink: {} for kink in problem.kinks}
     if not sizes:
         return sizes

@@ -20,7 +20,7 @@ from .first_zones import first_zones
 from .panel_solution import PanelSolution, relative_change
 from .panels import orders, unresolved
 
-CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
+CONDITIONS_PART = 0.3  # of rtol, above which a violation changes the zones
 
 
 def solve_on_panels(
@@ -88,13 +88,13 @@ def _orders(
             tolerance = max(tolerance, np.sqrt(tolerated(order)))
         state = newton_zone_edges(problem, load, zones, order, tolerance)
         if coarse is None and not problem.candidates.simple:
-            state = _verified(_amended(state, CONDITIONS_SHARE * rtol))
+            state = _verified(_amended(state, CONDITIONS_PART * rtol))
         if coarse is not None:
             state = _compared(coarse, state)
             if isinstance(rtol, Usual) or state.estimate.total <= rtol:
                 panels = state.panels
                 try:
-                    state = _amended(state, CONDITIONS_SHARE * rtol)
+                    state = _amended(state, CONDITIONS_PART * rtol)
                 except NotConverged as failure:  # all zones are in tension: others are tried
                     raise Abandoned(failure) from failure
                 if state.panels is not panels:

@@ -6,7 +6,8 @@ import numpy as np
 
 import microblock as mb
 from microblock.contact_solvers import active_set, projected_gradients
-from microblock.contact_solvers.event_driven import EventDrivenContact, FrictionalContact
+from microblock.contact_solvers.event_driven import EventDrivenContact
+from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.data import export
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.history import History
@@ -178,8 +179,8 @@ def history_of(problem):
     solver = FrictionSolver(contact.solver, pairs, problem["coupled"])
     level = None
     for number in range(problem.get("levels", 0)):
-        level = solver.level(number, level)
-    level = level or solver.on(cells_of(*problem["cells"]))
+        level = solver.refined(number, level)
+    level = level or solver.on_cells(cells_of(*problem["cells"]))
     return History(contact, [solution.state() for solution in level.solutions], level.events)
 
 

@@ -12,7 +12,8 @@ import pytest
 
 import microblock as mb
 from microblock.contact_solvers import event_driven
-from microblock.contact_solvers.event_driven import EventDrivenContact, FrictionalContact
+from microblock.contact_solvers.event_driven import EventDrivenContact
+from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.fem import friction, meshes
 from microblock.fem.friction import FrictionFacets

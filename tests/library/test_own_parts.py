@@ -9,7 +9,7 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 import microblock as mb
 from microblock.contact_solvers.compliance import Compliance
-from microblock.contact_solvers.event_driven import FrictionalContact
+from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.contact_solvers.nodal import NodalSolver
 from microblock.errors import shown
 from microblock.model.corner_geometry import Blocks
