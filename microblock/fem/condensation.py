@@ -13,6 +13,7 @@ import ngsolve as ng
 import numpy as np
 from scipy.linalg import cho_solve
 from scipy.linalg.lapack import dpotri
+from scipy.sparse import csr_matrix, vstack
 from scipy.sparse.linalg import splu
 
 from .. import cost
@@ -89,6 +90,22 @@ class CondensedNodes(ContactNodes):
         response = self.response(self.onto)
         return Compliance(self.points, self.normals, self.weights, response, self.body.solid.ell, self.apart)
 
+    @property
+    def unseen_rows(self) -> Any:
+        """Rows of free unknowns that the nodes do not see, sparse (k, m): 0 for what continues the nodes'
+        values linearly.
+        """
+        body = self.body
+        parts = [csr_matrix((0, body.space.ndof))]
+        for name in set(body.names) & {"u3", "psi1", "psi2"}:
+            space = body.spaces[body.names.index(name)]
+            start = body.unknowns_of(name).start
+            vertices, rows = self.unseen(space)
+            shape = (len(vertices), body.space.ndof)
+            rows = csr_matrix((rows.data, rows.indices + start, rows.indptr), shape=shape)
+            parts.append(rows[np.isin(vertices + start, self._bulk.contact)])
+        return vstack(parts, format="csr")[:, self._bulk.contact]
+
     def _memory(self) -> float:
         """Returns the bytes that it takes."""
         body = self.body
@@ -145,7 +162,7 @@ class Flexibility3D(MatrixFree):
         self.nodes = nodes
         rows = nodes.rows.tocsr()
         self._free: Flags = np.diff(rows.indptr) > 0  # not where supports hold a field
-        self._inverse = splu(rows[self._free].tocsc())
+        self._inverse = splu(vstack((rows[self._free], nodes.unseen_rows), format="csc"))
         self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
 
     def __matmul__(self, forces: Array) -> Array:
@@ -164,9 +181,11 @@ class Flexibility3D(MatrixFree):
         def precondition(gaps: Array) -> Array:
             factor = self.nodes.factor
             surface = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._free]
-            reactions = factor @ (factor.T @ self._inverse.solve(surface))
+            count = len(surface)
+            given = np.pad(surface, (0, len(factor) - count))
+            reactions = factor @ (factor.T @ self._inverse.solve(given))
             loads = np.zeros(len(self._free))
-            loads[self._free] = self._inverse.solve(reactions, trans="T")
+            loads[self._free] = self._inverse.solve(reactions, trans="T")[:count]
             return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
 
         return precondition

@@ -15,6 +15,7 @@ ROUNDED = (
     1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 )
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
+SIDES = [(0, 0.5), (0.5, 0), (0.5, 0.5)]  # those of the middles of the sides opposite to them
 
 
 @lru_cache
@@ -26,6 +27,13 @@ def lobatto(order: int) -> tuple[Array, Array]:
     return (points + 1) / 2, 1 / (order * (order + 1) * legendre**2)
 
 
+def between_vertices(kind: Any, order: int) -> bool:
+    """Returns whether no node of a facet is a vertex: of order 2 the integrals of a triangle's functions at
+    the vertices are 0, and those at the middles of its sides a third each.
+    """
+    return bool(kind == ng.ET.TRIG and order == 2)
+
+
 @lru_cache
 def nodal_rule(kind: Any, order: int) -> Any:
     """Returns NGSolve's rule whose points are the nodes of a facet."""
@@ -33,7 +41,7 @@ def nodal_rule(kind: Any, order: int) -> Any:
     if kind == ng.ET.POINT:
         return rule_at([(0.0,)], [1.0])
     if kind == ng.ET.TRIG:
-        return rule_at(TRIANGLE, [1 / 6] * 3)
+        return rule_at(SIDES if between_vertices(kind, order) else TRIANGLE, [1 / 6] * 3)
     if kind == ng.ET.SEGM:
         return rule_at(points[:, None], weights)
     return rule_at([(s, t) for s in points for t in points], np.outer(weights, weights).ravel())
@@ -53,7 +61,7 @@ def shapes(element: Any, rule: Any) -> Array:
 
 def nodal_shapes(kind: Any, order: int, rule: Any) -> Array:
     """Returns the nodal polynomials of a facet at the points of a rule: array (points, nodes)."""
-    element = ng.fem.H1FE(kind, order)
+    element = ng.fem.H1FE(kind, 1 if between_vertices(kind, order) else order)
     at_nodes = shapes(element, nodal_rule(kind, order))
     return np.asarray(np.linalg.solve(at_nodes.T, shapes(element, rule).T).T, float)
 

@@ -396,7 +396,7 @@ def refusals_of_bodies():
         "3d contact that stands": lambda: condensed(body(contact="left")),
         "3d contact that faces down": lambda: condensed(body(contact="bottom", fixed="contact")),
         "3d contact that is held": lambda: condensed(body(fixed="contact")),
-        "3d triangles of order 2": lambda: condensed(mb.Body(plane, solid, 2, fixed="bottom")),
+        "3d triangles of order 3": lambda: condensed(mb.Body(plane, solid, 3, fixed="bottom")),
         "3d cylinder": lambda: contact(mb.Cylinder(R=10.0)),
         "3d panels": lambda: contact(method=mb.Panels()),
         "3d psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),

@@ -1,0 +1,327 @@
+"""The nodes of a boundary in one, two and three dimensions, and the rule whose points they are.
+
+Gaps are checked, and multipliers live, at the Gauss-Lobatto points of segments and quadrilaterals, at the
+vertices of triangles of order 1 and at the middles of the sides of triangles of order 2: at Gauss points
+pressures would oscillate. Where the rule integrates the trace of a constant pressure exactly, as on these
+facets, the contact passes the patch test: nodes at the vertices of triangles of order 2 would have no weight.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache, cached_property
+from typing import Any
+
+import ngsolve as ng
+import numpy as np
+from scipy.sparse import csr_matrix, vstack
+from scipy.sparse.linalg import splu
+
+from ..model.fields import squares
+from ..model.types import Array, Flags, Integers
+from .facet_rules import ROUNDED, at_rules, between_vertices, nodal_rule, nodal_shapes, shapes
+
+
+class FacetNodes:
+    """The nodes of a boundary, in the order of x1, in space in rows of x1.
+
+    Parameters
+    ----------
+    region : ngsolve.Region, of the boundary
+    space : scalar H1 space on its mesh, whose functions tell the nodes apart
+    orders : list of int, of the facets
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
+        Points (lengths) and outward unit normals, of a node of several facets their weighted mean.
+    weights : array (n,), lengths or areas (1 in 1D)
+    facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral row by row
+    joined : array (n - 1,), in the plane the number of the facet that joins a node and the next, or -1
+    apart : boolean array (n - 1,), whether none does
+    shares : array (n,), areas by the rule
+    """
+
+    def __init__(self, region: Any, space: Any, orders: Sequence[int]) -> None:
+        self.region = region
+        self.mesh = region.mesh
+        self.dim: int = region.mesh.dim
+        self.orders = list(orders)
+        self._space = space
+        self.weights: Array
+        self.shares: Array
+        self._place_nodes(list(region.Elements()))
+        self.joined: Integers = np.full(len(self.points) - 1, -1)
+        for number, nodes in enumerate(self.facets):
+            self.joined[nodes.min() : nodes.max()] = number
+        self.apart: Flags = self.joined < 0
+        if self.dim == 3 and not all(self._between_vertices):
+            self.weights = self._areas()
+
+    def scalar(self, order: int, **options: Any) -> Any:
+        """Returns a scalar H1 space on the mesh."""
+        return ng.H1(self.mesh, order=order, **options)
+
+    @cached_property
+    def _between_vertices(self) -> list[bool]:
+        """Of each facet whether no node is a vertex."""
+        return [between_vertices(facet.type, n) for facet, n in zip(self.region.Elements(), self.orders)]
+
+    def _place_nodes(self, facets: Sequence[Any]) -> None:
+        """Puts the nodes in order, with points, normals and weights from the rules of their facets."""
+        members = self._merged(facets)
+        numbers = np.concatenate(members)
+        rules = [nodal_rule(facet.type, order) for facet, order in zip(facets, self.orders)]
+        places, shares, outward = at_rules(self.mesh, facets, rules)
+        if self.dim == 1:  # the only coordinate is x2
+            places = np.pad(places, ((0, 0), (1, 0)))
+            outward = np.pad(outward, ((0, 0), (1, 0)))
+        points = np.full((numbers.max() + 1, places.shape[1]), np.inf)
+        np.minimum.at(points, numbers, places)  # of a period its left end
+        normals = np.zeros_like(points)
+        np.add.at(normals, numbers, shares[:, None] * outward)
+        if self.dim == 3:
+            points = self._snapped(points)
+            order = _order_in_rows(points)
+        else:
+            order = _order_along_surface(points, members)
+        self.points: Array = points[order]
+        self.normals: Array = normals[order] / np.linalg.norm(normals[order], axis=1)[:, None]
+        self.shares = np.asarray(np.bincount(numbers, shares)[order], float)
+        self.weights = self.shares
+        rank = np.argsort(order)
+        self.facets: list[Integers] = [rank[nodes] for nodes in members]
+
+    def _merged(self, facets: Sequence[Any]) -> list[Integers]:
+        """Returns the nodes of each facet, numbered as they come; nodes are one where the functions of the
+        vertices have the same values.
+        """
+        numbers: dict[Any, int] = {}
+        members = []
+        for facet, (dofs, values) in zip(facets, self._shapes(self._space)):
+            vertices = np.argsort(dofs[: len(facet.vertices)], kind="stable")
+            keys = [tuple((dofs[i], round(row[i], 9)) for i in vertices if row[i]) for row in values]
+            members.append(np.array([numbers.setdefault(key, len(numbers)) for key in keys]))
+        return members
+
+    def _areas(self) -> Array:
+        """Returns integrals of the nodal polynomials, array (n,): the rule fails the patch test on skew
+        quadrilaterals.
+        """
+        integral = self.multipliers.TestFunction() * ng.ds(definedon=self.region, bonus_intorder=2)
+        values = ng.LinearForm(integral).Assemble().vec.FV().NumPy()
+        return self._multiplier[1].solve(values, trans="T")
+
+    def _snapped(self, points: Array) -> Array:
+        """Returns points, (n, 3), with coordinates of vertices: no rounding decides whether a node lies below
+        a punch.
+        """
+        vertices = self.mesh.ngmesh.Coordinates()
+        size = np.ptp(vertices, axis=0).max()
+        snapped = np.empty_like(points)
+        for axis in range(3):
+            x = points[:, axis]
+            ticks = np.unique(vertices[:, axis])
+            nearest = ticks[np.searchsorted((ticks[1:] + ticks[:-1]) / 2, x)]
+            snapped[:, axis] = np.where(np.abs(nearest - x) < ROUNDED * size, nearest, x)
+        return snapped
+
+    def _shapes(self, space: Any) -> Iterator[tuple[Any, Array]]:
+        """Yields of each facet the unknowns of a space, and its functions at the nodes, array (nodes,
+        unknowns): alike where the vertices are numbered in the same order.
+        """
+        values: dict[Any, Array] = {}
+        for facet, order in zip(self.region.Elements(), self.orders):
+            dofs = space.GetDofNrs(facet)
+            kind = (facet.type, order, len(dofs), *np.argsort([vertex.nr for vertex in facet.vertices]))
+            if kind not in values:
+                values[kind] = shapes(space.GetFE(facet), nodal_rule(facet.type, order))
+            yield dofs, values[kind]
+
+    def _trace(self, space: Any) -> Any:
+        """Returns values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
+        rows: list[Any] = [()] * len(self.points)
+        for nodes, (dofs, values) in zip(self.facets, self._shapes(space)):
+            for node, row in zip(nodes, values):
+                rows[node] = (dofs, row)
+        trace = _sparse(rows, space.ndof)
+        trace.eliminate_zeros()
+        return trace
+
+    def at_points(self, rules: Mapping[Any, Any]) -> tuple[Array, Array, Any]:
+        """Returns at the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights, (k,), and
+        values from the nodes, sparse (k, n).
+        """
+        values = cache(lambda kind, order: nodal_shapes(kind, order, rules[kind]))
+        facets = list(self.region.Elements())
+        elements = zip(facets, self.facets, self.orders)
+        rows = [(nodes, row) for facet, nodes, order in elements for row in values(facet.type, order)]
+        places, weights, _ = at_rules(self.mesh, facets, [rules[facet.type] for facet in facets])
+        return places, weights, _sparse(rows, len(self.points))
+
+    @cached_property
+    def triangles(self) -> Integers:
+        """Triangles between the nodes in space, array (m, 3), to draw on."""
+        return np.concatenate([*self._inside_facets(), *self._around_vertices()])
+
+    def _inside_facets(self) -> list[Integers]:
+        """Returns the triangles between the nodes of each facet, arrays (k, 3)."""
+        size = self.orders[0] + 1
+        place = np.arange(size * size).reshape(size, size)
+        cut = squares(place.T)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+        return [nodes[cut] if len(nodes) > 3 else nodes[None] for nodes in self.facets]
+
+    @cached_property
+    def _beside_vertices(self) -> dict[int, list[Integers]]:
+        """{number of a vertex that is no node: the nodes of each facet there, the opposite one first}."""
+        beside: dict[int, list[Integers]] = {}
+        for facet, nodes, between in zip(self.region.Elements(), self.facets, self._between_vertices):
+            for number, vertex in enumerate(facet.vertices if between else ()):
+                beside.setdefault(vertex.nr, []).append(np.roll(nodes, -number))
+        return beside
+
+    def _around_vertices(self) -> Iterator[Integers]:
+        """Yields triangles, arrays (k, 3), that fill the surroundings of a vertex that is no node."""
+        for facets in self._beside_vertices.values():
+            sides = np.array([nodes[1:] for nodes in facets])
+            nodes, times = np.unique(sides, return_counts=True)
+            first = nodes[np.argmin(times)]  # an end, at the rim of the boundary
+            others = sides[(sides != first).all(axis=1)]
+            yield np.insert(others, 0, first, axis=1)
+
+    @cached_property
+    def continued(self) -> Any:
+        """Values at the vertices that are no nodes, the mean of the linear continuations from the facets
+        there, from those at the nodes: sparse (k, n).
+        """
+        rows = [
+            (np.concatenate(facets), np.tile((-1.0, 1.0, 1.0), len(facets)) / len(facets))
+            for facets in self._beside_vertices.values()
+        ]
+        return _sparse(rows, len(self.points))
+
+    def unseen(self, space: Any) -> tuple[Integers, Any]:
+        """Returns the unknowns of a space at the vertices that are no nodes, array (k,), and rows, sparse (k,
+        unknowns): the values there less those that are `continued`.
+        """
+        vertices = [ng.NodeId(ng.VERTEX, number) for number in self._beside_vertices]
+        unknowns = np.array([space.GetDofNrs(vertex)[0] for vertex in vertices], int)
+        values = _sparse([([number], [1.0]) for number in unknowns], space.ndof)
+        return unknowns, csr_matrix(values - self.continued @ self._trace(space))
+
+    def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
+        """Returns nodal values in space, array (m, n), at places, (k,): array (m, k), linear on triangles,
+        nan beyond.
+        """
+        from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
+
+        vertices = [self.mesh.vertices[number].point for number in self._beside_vertices]
+        points = np.vstack((self.points, np.reshape(vertices, (-1, 3))))
+        beside = enumerate(self._beside_vertices.values(), len(self.points))
+        at_vertices = [[(number, *nodes[1:]) for nodes in facets] for number, facets in beside]
+        triangles = np.concatenate([*self._inside_facets(), *at_vertices])
+        values = np.hstack((values, values @ self.continued.T))
+        interpolated = np.full((len(values), *np.shape(x1)), np.nan)
+        levels = np.rint(points[triangles[:, 0], 2] / (ROUNDED * np.ptp(points)))
+        for level in np.unique(levels):  # at a step nodes lie one above the other
+            surface = Triangulation(points[:, 0], points[:, 1], triangles[levels == level])
+            on_level = [LinearTriInterpolator(surface, nodal)(x1, x2).filled(np.nan) for nodal in values]
+            interpolated = np.where(np.isnan(on_level), interpolated, on_level)
+        return interpolated
+
+    @cached_property
+    def multipliers(self) -> Any:
+        """The H1 space of one corner's multiplier, with as many unknowns as nodes."""
+        space = self.scalar(self.orders[0], definedon=self.region)
+        active = ng.BitArray(space.ndof)
+        active.Clear()
+        for dofs in self._own_unknowns(space):
+            for dof in dofs:
+                active[dof] = True
+        return ng.Compress(space, active)
+
+    def _own_unknowns(self, space: Any) -> list[Integers]:
+        """Returns of each facet the unknowns of a space that belong to its nodes: of triangles whose nodes
+        are no vertices those of the sides. The space is hierarchical: the first ones are of lower orders.
+        """
+        unknowns = []
+        for facet, nodes, between in zip(self.region.Elements(), self.facets, self._between_vertices):
+            first = len(facet.vertices) * between
+            unknowns.append(np.array(space.GetDofNrs(facet)[first : first + len(nodes)], int))
+        return unknowns
+
+    @cached_property
+    def _multiplier(self) -> tuple[Any, Any]:
+        """Values at the nodes from unknowns of a multiplier, and factors of this matrix."""
+        trace = self._trace(self.multipliers)
+        return trace, splu(trace.tocsc())
+
+    def multiplier(self, unknowns: Array) -> Array:
+        """Returns a multiplier at the nodes, array (n,), from its unknowns."""
+        return self._multiplier[0] @ unknowns
+
+    def field(self, values: Array) -> Any:
+        """Returns an expression with nodal values, array (n,), or (n, dim) of a vector."""
+        if values.ndim == 1:
+            function = ng.GridFunction(self.multipliers)
+            function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
+            return function
+        components = [self.field(part) if part.any() else ng.CF(0) for part in values.T]
+        return ng.CF((*components, 0)[:3])
+
+    def extended(self, values: Array) -> Any:
+        """Returns a function in the body with nodal values, array (n,), at the boundary: NGSolve finds
+        elements at places, and facets not.
+        """
+        function = ng.GridFunction(self.scalar(self.orders[0]))
+        rows = vstack((self._trace(function.space), self.unseen(function.space)[1]), format="csr")
+        used = np.unique(rows.indices)
+        given = np.zeros(len(used))
+        given[: len(values)] = values
+        function.vec.FV().NumPy()[used] = splu(rows[:, used].tocsc()).solve(given)
+        return function
+
+    @cached_property
+    def rules(self) -> dict[Any, Any]:
+        """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
+        return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
+
+    def at_nodes(self, expression: Any) -> Array:
+        """Returns the values of an expression at the nodes, array (n,), or (n, k) of a vector; of a
+        discontinuous one those of the last facet.
+        """
+        points = self.mesh.MapToAllElements(self.rules, self.region)
+        values = np.asarray(expression(points)).reshape(len(points), -1)
+        nodal = np.zeros((len(self.points), values.shape[1]))
+        nodal[np.concatenate(self.facets)] = values
+        return nodal if expression.dim > 1 else nodal[:, 0]
+
+    def integral(self, density: Any) -> Any:
+        """Returns the integral over the contact boundary by these rules; in space with `weights`."""
+        if self.weights is not self.shares:
+            density = density * self.field(self.weights / self.shares)
+        return density * ng.ds(definedon=self.region, intrules=self.rules)
+
+
+def _order_in_rows(points: Array) -> Integers:
+    """Returns the order of points, (n, 3), in rows of x1 one after the other, array (n,)."""
+    return np.lexsort(np.round(points / (ROUNDED * np.ptp(points, axis=0).max())).T)
+
+
+def _order_along_surface(points: Array, members: Sequence[Integers]) -> Integers:
+    """Returns the order of points, (n, 2), by x1, x2, and at a crack by the middle of their facets, whose
+    nodes are `members`: array (n,).
+    """
+    middles = np.zeros(len(points))
+    for nodes in members:
+        middles[nodes] += points[nodes, 0].mean()
+    return np.lexsort((middles, *points.T[::-1]))
+
+
+def _sparse(rows: Sequence[Any], width: int) -> Any:
+    """Returns the sparse matrix, (rows, width), of rows (columns, values), those below 0 left out."""
+    if not rows:
+        return csr_matrix((0, width))
+    i = np.repeat(np.arange(len(rows)), [len(columns) for columns, _ in rows])
+    j = np.concatenate([columns for columns, _ in rows])
+    values = np.concatenate([row for _, row in rows])
+    there = j >= 0
+    return csr_matrix((values[there], (i[there], j[there])), shape=(len(rows), width))
