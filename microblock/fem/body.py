@@ -27,7 +27,8 @@ class Body(BodySpaces):
     """A linear Cosserat body: mesh, material, spaces and supports.
 
     In three dimensions its contact boundary is horizontal (normal e3), of quadrilaterals of any order or of
-    triangles of order 1 or 2. Obstacles are those over a surface, or any ``height(x1, x2)``, counted from x3 = 0.
+    triangles of order 1 or 2. Obstacles are those over a surface, or any ``height(x1, x2)``, counted from
+    x3 = 0.
 
     Parameters
     ----------
