@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .model import views
 
-__version__ = "0.3.0"
+__version__ = "0.4.0.dev0"
 
 # {public name: its module}; type checkers read the same lines
 _STUB = Path(__file__).with_suffix(".pyi").read_text()

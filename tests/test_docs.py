@@ -249,8 +249,13 @@ def test_what_travels():
     sources = "".join(path.read_text() for path in (ROOT / "microblock").rglob("*.py"))
     named = {*re.findall(r'MissingExtra\(.*, "(\w+)"\)', sources)}
     assert {"vtk", "xarray"} < named <= {*SETUP["options.extras_require"]}
-    assert f"\n## [{mb.__version__}] - " in (ROOT / "CHANGELOG.md").read_text()
-    assert f"\nversion: {mb.__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    headings = re.findall(r"\n## \[(.*)\]", (ROOT / "CHANGELOG.md").read_text())
+    released = [heading for heading in headings if heading != "Unreleased"]
+    assert (headings[0] == "Unreleased") == mb.__version__.endswith(".dev0")
+    # one that is not released is later than all that are
+    assert (mb.__version__ not in released) == mb.__version__.endswith(".dev0")
+    assert mb.__version__ == max([mb.__version__, *released], key=lambda words: [*map(int, words.split(".")[:3])])
+    assert f"\nversion: {released[0]}\n" in (ROOT / "CITATION.cff").read_text()
     assert not re.findall(r"\]\((?!https?://)", (DOCS / "description.md").read_text())
     assert SETUP["options.packages.find"]["include"].split() == ["microblock", "microblock.*"]
     assert len(text(README).splitlines()) <= 100
