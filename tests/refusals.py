@@ -126,7 +126,7 @@ def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
 
 def raising(failure):
     """A function of places that raises this."""
-    return Mock(side_effect=failure, __name__="height")
+    return Mock(spec=lambda x: x, side_effect=failure, __name__="height")  # and no other attribute
 
 
 # of expressions: what is above, and these

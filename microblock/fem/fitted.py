@@ -204,31 +204,31 @@ class FittedSolver(MeshFitter):
         def refusal(best: MeshLevel, last: MeshLevel, failure: NotConverged | None) -> NotConverged:
             reason = f" ({failure})" if failure else ""
             besides = "" if failure else "fix the discretisation, Fitted(order=...)"
-            passes = last.result.iterations
-            return out_of_reach(rtol, best.error, reason, besides, passes, load=load, margin=1.4)
+            return out_of_reach(rtol, best.error, reason, besides, len(made), load=load, margin=1.4)
 
-        levels: Any = self._mesh_levels(load, rtol, zones, even, aim)
+        made: list[int] = []
+        levels: Any = self._mesh_levels(load, rtol, zones, even, aim, made)
         level: Any = refine(levels, rtol, cast(Any, refusal))
         return level
 
     def _mesh_levels(
-        self, load: float, rtol: float, zones: CornerZones, even: bool, aim: float
+        self, load: float, rtol: float, zones: CornerZones, even: bool, aim: float, made: list[int]
     ) -> Iterator[MeshLevel]:
-        """Yields the MeshLevels with an error estimate, or that of the order that is given."""
+        """Yields the MeshLevels with an error estimate, or that of the order that is given, and adds the
+        orders of all meshes to those `made`.
+        """
         coarse = None
-        passes = 0
         estimated = False
         for level in self.levels(aim, even):
             try:
-                mesh, zones, count = self._settled(load, rtol, zones, (*level, even), coarse)
+                mesh, zones = self._settled(load, rtol, zones, (*level, even), coarse, made)
             except NotConverged:  # this level's mesh, and not the estimate of the one before
                 # no level is smaller, or memory is short
                 if estimated or aim >= 0.01 or self.fixed or self.candidates.simple:
                     raise
                 # the last two levels are those of all smaller ones
-                yield from self._mesh_levels(load, rtol, zones, even, max(10 * aim, 1e-5))
+                yield from self._mesh_levels(load, rtol, zones, even, max(10 * aim, 1e-5), made)
                 return
-            passes += count
             if mesh is None:
                 if self._leaves(zones):
                     break
@@ -236,7 +236,7 @@ class FittedSolver(MeshFitter):
             error: Any = math.inf if coarse is None else mesh.estimate.total
             if self.fixed or error <= rtol or (error < math.inf and not self._leaves(zones)):
                 estimated = True
-                solution = self._solution(mesh, mesh.part, load, passes)
+                solution = self._solution(mesh, mesh.part, load, len(made))
                 mesh.coarse = None  # whose factors take memory
                 seconds = cost.predict("fitted", 2 * mesh.part.unknowns).seconds
                 answers = self.fixed or error <= rtol or isinstance(rtol, Usual)
@@ -246,7 +246,7 @@ class FittedSolver(MeshFitter):
             coarse = mesh.part
             mesh = None
         if not estimated or self._leaves(zones):
-            raise Abandoned(self.unsettled(load, zones, passes))
+            raise Abandoned(self.unsettled(load, zones, len(made)))
 
     def _leaves(self, zones: CornerZones) -> bool:
         """Returns whether zones reach beyond the part of the surface on which they are looked for."""
@@ -259,16 +259,19 @@ class FittedSolver(MeshFitter):
         zones: CornerZones,
         level: tuple[int, int, bool],
         coarse: MeshSolution | None,
-    ) -> tuple[FittedMesh | None, CornerZones, int]:
-        """Returns the FittedMesh of a level whose zones hold, or None, the next zones, and the number of
-        meshes. Zones are amended until they hold, and their edges moved until that adds little to the
-        estimate, or no longer halves what it adds; those of a fixed order to rounding.
+        made: list[int],
+    ) -> tuple[FittedMesh | None, CornerZones]:
+        """Returns the FittedMesh of a level whose zones hold, or None, and the next zones, and adds the
+        orders of its meshes to those `made`. Zones are amended until they hold, and their edges moved until
+        that adds little to the estimate, or no longer halves what it adds; those of a fixed order to
+        rounding.
         """
         last = math.inf
         tolerance = rtol if self.fixed else CONDITIONS_PART * rtol
         located = 0.0 if self.fixed else 5 * rtol
         for passes in range(1, 7):
             counted()
+            made.append(level[0])
             mesh: Any = None  # before the next, which takes as much memory
             mesh = FittedMesh(self, load, zones, *level, coarse)
             total: Any = mesh.estimate.total
@@ -286,7 +289,7 @@ class FittedSolver(MeshFitter):
             if enough or edges > last / 2:
                 break
             last = edges
-        return mesh if amended is None else None, zones, passes
+        return mesh if amended is None else None, zones
 
     def unsettled(self, load: float, zones: CornerZones, passes: int) -> NotConverged | BadArgument:
         """Returns the error of zones that leave the surface, or do not settle."""

@@ -182,7 +182,7 @@ def refine_until(solver: Any, load: float | None, approach: float | None, rtol: 
         if failure:
             besides = f"take another mesh: on the next one, {failure}"
         besides = "".join(last.result.beyond()) or besides
-        passes = len(passed)
+        passes = len(passed) + (failure is not None)  # the one that failed is none of those that passed
         return out_of_reach(
             rtol, best.error, "", besides, passes, load=load, approach=approach, margin=last.margin
         )

@@ -40,16 +40,23 @@ def solve_on_panels(
     no contact was expected.
     """
     failure = None
+    poor: list[RefinementLevel[PanelSolution]] = []
     for zones in _trials(problem, load, near):
         try:
             if order is None:
-                return _refined(solver, problem, load, zones, rtol)
+                level = _refined(solver, problem, load, zones, rtol)
+                if level.error < 1:
+                    return level.result
+                poor.append(level)  # other zones may be better
+                continue
             state = _verified(_amended(newton_zone_edges(problem, load, zones, order, 1e-9), 0.0))
             return state.changed(solver=solver)
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
             failure = objection
+    if poor:
+        return min(poor, key=lambda level: level.error).result
     raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
 
 
@@ -63,18 +70,17 @@ def _trials(problem: Problem, load: float, near: PanelSolution | None) -> Iterat
     yield from map(problem.computed, first_zones(problem, load))
 
 
-def _refined(solver: Any, problem: Problem, load: float, zones: CornerZones, rtol: Any) -> PanelSolution:
-    """Returns the PanelSolution to rtol from trial zones on."""
+def _refined(
+    solver: Any, problem: Problem, load: float, zones: CornerZones, rtol: Any
+) -> RefinementLevel[PanelSolution]:
+    """Returns the RefinementLevel to rtol from trial zones on, for an rtol that is `Usual` the best one."""
 
     def refusal(best: Any, last: Any, failure: NotConverged | None) -> NotConverged:
         besides = "fix the discretisation instead"
         return failure or out_of_reach(rtol, best.error, load=load, besides=besides, met_again=False)
 
     # paths and histories, which keep what they have, ask for states on the way
-    best = refine(_orders(solver, problem, load, zones, rtol), rtol, refusal, keeps=False)
-    if best.error >= 1:
-        raise refusal(best, best, None)
-    return best.result
+    return refine(_orders(solver, problem, load, zones, rtol), rtol, refusal, keeps=False)
 
 
 def _orders(

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeVar
 
-from ..errors import BadArgument, Checked, checked, require_kind, require_positive
+from ..errors import BadArgument, Checked, checked, require, require_kind, require_positive
 from .material import Cosserat
 from .methods import Fitted, MethodLike, Uniform, offered
 
@@ -116,10 +116,21 @@ class Block(OfSolid):
 
 def require_body(body: Any) -> None:
     """Raises BadArgument unless this is a body."""
-    lacking = [name for name in ("solid", "methods") if not getattr(body, name, None)]
+    lacking = [name for name in ("solid", "methods") if _is_nothing(getattr(body, name, None))]
     if lacking or isinstance(body, type):
         words = "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)"
         raise BadArgument("body", body, words + "".join(f": it has no {name}" for name in lacking[:1]))
+    require_kind(Cosserat, "a Cosserat", solid=body.solid)
+    methods = body.methods
+    classes = isinstance(methods, (tuple, list)) and all(isinstance(method, type) for method in methods)
+    require(classes, "methods", methods, "must be a tuple of method classes, as (mb.Panels, mb.Cells)")
+    period = offered_by(body).period
+    if period is not None:
+        require_positive(period=period)
+
+
+def _is_nothing(part: Any) -> bool:
+    return part is None or (isinstance(part, (tuple, list)) and not part)
 
 
 def over_surface(body: Any) -> bool:

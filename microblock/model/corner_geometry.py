@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .law import Law, in_frame, is_uniform
+from .law import Law, exact_slopes, in_frame, is_uniform
 from .obstacles import gap, heights
 from .types import Array, ObstacleLike
 
@@ -87,7 +87,7 @@ class Blocks:
         shape = np.shape(x[0])
         arms = self._level[0][:, None]
         if not self.uniform:
-            points = np.column_stack([*map(np.ravel, x), np.zeros(np.size(x[0]))])
+            points = self._points(*x)
             arms = self.law.arms(points, upwards(points))
         levers = np.moveaxis(-2 * arms[..., :-1], 2, 1)
         corners = levers.shape[:2]
@@ -96,12 +96,21 @@ class Blocks:
             return levers
         return levers[:, 0]
 
+    def _points(self, *x: Array) -> Array:
+        """Returns the points of a level surface at x1, or x1 and x2, one after the other, array (n, dim)."""
+        return np.column_stack([*map(np.ravel, x), np.zeros(np.size(x[0]))])
+
     def tilt(self, *x: Array) -> Array:
         """Returns the slopes of the outer sides of the blocks in the levers, array (axes, ...); (0, ...) of
         one corner.
         """
         if len(self.names) == 1:
             return np.empty((0, *np.shape(x[0])))
+        origin = np.zeros((1, 2 + self.in_space))
+        slopes = exact_slopes(self.law, origin if self.uniform else self._points(*x))
+        if slopes is not None:
+            slopes = np.broadcast_to(slopes, (len(slopes), np.size(x[0])))
+            return slopes.reshape(-1, *np.shape(x[0]))
         offset = self.offsets[0].reshape(-1, *[1] * np.ndim(x[0]))
         lever = self.levers(*x)[0]
         return lever.reshape(-1, *np.shape(x[0])) + offset

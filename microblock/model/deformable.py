@@ -67,7 +67,9 @@ class Deformable(RigidObstacle):
         require(not isinstance(self.shape, Deformable), "shape", self.shape, words)
         try:
             check(self.shape, over_surface(self.body))
-        except BadArgument as failure:  # which is that of an obstacle
+        except BadArgument as failure:
+            if failure.name != "obstacle":  # but what the shape says of itself
+                raise
             raise BadArgument("shape", self.shape, failure.allowed) from failure
 
 

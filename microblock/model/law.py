@@ -13,6 +13,7 @@ and a multiplier lambda_alpha <= 0, which together give traction and micromoment
 With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, fields
 from typing import Any, cast
 
@@ -295,6 +296,15 @@ def rotation(psi0: Any, *x: Array) -> Array:
     return angles
 
 
+def exact_slopes(law: Law, points: Array) -> Array | None:
+    """Returns the slopes of the outer sides of blocks in the levers at points, array (axes, n), with all
+    digits, where arms lose those of small ones; None of a law with arms of its own.
+    """
+    if isinstance(law, Microblock) and type(law).arms is Microblock.arms:
+        return law._signs_and_tilt(points)[1]
+    return None
+
+
 def in_frame(normals: Array, along: Array, up: Array) -> Array:
     """Returns vectors from their components along the surface, array (corners, axes, n), and along its unit
     normals, array (corners, n): array (corners, n, dim). Over a surface normals are e3.
@@ -358,6 +368,12 @@ def _of_its_blocks(law: Law, name: str) -> bool:
 
 def _check_corners(law: Law) -> None:
     """Raises BadArgument unless a user's law names its corners, and has arms and nothing beside them."""
+    for name in ("clamps_rotation", "even", "uniform", "psi0_in_gaps"):
+        value = getattr(law, name)
+        require(isinstance(value, (bool, np.bool_)), "law", law, f"{name} must be True or False: {value!r}")
+    _not_negative(law.friction)
+    words = f"must name its corners, a tuple: {law.corners!r}"
+    require(isinstance(law.corners, Collection), "law", law, words)
     names = tuple(law.corners)
     plain = all(isinstance(name, str) for name in names) and not {"full", "contact"} & {*names}
     words = f'must name its corners, each in another way and none "full" or "contact": {law.corners!r}'
@@ -370,8 +386,15 @@ def _check_corners(law: Law) -> None:
     )
     words = f"has arms of its own and the places of {places.__name__}: give both, or take Law as base"
     require(places not in BUILT_IN or issubclass(places, arms), "law", law, words)
+    words = "initial_rotation must return finite real numbers, an array (n,) at x, array (n,)"
+    angles = obstacles.evaluated(law.initial_rotation, np.zeros(1), name="law", given=law, allowed=words)
+    good = np.shape(angles) == (1,) and np.isrealobj(angles) and np.isfinite(angles).all()
+    require(good, "law", law, f"{words}: {angles!r}")
     for name in ("arms", "places"):
-        vectors = getattr(law, name)(*level_surface(np.zeros(1)))
+        words = f"{name} must take points and normals, arrays (n, 2)"
+        function = getattr(law, name)
+        origin = level_surface(np.zeros(1))
+        vectors = obstacles.evaluated(function, *origin, name="law", given=law, allowed=words)
         good = (
             np.shape(vectors) == (len(names), 1, 2) and np.isrealobj(vectors) and np.isfinite(vectors).all()
         )

@@ -25,6 +25,7 @@ from ..errors import (
     real_numbers,
     require,
     require_finite,
+    require_flag,
     require_floats,
     require_numbers,
     require_positive,
@@ -577,14 +578,39 @@ def jumps_of(obstacle: Any) -> Iterable[tuple[float, float]]:
 
 
 def check(obstacle: ObstacleLike, in_space: bool) -> None:
-    """Raises BadArgument unless an obstacle has a height that takes arrays, and kinks that are numbers."""
+    """Raises BadArgument unless an obstacle has a height that takes arrays, and attributes that fit."""
+    if not isinstance(obstacle, type):  # which is refused as that
+        _check_attributes(as_obstacle(obstacle))
     if in_space or returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, *np.zeros((1 + in_space, 2)))
-    named = as_obstacle(obstacle)
-    for name, value in (("kinks", named.kinks), ("jumps", named.jumps), ("ends", named.ends)):
-        words = "must be a tuple of numbers; leave it out where there are none"
-        places = require_floats(words, **{name: value})
-        require(places.ndim == 1 and not np.isnan(places).any(), name, value, words)
+
+
+def _check_attributes(obstacle: RigidObstacle) -> None:
+    """Raises BadArgument unless all but the height of an obstacle is as rules 2 to 4 say."""
+    kinks = _numbers_of(kinks=obstacle.kinks)
+    jumps = _numbers_of(jumps=obstacle.jumps)
+    words = f"must be finite, one for each of the {len(kinks)} kinks, or none"
+    as_many = len(jumps) in (0, len(kinks))
+    require(as_many and np.isfinite(jumps).all(), "jumps", obstacle.jumps, words)
+    ends = _numbers_of(ends=obstacle.ends)
+    widths = np.diff(ends)
+    words = "must be the left and the right end of each piece of the obstacle, ascending"
+    good = len(ends) % 2 == 0 and np.all(widths >= 0) and np.all(widths[::2] > 0)
+    require(good, "ends", obstacle.ends, words)
+    require_flag(even=obstacle.even, formulas=obstacle.formulas)
+    if obstacle.period is not None:
+        require_positive(period=obstacle.period)
+
+
+def _numbers_of(**values: Any) -> Array:
+    """Returns an array (k,) of the numbers, inf included, that an obstacle names; raises BadArgument of
+    others.
+    """
+    ((name, value),) = values.items()
+    words = "must be a tuple of numbers; leave it out where there are none"
+    numbers: Array = require_floats(words, **values)
+    require(numbers.ndim == 1 and not np.isnan(numbers).any(), name, value, words)
+    return numbers
 
 
 def scales(ell: float) -> Array:

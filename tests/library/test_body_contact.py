@@ -329,6 +329,24 @@ def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
     assert far.value.rtol_reached < 1.5 * near.value.rtol_reached
 
 
+def test_a_refusal_counts_the_pass_that_failed_as_well(monkeypatch):
+    """It had those that passed alone."""
+    passed = []
+    estimate = recovery.estimate
+
+    def short(solution):
+        passed.append(solution.unknowns)
+        if len(passed) == 3:
+            raise mb.BadArgument("mesh", None, "is too fine")
+        return estimate(solution)
+
+    monkeypatch.setattr(recovery, "estimate", short)
+    problem = mb.Contact(mb.Body(ground(6.0), UNIT, 3, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
+    with pytest.raises(mb.NotConverged, match="on the next one, .*too fine") as refused:
+        problem.solve(load=P, rtol=1e-6)
+    assert refused.value.iterations == 3
+
+
 @pytest.mark.parametrize("slope", [2, -2])
 def test_sheared_quadrilaterals_are_cut_alike_whatever_the_side(slope):
     """Along the shorter diagonal, sqrt(2) here: along sqrt(10) refinement took twice as much."""

@@ -10,7 +10,7 @@ import pytest
 import microblock as mb
 from cases.benchmarks.verification import lines
 from microblock import Cylinder, Microblock, Microclamped, NotConverged, Unilateral, Wedge
-from microblock.fem import meshes
+from microblock.fem import fitted, meshes
 from microblock.fem.condensation import CondensedNodes
 from microblock.fem.fitted import FittedSolver
 from tests.states import apart
@@ -306,3 +306,21 @@ def test_reactions_beside_a_microclamped_contact_are_estimated_too():
     _, problem, load, rtol, verify = lines.drawn("fitted", 3)
     error, estimate, _ = verify(problem.solve(load=load, rtol=rtol))
     assert error < rtol and estimate < rtol
+
+
+def test_a_refusal_counts_the_mesh_that_failed_as_well(monkeypatch):
+    """It had the meshes up to the last level with an estimate."""
+    made = []
+
+    class Short(fitted.FittedMesh):
+        def __init__(self, solver, load, zones, order, *level):
+            made.append(order)
+            if order == 6:
+                raise NotConverged("memory is short")
+            super().__init__(solver, load, zones, order, *level)
+
+    monkeypatch.setattr(fitted, "FittedMesh", Short)
+    monkeypatch.setattr(FittedSolver, "levels", lambda solver, rtol, even: ((4, 1), (5, 1), (6, 1)))
+    with pytest.raises(NotConverged, match="memory is short") as refused:
+        on_block(HARD, ONE, LINE).solve(load=P, rtol=1e-9)
+    assert refused.value.iterations == len(made) and made.count(6) == 1

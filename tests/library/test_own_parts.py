@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -293,6 +294,14 @@ SLIPS = {
     "halved blocks": (lambda: halved(mb.Microblock), "arms of its own and the places of Microblock"),
     "halved line": (lambda: halved(mb.Unilateral), "arms of its own and the places of Unilateral"),
     "from right to left": (lambda: Corners((0.5, -0.5)), "from left to right"),
+    "fails": (lambda: derived(arms=lambda *_: 1 / 0), "arms must take points and normals.*ZeroDivision"),
+    "rotation in words": (
+        lambda: derived(initial_rotation=returning("q")),
+        "initial_rotation must return finite real numbers",
+    ),
+    "no corners": (lambda: derived(corners=None), "must name its corners, a tuple"),
+    "flags": (lambda: derived(even=np.array([True, False])), "even must be True or False"),
+    "friction in words": (lambda: Corners((-0.5, 0.5), friction="q"), "^friction = .q."),
     "no rotation": (lambda: derived(clamps_rotation=True), "2 corners and constrains psi"),
 }
 
@@ -390,6 +399,18 @@ def test_a_solve_asks_a_uniform_law_ten_times_at_most(where, monkeypatch):
     assert visits  # they are counted
 
 
+def test_blocks_keep_the_digits_of_a_small_rotation():
+    """It was what levers of 1 leave of it: 0."""
+    x = np.array([1.0, 2.0])
+    turned = [mb.Microblock(1e-18), mb.Microblock(lambda x: 1e-18 * x)]
+    slopes = [Blocks(law, 0.1).tilt(x)[0].tolist() for law in turned]
+    assert slopes == [[1e-18, 1e-18], [1e-18, 2e-18]]
+    pair = Blocks(mb.Microblock((1e-18, 2e-18)), 0.1, in_space=True)
+    assert pair.tilt(x, x).tolist() == [[-2e-18, -2e-18], [1e-18, 1e-18]]
+    halved = derived(mb.Microblock, arms=lambda self, *where: mb.Microblock(0.3).arms(*where))
+    assert Blocks(halved, 0.1).tilt(x)[0] == pytest.approx([0.3, 0.3], rel=1e-15)
+
+
 def test_a_law_that_says_that_it_is_uniform_is_looked_at():
     class Growing(Corners):
         uniform = True
@@ -436,6 +457,42 @@ def test_an_obstacle_with_the_base_may_be_callable_and_needs_a_height():
     assert state.pressure == pytest.approx(pressed(Springs(), obstacle=CYLINDER).pressure, rel=1e-12)
     with pytest.raises(mb.BadArgument, match="^obstacle = "):
         pressed(Springs(), obstacle=type("Nothing", (RigidObstacle,), {})())
+
+
+def parabola(**attributes):
+    """An obstacle that says something of itself."""
+    return SimpleNamespace(height=lambda x: x**2 / 20, **attributes)
+
+
+SAID = {  # once a ValueError, TypeError or AttributeError of some line far inside, or believed
+    "method for a class": (lambda: type("B", (Springs,), {"methods": (GivenCompliance(),)})(), "methods"),
+    "a class": (lambda: type("B", (Springs,), {"methods": GivenCompliance})(), "methods"),
+    "solid": (lambda: type("B", (Springs,), {"solid": np.ones(2)})(), "solid"),
+    "period of a body": (lambda: type("B", (Springs,), {"period": "q"})(), "period"),
+    "one end": (lambda: parabola(ends=(0.5,)), "ends"),
+    "ends from right to left": (lambda: parabola(ends=(1.0, -1.0)), "ends"),
+    "array of ends": (lambda: parabola(ends=np.zeros((2, 2))), "ends"),
+    "number of ends": (lambda: parabola(ends=np.array(0.5)), "ends"),
+    "jumps": (lambda: parabola(kinks=(0.0,), jumps=(0.0, 0.0)), "jumps"),
+    "infinite jump": (lambda: parabola(kinks=(0.0,), jumps=(np.inf,)), "jumps"),
+    "array of even": (lambda: parabola(even=np.array([True, False])), "even"),
+    "formulas": (lambda: parabola(formulas=np.array([True, False])), "formulas"),
+    "period": (lambda: parabola(period="q"), "period"),
+    "negative period": (lambda: parabola(period=-1.0), "period"),
+}
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_what_parts_say_of_themselves_is_looked_at(name):
+    make, argument = SAID[name]
+    part = make()
+    uses = [lambda: mb.Contact(part, CYLINDER, LINE)]
+    if not isinstance(part, Springs):
+        uses = [lambda: mb.Contact(HALF, part, LINE), lambda: mb.Deformable(HALF, part)]
+    for use in uses:
+        with pytest.raises(mb.BadArgument, match=f"^{argument} = ") as refused:
+            use()
+        assert np.array_equal(refused.value.value, getattr(part, argument))
 
 
 class Shelf:

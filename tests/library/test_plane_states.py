@@ -12,7 +12,7 @@ import pytest
 import microblock as mb
 from cases.benchmarks.verification import SEED
 from microblock.halfplane import contact_violations as survey_module
-from microblock.halfplane import edges
+from microblock.halfplane import edges, zone_search
 from microblock.halfplane.kernels import coalescence_exponent, normal_symbol, plane_symbol
 from microblock.halfplane.transmitted_singularities import log_sizes
 from microblock.model.problem import Problem
@@ -607,3 +607,21 @@ def test_error_estimates_hold(seed):
     problem, load = seeded(seed)
     state, fine = (problem.solve(load=load, rtol=rtol) for rtol in (1e-3, 1e-5))
     assert apart(state, fine) <= state.error_estimate <= 1e-3
+
+
+def test_without_an_rtol_the_best_is_the_answer_whatever_its_estimate(monkeypatch):
+    """It was refused where the smallest estimate was 1 or more."""
+
+    def doubtful(coarse, state):
+        return state.changed(estimate=replace(state.estimate, discretisation=2.0))
+
+    monkeypatch.setattr(zone_search, "_compared", doubtful)
+    problem = mb.Contact(
+        mb.HalfPlane(mb.Cosserat(E=1, nu=0.3, ell=0.1, beta=1)), mb.Cylinder(1.0), mb.Unilateral()
+    )
+    panels = problem.with_(method=mb.Panels())
+    state = panels.solve(load=0.1)
+    assert 2 <= state.error_estimate < 2.1 and any("usual rtol" in words for words in state.warnings)
+    assert problem.solve(load=0.1).method == "cells"  # whose estimate is smaller
+    with pytest.raises(mb.NotConverged):
+        panels.solve(load=0.1, rtol=0.9)
