@@ -37,9 +37,11 @@ def solve(alpha=0.25, wide=1.0, thin=0.05, rtol=1e-4):
     upper, lower = np.subtract(*(layer.fields(*points).psi for layer in layers))
     sentences = (
         f"The contact splits in two if blocks are larger than {alpha_mid:.4f} a_Hz, the half-width of Hertz' "
-        f"contact. The paper has {paper}, {100 * (paper / alpha_mid - 1):.0f} % more: the value of its mesh.",
-        f"Size effects are opposite. At the side {wide:g} a_Hz of the blocks the apparent hardness is "
-        f"{corners:.3f} of Hertz' with the corners of microblocks, and {plain:.3f} without corners.",
+        f"contact. The paper reports {paper}; the {100 * (paper / alpha_mid - 1):.0f} % excess is a mesh "
+        "effect.",
+        f"The two laws show opposite size effects. At the side {wide:g} a_Hz of the blocks the apparent "
+        f"hardness is {corners:.3f} of Hertz' with the corners of microblocks, and {plain:.3f} without "
+        "corners.",
         f"Corners are felt in a layer as thick as a block. Below full contact, with blocks of {thin:g} a_Hz, "
         f"their effect falls by the factor {upper / lower:.2f} over the depth of a block.",
     )

@@ -70,7 +70,7 @@ def traction_figure(states):
     """Shear traction over its bound (a), and stick zones (b), one shear load after the other."""
     drawing, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(3.54, 4.0), layout="constrained")
     colours = plt.get_cmap("viridis")(np.linspace(0, 0.6, len(states)))  # lighter ones fade on a white page
-    for level, (state, colour) in enumerate(zip(states, colours)):
+    for row, (state, colour) in enumerate(zip(states, colours)):
         bound = state.law.friction * state.pressure
         touching = bound > 0
         top.plot(
@@ -78,7 +78,7 @@ def traction_figure(states):
         )
         for zones, width in (("contact", 0.8), ("stick", 5)):
             for ends in state.zones[zones]:
-                bottom.plot(ends, (level, level), color=colour, linewidth=width, solid_capstyle="butt")
+                bottom.plot(ends, (row, row), color=colour, linewidth=width, solid_capstyle="butt")
     bottom.set_yticks(
         range(len(states)), [f"{state.shear / (state.law.friction * state.load):.2g}" for state in states]
     )

@@ -194,7 +194,7 @@ class BlockHalfPlane:
     ----------
     solid : Cosserat, of long waves (its ell is the side of a block)
     springs : Springs
-    x : array (n,), centres of neighbouring blocks, their side apart, ascending
+    x : array (n,), centres of neighbouring blocks, ascending by their side
     period : int, blocks after which the Fourier sums repeat. The images that come with them are taken away
         to leading order, so that what is left of them falls like the fourth power of 1/period.
     """

@@ -103,22 +103,22 @@ def valleys(x2, values, bounds):
     a, b, c = np.sum(first**2, axis=0)[:, None], first.T @ second, np.sum(second**2, axis=0)
     p, q = (first.T @ values)[:, None], second.T @ values
     explained = (c * p**2 - 2 * b * p * q + a * q**2) / np.maximum(a * c - b**2, 1e-300)
-    apart = coarse - fine[:, None]
-    explained[np.abs(apart) < 0.05] = 0
+    differences = coarse - fine[:, None]
+    explained[np.abs(differences) < 0.05] = 0
     # in the fine length the bottom is that of a parabola
     left, top, right = explained[:-2], explained[1:-1], explained[2:]
     peak = (np.minimum(left, right) > 0) & (top >= np.maximum(left, right)) & (left - 2 * top + right < 0)
     bend = np.where(peak, left - 2 * top + right, -1.0)
     step, bottom = (left - right) / (2 * bend), top - (right - left) ** 2 / (8 * bend)
     for side in (1, -1):  # the fine length is the shorter, or the longer one
-        best = np.where(peak & (side * apart[1:-1] > 0), bottom, 0)
+        best = np.where(peak & (side * differences[1:-1] > 0), bottom, 0)
         rows = np.argmax(best, axis=0)
         most = np.pad(best.max(axis=0), 1)
         for j in np.flatnonzero((most[1:-1] > most[:-2]) & (most[1:-1] >= most[2:])):
             yield fine[1 + rows[j]] + step[rows[j], j] * (fine[1] - fine[0]), coarse[j]
 
 
-def between(x2, values, alpha, start, stop):
+def fitted_exponentials(x2, values, alpha, start, stop):
     """The fit from `start` times ell to `stop` times a_Hz below the surface."""
     chosen = (-x2 >= start * alpha * (1 - 1e-9)) & (-x2 <= stop * (1 + 1e-9))
     return fit(x2[chosen], values[chosen], alpha)
@@ -130,8 +130,10 @@ def layer(x2, values, alpha, uncertain=0.0):
     The errors are two standard deviations, the largest change when the depths vary, and `uncertain`, what the
     error of the values does to the lengths.
     """
-    lengths, amplitudes, deviations, residual = between(x2, values, alpha, 0.0, 2.0)
-    others = [between(x2, values, alpha, *window)[0] for window in ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))]
+    lengths, amplitudes, deviations, residual = fitted_exponentials(x2, values, alpha, 0.0, 2.0)
+    others = [
+        fitted_exponentials(x2, values, alpha, *window)[0] for window in ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
+    ]
     errors = uncertain + np.abs(others - lengths).max(axis=0) + 2 * deviations * lengths
     entries = {
         "L_bl_over_ell": lengths[0] / alpha,
@@ -149,7 +151,7 @@ def layer(x2, values, alpha, uncertain=0.0):
         ),
         (
             np.abs(amplitudes).max() > 10 * np.abs(values).max(),
-            "two exponentials of nearly the same length cancel: they cannot be told apart",
+            "two exponentials of nearly the same length cancel: they cannot be distinguished",
         ),
         (relative[0] > 0.1, f"L_bl moves by {moves[0]} with the depths used"),
         (relative[1] > 0.1, f"L_sol and A_sol move by {moves[1]} with the depths used"),

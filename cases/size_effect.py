@@ -93,7 +93,8 @@ def event_of(problem):
 
 def meeting(problem, near, step=3e-3):
     """Load near another at which zones meet on the axis, and its error, from states of a fixed order at four
-    loads below it, a share `step` apart: the load is smooth in b^(2 s) with an inner edge at the distance b.
+    loads below it, each less by the fraction `step` of it: the load is smooth in b^(2 s) with an inner edge
+    at the distance b.
     """
     loads = near * (1 - step * np.arange(1, 5))
     edges = np.array([problem.solve(load=load).zones["A"][0][0] for load in loads])
@@ -113,9 +114,9 @@ def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
 
 def axis_closes(solver):
     """Load at which the node on the axis closes for good, of a condensed `Uniform` solver of half a body."""
-    flexibility, gaps, share = solver.prepare()
+    flexibility, gaps, weights = solver.prepare()
     last = solver.solid.E_star * solver.reach**2 / 4  # classical contact would fill the squares under less
-    events = active_set.path(flexibility, gaps, last, c=share)
+    events = active_set.path(flexibility, gaps, last, c=weights)
     loads = [event.load for event in events if event.corner == 0 and event.kind == "closes"]
     if not loads:
         raise mb.NotConverged(f"the axis is open up to the load {2 * last:g}", reached=2 * last)

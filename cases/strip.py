@@ -65,7 +65,7 @@ def solve(ell_over_H=0.5, psi0_deg=1.0, nu=0.3, beta=1.0, deltas=(0.005, 0.01, 0
 # What a state shows
 
 
-def below(state, x2):
+def fields_over_height(state, x2):
     """psi (n,), u1/H (n,) and u2/H (n,) at the heights x2 (n,) above the middle."""
     mesh = state.fields.body.mesh
     x1 = [] if mesh.dim == 1 else [np.full(np.shape(x2), state.weights.sum() / 2)]
@@ -77,7 +77,7 @@ def lengths(state):
     """Layer lengths L_psi and L_u over H: field over derivative at the surface, (48), with the derivatives
     of the fluxes ``M = gamma' ell^2 mu psi'`` and ``0 = sigma_12 = (mu + mu_c) u1' + 2 mu_c psi``.
     """
-    solid, ((psi,), (u1,), _) = state.solid, below(state, [1.0])
+    solid, ((psi,), (u1,), _) = state.solid, fields_over_height(state, [1.0])
     slope = -2 * solid.mu_c * psi / (solid.mu + solid.mu_c)
     return psi * solid.curvature * solid.ell**2 * solid.mu / state.micromoment[0], u1 / slope
 
@@ -90,8 +90,8 @@ def full_contact(contact):
     # blocks that rotate as if they were free close both corners at this approach, so delta_fc lies above
     rigid = contact.body.solid.ell / 2 * abs(law.psi0) * (1 - abs(law.psi0))
     first, second = (
-        max(contact.solve(approach=level).gap_at(corner, 0.0) for corner in law.corners)
-        for level in (rigid / 4, rigid / 2)
+        max(contact.solve(approach=approach).gap_at(corner, 0.0) for corner in law.corners)
+        for approach in (rigid / 4, rigid / 2)
     )
     if not first > second > 0:
         raise mb.NotConverged("the second corner does not close: rounding at this rho; take a smaller one")
@@ -141,7 +141,7 @@ def relative(error, size, scale):
 def errors(state):
     """Relative L2 errors over the thickness against the closed form: of psi, of u, and of psi as printed."""
     x2, weights = rule(state)
-    psi, *u = below(state, x2)
+    psi, *u = fields_over_height(state, x2)
     exact = closed_form(state)
     printed = replace(exact, curvature=2.0)
     scale = abs(state.approach)
@@ -163,7 +163,7 @@ def figure(states):
     for number, state in enumerate(states):
         exact = closed_form(state)
         style = {"color": f"C{number}"}
-        for axis, name, values in zip(axes, ("psi", "u1"), below(state, x2)):
+        for axis, name, values in zip(axes, ("psi", "u1"), fields_over_height(state, x2)):
             axis.plot(fine, getattr(exact, name)(fine), **style)
             axis.plot(x2, values, "os^Dv"[number % 5], label=f"{state.approach:.3g}", **style)
     axes[0].set(ylabel=r"$\psi$ (rad)")

@@ -44,7 +44,7 @@ def solve(
     rtol : relative error of each state
     """
     law, E = mb.Microblock(psi0=math.radians(psi0_deg)), 2 * R * (1 - nu**2)
-    soft, solid = (mb.Cosserat(E=share * E, nu=nu, ell=alpha, beta=beta) for share in (2, 1))
+    soft, solid = (mb.Cosserat(E=ratio * E, nu=nu, ell=alpha, beta=beta) for ratio in (2, 1))
     other = soft if second == "same" else mb.Cosserat(E=2 * E, nu=nu, ell=alpha, beta=0)
     cylinder = mb.Deformable(mb.HalfPlane(other), mb.Cylinder(R))
     pairs = {"deforms": (soft, cylinder), "rigid": (solid, mb.Cylinder(R))}

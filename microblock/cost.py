@@ -40,13 +40,13 @@ class Cost(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """Seconds ``fixed + each n**power`` and bytes ``memory n**spread`` of n unknowns."""
+    """Seconds ``fixed + each n**power`` and bytes ``memory n**memory_power`` of n unknowns."""
 
     fixed: float
     each: float
     power: float
     memory: float
-    spread: float
+    memory_power: float
 
 
 RATES = {
@@ -69,7 +69,7 @@ def predict(method: str, unknowns: float, times: float = 1.0) -> Cost:
     """
     rate = RATES[method]
     seconds = rate.fixed + times * rate.each * unknowns**rate.power
-    memory = rate.memory * unknowns**rate.spread
+    memory = rate.memory * unknowns**rate.memory_power
     return Cost(float(seconds), float(memory), float(unknowns))
 
 

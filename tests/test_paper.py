@@ -48,7 +48,7 @@ def full_contact():
 def sign_of_48():
     """(48) as printed, over ell/sqrt(beta)."""
     state = strip.problem(**THICK).solve(approach=0.02)
-    below, surface = strip.below(state, [1 - 1e-5, 1.0])[0]
+    below, surface = strip.fields_over_height(state, [1 - 1e-5, 1.0])[0]
     return [-surface / ((surface - below) / 1e-5) / state.solid.ell]
 
 

@@ -180,7 +180,7 @@ def large_friction(k):
     square = mb.Body(mesh, solid, 2, fixed="bottom", contact="top")
     cylindrical = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(1.0), mb.Microblock(friction=friction))
     problem = (cylindrical, cylindrical.with_(body=square, obstacle=mb.Plane()))[k % 2]
-    pairs = [(LOAD, share * friction * LOAD) for share in (0.0, 0.5, 0.999, -0.999)]
+    pairs = [(LOAD, fraction * friction * LOAD) for fraction in (0.0, 0.5, 0.999, -0.999)]
 
     def verify(state):
         return abs(state.work - state.energy - state.dissipation) / abs(state.work), None, 0.0
@@ -300,12 +300,12 @@ def run(name, k, seconds):
 
 
 def table(frame):
-    """What fails where: a row a question, with the share of the runs that fail, by kind."""
+    """What fails where: a row a question, with the fraction of the runs that fail, by kind."""
     rows = []
     for name, question in QUESTIONS.items():
         kinds = frame.kind[frame["map"] == name]
-        shares = kinds[kinds != KINDS["right"]].value_counts() / max(len(kinds), 1)
-        failed = ", ".join(f"{share:.0%} {kind}" for kind, share in shares.items())
+        fractions = kinds[kinds != KINDS["right"]].value_counts() / max(len(kinds), 1)
+        failed = ", ".join(f"{fraction:.0%} {kind}" for kind, fraction in fractions.items())
         if not failed:
             failed = "none" if len(kinds) else "not run"
         rows.append((question.text, len(kinds), failed, question.where, question.advice))
@@ -321,7 +321,7 @@ def to_dict(frame):
 
 
 def figure(frame=None):
-    """Performance profile: the share of runs whose true error is below a multiple of the promise."""
+    """Performance profile: the fraction of runs whose true error is below a multiple of the promise."""
     if frame is None:
         frame = pd.read_csv(RECORD)
     drawing, axis = plt.subplots(layout="constrained", figsize=(3.54, 3.2))
@@ -330,15 +330,15 @@ def figure(frame=None):
         runs = frame[frame["map"] == name]
         ratios = np.sort(runs.ratio.dropna().clip(1e-5))
         if len(ratios):
-            shares = np.append(np.arange(len(ratios) + 1), len(ratios)) / len(runs)
+            fractions = np.append(np.arange(len(ratios) + 1), len(ratios)) / len(runs)
             style = ("-", "--", "-.", ":")[number % 4]
-            axis.step([1e-5, *ratios, 1e2], shares, style, where="post", label=label)
+            axis.step([1e-5, *ratios, 1e2], fractions, style, where="post", label=label)
     axis.set(
         xscale="log",
         xlim=(1e-5, 1e2),
         ylim=(0, 1.05),
         xlabel="true error over promised error",
-        ylabel="share of runs",
+        ylabel="fraction of runs",
     )
     drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return drawing

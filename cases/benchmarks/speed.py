@@ -5,7 +5,7 @@
 :Method:    panels, cells, fitted elements, equal squares condensed or with the paper's augmented Lagrangian
             or the penalty; tamaas in the classical limit
 :Reference: Hertz' ellipse, else the second code `verification.panels`; its own error is the floor
-:Units:     processor seconds of one thread, setup (what further loads reuse) and solution apart, each the
+:Units:     processor seconds of one thread, setup (what further loads reuse) and solution, each the
             best of `repeats` after a warm-up; errors max(|dp|, |dM|/ell)/|p| in L2
 
 Where an accuracy is asked for nothing is tuned. tamaas is tuned in its favour: the period is the best of each
@@ -38,7 +38,7 @@ from .verification.lines import fields
 NU, CLASSICAL = 0.3, 1e-10  # coupling beta of the classical limit
 LOAD, REACH = math.pi / 2, 2.0  # the load; half-width of the equal squares over a_Hz
 DOMAIN = 18.0  # size of the paper's block over a_Hz
-PAPER = "microblock-0.25"  # alone has the levels that take a minute
+PAPER = "microblock-0.25"  # alone has the refinements that take a minute
 COLUMNS = ("rtol", "h", "order", "solver", "rho", "domain", "nodes", "period", "unknowns", "error", "floor",
            "setup", "solve", "spent", "repeats", "estimate", "failure")  # fmt: skip
 
@@ -163,7 +163,7 @@ class Method:
     dear: tuple = ()
     peer: str | None = None
 
-    def levels(self, problem):
+    def discretisations(self, problem):
         """Settings for a problem; none where it cannot be solved, or the package is not installed."""
         if self.peer and (problem.beta != CLASSICAL or importlib.util.find_spec(self.peer) is None):
             return ()
@@ -223,11 +223,11 @@ def measure(problem, method, setting, repeats):
 
 
 def refined(problem, name, settings, repeats, limit):
-    """Rows of a method's levels, up to where the next one would take longer than `limit`."""
+    """Rows of a method's refinements, up to where the next one would take longer than `limit`."""
     rows = []
     for setting in settings:
         finer = rows and any(setting.get(key) != rows[-1][key] for key in ("h", "nodes", "rtol"))
-        if finer and rows[-1]["spent"] * 5.0 > limit:  # the next level is at most so many times dearer
+        if finer and rows[-1]["spent"] * 5.0 > limit:  # the next refinement is at most so many times dearer
             break
         rows.append(measure(problem, METHODS[name], setting, repeats))
     about = {"scene": problem.name, "contact": problem.contact, "alpha": problem.alpha, "nu": NU}
@@ -253,7 +253,7 @@ def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=N
     rows = [
         row
         for problem, method in tqdm(curves, unit="curve", disable=None)
-        for row in refined(problem, method, METHODS[method].levels(problem)[:most], repeats, limit)
+        for row in refined(problem, method, METHODS[method].discretisations(problem)[:most], repeats, limit)
     ]
     runs = pd.DataFrame(rows).assign(**{f"version_{key}": value for key, value in versions().items()})
     if out:

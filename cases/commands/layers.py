@@ -7,7 +7,7 @@ Model      halfplane: pressures on panels of the contact line, the fields below 
            modes. fe: fitted finite elements that shrink towards the lines too, domain 1000 a_Hz.
 Reference  the bi-exponential decay (51), fitted to the difference of psi along vertical lines; 1/sqrt(beta)
            of the thick strip, (49).
-Look at    L_bl/ell beside mode_length_over_ell: the micropolar mode's share of the difference over its
+Look at    L_bl/ell beside mode_length_over_ell: the micropolar mode's part of the difference over its
            derivative at the surface, which needs no fit. Both tend to 1/sqrt(beta) under the full-contact
            zone.
 Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error is that of L_bl_over_ell: two
@@ -65,7 +65,9 @@ def on_meshes(alpha, positions, nu, beta):
         values, before = (
             np.subtract(*(along(s, s.fields.psi, x1, x2) for s in pair)) for pair in (fine, coarse)
         )
-        lengths, others = (layers.between(x2, psi, alpha, 0.0, 2.0)[0] for psi in (values, before))
+        lengths, others = (
+            layers.fitted_exponentials(x2, psi, alpha, 0.0, 2.0)[0] for psi in (values, before)
+        )
         mode, other = (mode_length(pair, x1) / alpha for pair in (fine, coarse))
         yield {
             "alpha": alpha,

@@ -87,11 +87,11 @@ def results(options, demanded=False, *failures):
     rho = options["rho"]
     estimate = None
     if rtol is None:
-        state, delta_fc = level(options)
+        state, delta_fc = solved(options)
     else:
-        (state, delta_fc), estimate = refine(level, refinements(options), distance, rtol)
+        (state, delta_fc), estimate = refine(solved, refinements(options), distance, rtol)
         if options["method"] == "penalty" and rho is not None:  # its error falls like 1/rho
-            stiffer = level(options | resolution(state) | {"rho": 10 * rho})
+            stiffer = solved(options | resolution(state) | {"rho": 10 * rho})
             estimate += 10 / 9 * distance((state, delta_fc), stiffer)
     if demanded and estimate > rtol:
         raise out_of_reach(
@@ -143,7 +143,7 @@ def problem(options):
     )
 
 
-def level(options):
+def solved(options):
     """(State, delta_fc) on one discretisation."""
     contact = problem(options)
     delta_fc = strip.full_contact(contact)
@@ -159,7 +159,7 @@ def distance(coarse, fine):
     state, delta_fc = fine
     scale = abs(state.approach)
     x2, weights = strip.rule(state)
-    (psi, *u), (fine_psi, *fine_u) = (strip.below(pair[0], x2) for pair in (coarse, fine))
+    (psi, *u), (fine_psi, *fine_u) = (strip.fields_over_height(pair[0], x2) for pair in (coarse, fine))
     pressure = abs(state.pressure[0])
     forces = (
         ("pressure", pressure, pressure),
@@ -181,7 +181,9 @@ def distance(coarse, fine):
 
 def observed(state, delta_fc, delta):
     """Surface values with the signs of the paper, layer lengths, and fields over the height."""
-    surface = dict(zip(("psi_surface", "u1_surface", "u2_surface"), np.ravel(strip.below(state, [1.0]))))
+    surface = dict(
+        zip(("psi_surface", "u1_surface", "u2_surface"), np.ravel(strip.fields_over_height(state, [1.0])))
+    )
     traction = -float(state.pressure[0])
     micromoment = float(state.micromoment[0])
     name = "partial"
@@ -205,7 +207,7 @@ def observed(state, delta_fc, delta):
         "unknowns": state.unknowns,
         "iterations": state.iterations,
         "kkt": state.residual,
-        "profile": dict(zip(("x2", "psi", "u1", "u2"), (x2, *strip.below(state, x2)))),
+        "profile": dict(zip(("x2", "psi", "u1", "u2"), (x2, *strip.fields_over_height(state, x2)))),
     }
 
 

@@ -62,7 +62,7 @@ def solve(
         body = mb.HalfPlane(mb.Cosserat(1 - nu**2, nu, size, beta=beta))
         problem = mb.Contact(body, obstacle, LAWS[contact](friction=friction))
         P = normal * math.pi / 4 * E_star
-        pairs = [(P, share * friction * P) for share in (0.0, *shear)]
+        pairs = [(P, fraction * friction * P) for fraction in (0.0, *shear)]
         histories.append(problem.history(pairs, coupled=coupled == "yes", rtol=rtol))
     return {"E_star": E_star, "normal": normal, "histories": histories}
 

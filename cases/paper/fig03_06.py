@@ -40,7 +40,7 @@ def solve(psi0_deg=1.0, nu=0.3, beta=1.0, delta_over_H=0.02):
     return {
         "fields": [strip.solve(ratio, deltas=(delta_over_H,), **solid, **PAPER)[0] for ratio in RATIOS],
         "lengths": [strip.solve(ratio, deltas=(delta_over_H,), order=12, **solid)[0] for ratio in thin],
-        "loads": [contact.solve(approach=share * delta_fc) for share in np.linspace(0.125, 2, 16)],
+        "loads": [contact.solve(approach=fraction * delta_fc) for fraction in np.linspace(0.125, 2, 16)],
         "delta_fc": delta_fc,
     }
 
@@ -57,13 +57,13 @@ def fig3(states):
         H = 1 / state.solid.ell
         x2 = np.linspace(0, 1, 200)
         axis.axhline(H, color="0.5")
-        for place, share in enumerate((1, 2 / 3, 1 / 3, 0)):
-            u1 = 25 * H * strip.below(state, x2)[1]
+        for place, fraction in enumerate((1, 2 / 3, 1 / 3, 0)):
+            u1 = 25 * H * strip.fields_over_height(state, x2)[1]
             axis.plot([1.5 * place, 1.5 * place], [0, H], "--", color="0.5", linewidth=0.5)
             axis.plot(1.5 * place + u1, x2 * H, "C0", linewidth=0.9)
             block = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j, -1 - 1j]) / 2
-            block *= np.exp(30j * (state.law.psi0 + strip.below(state, [share])[0][0]))
-            height = min(share * H, H - block.imag.max())
+            block *= np.exp(30j * (state.law.psi0 + strip.fields_over_height(state, [fraction])[0][0]))
+            height = min(fraction * H, H - block.imag.max())
             x1 = 1.5 * place + np.interp(height, x2 * H, u1)
             axis.plot(x1 + block.real, height + block.imag, "C1", linewidth=0.9)
         axis.set(
@@ -86,7 +86,7 @@ def fig4(states):
     drawing, axes = plt.subplots(2, 1, figsize=(3.54, 4.0), sharex=True, layout="constrained")
     x2, fine = np.linspace(0, 1, 11), np.linspace(0, 1, 301)
     for number, state in enumerate(states):
-        exact, (psi, u1, _) = strip.closed_form(state), strip.below(state, x2)
+        exact, (psi, u1, _) = strip.closed_form(state), strip.fields_over_height(state, x2)
         rows = (exact.psi, psi, -exact.psi0, exact.L_psi), (exact.u1, u1, exact.delta, exact.L_u)
         for axis, (form, values, scale, length) in zip(axes, rows):
             axis.plot(fine, form(fine) / scale, f"C{number}")
@@ -126,9 +126,11 @@ def fig6(states, delta_fc):
     drawing, axes = plt.subplots(2, 1, figsize=(3.54, 4.2), sharex=True, layout="constrained")
     exact = strip.closed_form(states[0])
     full, fine = replace(exact, delta=exact.delta_fc), np.linspace(1e-3, 2, 401)
-    lines = np.array([surface(replace(exact, delta=share * exact.delta_fc)) for share in fine]).T
-    marks = [(s.micromoment[0], -s.pressure[0], *np.ravel(strip.below(s, [1.0]))) for s in states]
-    shares, marks = np.array([state.approach for state in states]) / delta_fc, np.array(marks).T
+    lines = np.array([surface(replace(exact, delta=fraction * exact.delta_fc)) for fraction in fine]).T
+    marks = [
+        (s.micromoment[0], -s.pressure[0], *np.ravel(strip.fields_over_height(s, [1.0]))) for s in states
+    ]
+    fractions, marks = np.array([state.approach for state in states]) / delta_fc, np.array(marks).T
     lever, sizes = exact.ell / 2 * (1 - exact.psi0), np.abs(surface(full))
     curves = (
         (axes[0], r"$M/M(\delta_{fc})$", lambda s: s[0] / surface(full)[0]),
@@ -140,7 +142,7 @@ def fig6(states, delta_fc):
     )
     for number, (axis, words, value) in enumerate(curves):
         axis.plot(fine, value(lines), f"C{number}")
-        axis.plot(shares, value(marks), f"C{number}{MARKS[number]}", markerfacecolor="none", label=words)
+        axis.plot(fractions, value(marks), f"C{number}{MARKS[number]}", markerfacecolor="none", label=words)
     axes[0].set(ylabel="micromoment", ylim=(0, 1.1))
     axes[1].set(xlabel=r"$\delta/\delta_{fc}$", ylabel=r"over $|$value at $\delta_{fc}|$")
     for axis in axes:

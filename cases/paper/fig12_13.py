@@ -46,7 +46,7 @@ def fig12(positions, laws, differences):
         top.plot(x2, unilateral[number], f"C{number}:")
     for number, (alpha, (x2, microblock, unilateral, _)) in enumerate(differences.items()):
         for values, style, x1 in zip(microblock - unilateral, ("-", "--"), (0.3, 0.6)):
-            lengths, amplitudes, *_ = layers.between(x2, values, alpha, 0.0, 2.0)
+            lengths, amplitudes, *_ = layers.fitted_exponentials(x2, values, alpha, 0.0, 2.0)
             bottom.plot(x2, values, f"C{number}{style}", label=rf"$\alpha = {alpha:g}$, $x_1 = {x1:g}$")
             bottom.plot(x2[::3], np.exp(np.divide.outer(x2[::3], lengths)) @ amplitudes, "k.", markersize=2)
     top.set(

@@ -22,7 +22,7 @@ class Compliance:
     matrix : array (2 n, 2 n), symmetric
         (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
     ell : length of a microblock
-    apart : boolean array (n - 1,), optional, whether the surface is interrupted after a node
+    interrupted : boolean array (n - 1,), optional, whether the surface is interrupted after a node
 
     Examples
     --------
@@ -38,7 +38,7 @@ class Compliance:
     weights: Array
     matrix: Array
     ell: float
-    apart: Flags | None = None
+    interrupted: Flags | None = None
 
     def __post_init__(self) -> None:
         count = len(self.weights)

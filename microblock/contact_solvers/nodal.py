@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import require
 from ..model.deformable import second_solid, shape_of
 from ..model.events import Event, LoadPath, following
-from ..model.intervals import borders, contact_zones, interrupted, runs, zone_changes
+from ..model.intervals import borders, contact_zones, in_interruption, runs, zone_changes
 from ..model.law import Law
 from ..model.problem import Problem
 from ..model.progress import counted, kept
@@ -127,7 +127,7 @@ class NodalSolution(OfNodes, PlaneSolution):
 
     def covers(self, x: Array) -> Flags:
         """Whether x lies on the contact boundary, boolean array (n,)."""
-        return (x >= self.x[0]) & (x <= self.x[-1]) & ~interrupted(self.x, self.apart, x)
+        return (x >= self.x[0]) & (x <= self.x[-1]) & ~in_interruption(self.x, self.interrupted, x)
 
     def pressure(self, corner: int, x: Array) -> Array:
         """Pressure of a corner (number) at x1 = x, array (n,)."""
@@ -157,8 +157,8 @@ class NodalSolution(OfNodes, PlaneSolution):
         return cls(solver, load, approach, forces, -outward, psi, *counts, gaps=gaps, closed=closed, **fields)
 
     @property
-    def apart(self) -> Flags | None:  # type: ignore[override]
-        return self.nodes.apart
+    def interrupted(self) -> Flags | None:  # type: ignore[override]
+        return self.nodes.interrupted
 
     @cached_property
     def micromoment(self) -> Array:
@@ -174,7 +174,7 @@ class NodalSolution(OfNodes, PlaneSolution):
     @cached_property
     def zones_by_name(self) -> Zones:
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1."""
-        return zones_of(self.x, self.closed, self.law, self.apart)
+        return zones_of(self.x, self.closed, self.law, self.interrupted)
 
     def remarks(self) -> list[str]:
         """Sentences where the contact reaches the last node and the obstacle goes on."""
@@ -333,7 +333,7 @@ class NodalPath(LoadPath):
         zones: list[Zones] = []
         flexibility, gaps, weights = solver.system
         x = solver.compliance.points[:, 0]
-        apart = solver.compliance.apart
+        interrupted = solver.compliance.interrupted
         closed = np.zeros(len(gaps), bool)
         corner_events = active_set.path(flexibility, gaps, self.last, c=weights)
         for load, changes in groupby(corner_events, key=lambda event: event.load):
@@ -341,9 +341,11 @@ class NodalPath(LoadPath):
             for change in changes:
                 closed[change.corner] ^= True
             loads.append(load)
-            zones.append(zones_of(x, solver.together(closed), self.problem.law, apart))
-        unseen = np.array([_spacing_over_half_width(x, apart, at_load["contact"]) for at_load in zones])
-        narrowest = max(_spacing_over_half_width(x, apart, [interval]) for interval in zones[-1]["contact"])
+            zones.append(zones_of(x, solver.together(closed), self.problem.law, interrupted))
+        unseen = np.array([_spacing_over_half_width(x, interrupted, at_load["contact"]) for at_load in zones])
+        narrowest = max(
+            _spacing_over_half_width(x, interrupted, [interval]) for interval in zones[-1]["contact"]
+        )
         return np.array([*loads, self.last]), zones, unseen, narrowest
 
     @cached_property
@@ -359,24 +361,24 @@ class NodalPath(LoadPath):
         return [words + "take smaller elements"] * bool(last)
 
 
-def _spacing_over_half_width(x: Array, apart: Flags | None, contact: list[Interval]) -> float:
+def _spacing_over_half_width(x: Array, interrupted: Flags | None, contact: list[Interval]) -> float:
     """Largest distance of nodes over the half-width of contact, at most 1."""
     if not contact:
         return 0.0
     left = contact[0][0]
     right = contact[-1][1]
     beside = (x[1:] >= left) & (x[:-1] <= right)
-    if apart is not None:
-        beside &= ~apart
+    if interrupted is not None:
+        beside &= ~interrupted
     distance = float(np.diff(x)[beside].max(initial=0.0))
     return min(1.0, distance / max((right - left) / 2, np.finfo(float).tiny))
 
 
 def zones_of(
-    x: Array, closed: Flags, law: Law, apart: Flags | None = None, end: float | None = None
+    x: Array, closed: Flags, law: Law, interrupted: Flags | None = None, end: float | None = None
 ) -> Zones:
     """{name: intervals} of closed nodes, half the way to their neighbours, at the last node up to `end`."""
-    pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
+    pieces = np.split(np.arange(len(x)), [] if interrupted is None else np.flatnonzero(interrupted) + 1)
     zones: list[list[Interval]] = [[] for _ in closed]
     for piece in pieces:
         edges = borders(x[piece], last=end)

@@ -204,8 +204,8 @@ def _lines(state: State) -> Integers:
     if state.method == "panels":  # its nodes lie in contact alone
         intervals = [interval for zones in state.zones.values() for interval in zones]
         together = contains(intervals, (state.x[:-1] + state.x[1:]) / 2)
-    elif state.apart is not None:
-        together = ~state.apart
+    elif state.interrupted is not None:
+        together = ~state.interrupted
     return np.flatnonzero(together)[:, None] + np.arange(2)
 
 

@@ -20,7 +20,7 @@ from .. import cost
 from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require, require_kind
-from ..model.law import Law, level_surface
+from ..model.law import Law, horizontal_surface
 from ..model.types import Array, Flags
 from ..threads import bounded, with_outer_threads
 from . import factors, supports
@@ -88,7 +88,9 @@ class CondensedNodes(ContactNodes):
     @bounded
     def compliance(self) -> Compliance:
         response = self.response(self.onto)
-        return Compliance(self.points, self.normals, self.weights, response, self.body.solid.ell, self.apart)
+        return Compliance(
+            self.points, self.normals, self.weights, response, self.body.solid.ell, self.interrupted
+        )
 
     @property
     def unseen_rows(self) -> Any:
@@ -224,7 +226,7 @@ def without_idle_rotation(body: Body, law: Law) -> Body:
     """
     along = np.array([vertex.point[0] for vertex in body.mesh.vertices])
     prescribed = any(name.startswith("psi") for name in body.prescribed)
-    rotated = prescribed or len(law.corners) > 1 or law.arms(*level_surface(along)).any()
+    rotated = prescribed or len(law.corners) > 1 or law.arms(*horizontal_surface(along)).any()
     if rotated or not (body.rotates and body.solid.is_classical):
         return body
     return body.once("without rotation", lambda: body.on(body.mesh, order_psi=0))

@@ -36,7 +36,7 @@ class FacetNodes:
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral row by row
     joined : array (n - 1,), in the plane the number of the facet that joins a node and the next, or -1
-    apart : boolean array (n - 1,), whether none does
+    interrupted : boolean array (n - 1,), whether none does
     shares : array (n,), areas by the rule
     """
 
@@ -52,7 +52,7 @@ class FacetNodes:
         self.joined: Integers = np.full(len(self.points) - 1, -1)
         for number, nodes in enumerate(self.facets):
             self.joined[nodes.min() : nodes.max()] = number
-        self.apart: Flags = self.joined < 0
+        self.interrupted: Flags = self.joined < 0
         if self.dim == 3 and not all(self._between_vertices):
             self.weights = self._areas()
 

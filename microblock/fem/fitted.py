@@ -26,7 +26,7 @@ from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
 from ..halfplane.zone_search import CONDITIONS_PART
 from ..model import contact_candidates
-from ..model.contact_candidates import ContactCandidates, low
+from ..model.contact_candidates import ContactCandidates, may_touch
 from ..model.contact_like import ContactLike
 from ..model.intervals import common, zone_edges
 from ..model.methods import Condensed, Panels
@@ -68,7 +68,7 @@ class FittedSolver(MeshFitter):
         self.candidates = candidates
         super().__init__(contact, options)
         if candidates is not None:
-            self.obstacle = contact_candidates.seen(self.obstacle, candidates)
+            self.obstacle = contact_candidates.with_detected_kinks(self.obstacle, candidates)
 
     @property
     def fixed(self) -> bool:
@@ -169,7 +169,7 @@ class FittedSolver(MeshFitter):
         half_width = candidates.half_width
         sizes = [(x, jump * half_width / candidates.rise / 2) for x, jump in jumps_of(candidates)]
         sizes += [(end, 1.0) for end in candidates.ends]
-        within = low(candidates, [x for x, _ in sizes])
+        within = may_touch(candidates, [x for x, _ in sizes])
         largest = max((size for (_, size), is_low in zip(sizes, within) if is_low), default=0.0)
         return largest * RATIO ** (depth / 2)
 

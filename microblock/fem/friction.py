@@ -153,7 +153,7 @@ class FrictionSolution(PairSolution, MeshSolution):
         zones = dict(super().zones_by_name)
         one_corner = laws.Unilateral()
         for name, flags in (("stick", stick), ("slip", self.closed.any(axis=0) & ~stick)):
-            zones[name] = zones_of(self.x, flags[None], one_corner, self.apart, self.end)["contact"]
+            zones[name] = zones_of(self.x, flags[None], one_corner, self.interrupted, self.end)["contact"]
         return zones
 
 

@@ -124,8 +124,8 @@ class MeshSolution(OnMesh, NodalSolution):
         return self.nodes.dim == 2 and not self.nodes.body.periodic
 
     @property
-    def apart(self) -> Flags | None:  # type: ignore[override]
-        return self.nodes.apart if self.has_edges and self.block is None else None
+    def interrupted(self) -> Flags | None:  # type: ignore[override]
+        return self.nodes.interrupted if self.has_edges and self.block is None else None
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
@@ -179,7 +179,7 @@ class MeshSolution(OnMesh, NodalSolution):
     def zones_by_name(self) -> Zones:
         if self.zones is not None:
             return contact_zones(self.zones, self.law.corners)
-        return zones_of(self.x, self.closed, self.law, self.apart, self.end)
+        return zones_of(self.x, self.closed, self.law, self.interrupted, self.end)
 
     @cached_property
     def energy(self) -> float:
@@ -221,8 +221,8 @@ class MeshSolution(OnMesh, NodalSolution):
             return problem
         half = max((right - left) / 2 for left, right in stretches)
         floor = off_node_violations.LOW * self.approach
-        candidates = contact_candidates.within(problem, stretches, half, floor)
-        obstacle = contact_candidates.seen(problem.obstacle, candidates)
+        candidates = contact_candidates.candidates_within(problem, stretches, half, floor)
+        obstacle = contact_candidates.with_detected_kinks(problem.obstacle, candidates)
         return replace(problem, candidates=candidates, obstacle=obstacle)
 
     @property

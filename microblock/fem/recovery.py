@@ -128,7 +128,7 @@ def _surface(solution: MeshSolution, averaged: Sequence[Any]) -> Array:
 
 def _free_edges(solution: MeshSolution) -> Flags:
     """Returns whether a corner is closed at one of a node and the next, array (corners, n - 1)."""
-    return (solution.closed[:, :-1] != solution.closed[:, 1:]) & ~solution.nodes.apart
+    return (solution.closed[:, :-1] != solution.closed[:, 1:]) & ~solution.nodes.interrupted
 
 
 def _edges(solution: MeshSolution) -> tuple[Integers, Array]:

@@ -91,7 +91,7 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         for number, offset in enumerate(blocks.offsets):
             x1, x2 = low[:2] - blocks.ell / 2 * offset[:, None]
             (level,) = nodes.interpolated(nodes.points[None, :, 2], x1, x2)
-            corners = blocks.on_level(self.solver.obstacle, x1, x2).offsets_from_contact_point
+            corners = blocks.on_horizontal_surface(self.solver.obstacle, x1, x2).offsets_from_contact_point
             depths = self.approach + level + corners[number, ..., 2] - low[2]
             near = np.flatnonzero(depths > 0)  # nan beside the contact boundary
             if len(near):

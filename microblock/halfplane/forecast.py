@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import cost
-from ..model.contact_candidates import ContactCandidates, low
+from ..model.contact_candidates import ContactCandidates, may_touch
 from ..model.intervals import runs
 from ..model.obstacles import jumps_of
 from ..model.problem import Problem
@@ -25,7 +25,7 @@ def likely_zones(problem: Problem, candidates: ContactCandidates) -> CornerZones
     last = len(sample_points) - 1
     touching = [
         (sample_points[max(i - 1, 0)], sample_points[min(j + 1, last)])
-        for i, j in runs(low(candidates, sample_points))
+        for i, j in runs(may_touch(candidates, sample_points))
     ]
     return problem.computed(
         {
@@ -42,7 +42,7 @@ def panels_cost(problem: Problem, load: float, rtol: float | None, order: int | 
     order = order or orders(candidates.simple, rtol or 0.0)[-1]
     count = len(make_panels(problem, likely_zones(problem, candidates), order).e)
     # zones are searched for again and again where peaks part them
-    peaks = np.count_nonzero(low(candidates, candidates.kinks) & (np.array(candidates.jumps) > 0))
+    peaks = np.count_nonzero(may_touch(candidates, candidates.kinks) & (np.array(candidates.jumps) > 0))
     return cost.predict("panels", order * count, 1 + int(peaks))
 
 
@@ -58,7 +58,7 @@ def bends(candidates: ContactCandidates) -> float:
     kinks = np.sort((-np.inf, *candidates.kinks, *candidates.height_jumps, np.inf))
     after = np.searchsorted(kinks, x[1:-1])
     distance = np.minimum(x[1:-1] - kinks[after - 1], kinks[after] - x[1:-1])
-    bent = (curvature > 0) & low(candidates, x[1:-1]) & (distance > 1e-3 * candidates.half_width)
+    bent = (curvature > 0) & may_touch(candidates, x[1:-1]) & (distance > 1e-3 * candidates.half_width)
     square = candidates.half_width**3 / candidates.rise**2 * (lengths[bent] @ curvature[bent] ** 2)
     return float(np.sqrt(square)) / 2
 
@@ -69,10 +69,10 @@ def cells_cost(
     """Returns the Cost of equal cells under candidates, between `fewest` and `most`, solved for so many
     times.
     """
-    valleys = np.count_nonzero(low(candidates, candidates.minima))
-    ends = np.count_nonzero(low(candidates, (*candidates.ends, *candidates.height_jumps)))
+    valleys = np.count_nonzero(may_touch(candidates, candidates.minima))
+    ends = np.count_nonzero(may_touch(candidates, (*candidates.ends, *candidates.height_jumps)))
     peaks, jumps = np.reshape([pair for pair in jumps_of(candidates) if pair[1] > 0], (-1, 2)).T
-    slopes = jumps[low(candidates, peaks)] * candidates.half_width / candidates.rise
+    slopes = jumps[may_touch(candidates, peaks)] * candidates.half_width / candidates.rise
     left = candidates.stretches[0][0]
     right = candidates.stretches[-1][1]
     width = (right - left) / candidates.half_width

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..model.fields import grid_below
 from ..model.intervals import contains, distance, without, zone_edges
-from ..model.law import level_surface
+from ..model.law import horizontal_surface
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.solution import ErrorParts, LineSolution
@@ -222,7 +222,7 @@ class OnPanels(LineSolution):
         if self.problem.law.clamps_rotation:
             values[-1] = self.reaction(x)
         displacement, psi = self.displacement_and_rotation(x)
-        return self.surface_at(*level_surface(x), values[:-1], values[-1], psi, displacement)
+        return self.surface_at(*horizontal_surface(x), values[:-1], values[-1], psi, displacement)
 
 
 class PanelSolution(OnPanels):

@@ -141,7 +141,7 @@ class PanelSolver(Solver):
                 candidates = contact_candidates.find_candidates(self.problem, bracket)
             except MicroblockError:  # it may carry this load, though not that of the bracket
                 candidates = contact_candidates.find_candidates(self.problem, load)
-            obstacle = contact_candidates.seen(self.problem.obstacle, candidates)
+            obstacle = contact_candidates.with_detected_kinks(self.problem.obstacle, candidates)
             self._problems[bracket] = replace(self.problem, obstacle=obstacle, candidates=candidates)
         return self._problems[bracket]
 

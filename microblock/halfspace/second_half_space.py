@@ -50,8 +50,8 @@ class SecondBodyCells:
 
     Attributes
     ----------
-    shares : dict of sparse arrays (m, n)
-        By a or b: shares on m cells of forces on n cells along an axis, `margin` fewer on either side.
+    force_weights : dict of sparse arrays (m, n)
+        By a or b: weights on m cells of forces on n cells along an axis, `margin` fewer on either side.
     response : FourierOperator
         Of u2 to forces on m x m cells.
     near : int
@@ -82,7 +82,9 @@ class SecondBodyCells:
         )
         self.margin = 0 if periodic or not corner_distance else int(np.ceil(corner_distance)) + 2
         signs = np.unique(offsets).tolist()
-        self.shares = {sign: _shares(sign * corner_distance, count, self.margin) for sign in signs}
+        self.force_weights = {
+            sign: _force_weights(sign * corner_distance, count, self.margin) for sign in signs
+        }
         if periodic:
             spectrum = _smooth_response(solid, count, width)
             spectrum[0, 0] = 0
@@ -100,7 +102,9 @@ class SecondBodyCells:
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n, n)."""
         u2 = self.displacement(forces)
-        gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
+        gaps = np.array(
+            [self.force_weights[a].T @ u2 @ self.force_weights[b] for a, b in self.offsets.tolist()]
+        )
         if len(gaps) == len(TWIST_MODE):
             gaps += np.multiply.outer(TWIST_MODE, self.least_twist * np.tensordot(TWIST_MODE, forces, 1))
         return gaps
@@ -109,7 +113,7 @@ class SecondBodyCells:
         """Returns the forces on cells of the second surface, array (m, m)."""
         return np.sum(
             [
-                self.shares[a] @ of_corner @ self.shares[b].T
+                self.force_weights[a] @ of_corner @ self.force_weights[b].T
                 for (a, b), of_corner in zip(self.offsets.tolist(), forces)
             ],
             axis=0,
@@ -179,13 +183,13 @@ def _corners_under_waves(ell: float, length: int, width: float) -> tuple[tuple[A
     return (u, *rotations), -along_1.imag * along_2.imag
 
 
-def _shares(shift: float, count: int, margin: int) -> csr_array:
-    """Returns shares of forces `shift` cells further, sparse (m, n)."""
+def _force_weights(shift: float, count: int, margin: int) -> csr_array:
+    """Returns weights of forces `shift` cells further, sparse (m, n)."""
     cells, weights = _interpolation_weights(shift)
     m = count + 2 * margin
     columns = np.arange(count)
     rows = (columns[:, None] + margin + cells) % m  # on a period they go on where they began
     entries = np.tile(weights, count), (rows.ravel(), np.repeat(columns, len(cells)))
-    shares = csr_array(entries, shape=(m, count))
-    shares.eliminate_zeros()
-    return shares
+    matrix = csr_array(entries, shape=(m, count))
+    matrix.eliminate_zeros()
+    return matrix

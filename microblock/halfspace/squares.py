@@ -92,18 +92,18 @@ class Squares:
 
 @lru_cache
 def chebyshev_nodes(count: int, pieces: int) -> tuple[Array, Array]:
-    """Returns places of nodes along a side, over it from its middle, and their shares in so many cells, array
-    (count, m); the cells themselves where these are no more.
+    """Returns places of nodes along a side, over it from its middle, and their weights on so many cells,
+    array (count, m); the cells themselves where these are no more.
     """
     x = (np.arange(count) + 0.5) / count
     if pieces * NODES_A_SIDE >= count:
         return x - 0.5, np.eye(count)
     nodes = (1 - np.cos(np.pi * (np.arange(NODES_A_SIDE) + 0.5) / NODES_A_SIDE)) / 2
     piece = np.floor(x * pieces)
-    shares = np.zeros((count, pieces, NODES_A_SIDE))
-    shares[np.arange(count), piece.astype(int)] = lagrange(nodes, x * pieces - piece)
+    weights = np.zeros((count, pieces, NODES_A_SIDE))
+    weights[np.arange(count), piece.astype(int)] = lagrange(nodes, x * pieces - piece)
     places = (np.arange(pieces)[:, None] + nodes) / pieces - 0.5
-    return places.ravel(), shares.reshape(count, -1)
+    return places.ravel(), weights.reshape(count, -1)
 
 
 def node_places(grid: Grid, pieces: int) -> Array:
@@ -158,9 +158,9 @@ class FarField:
         2. nodes of pairs of squares displace each other,
         3. displacements go from the nodes to the cells.
         """
-        levels = {1, *(pair.pieces for pair in self.pairs)}
-        shares = {pieces: chebyshev_nodes(self.squares.count, pieces)[1] for pieces in levels}
-        at_nodes = {pieces: B.T @ loads @ B for pieces, B in shares.items()}  # 1
+        piece_counts = {1, *(pair.pieces for pair in self.pairs)}
+        weights = {pieces: chebyshev_nodes(self.squares.count, pieces)[1] for pieces in piece_counts}
+        at_nodes = {pieces: B.T @ loads @ B for pieces, B in weights.items()}  # 1
         displaced = {pieces: np.zeros_like(nodal) for pieces, nodal in at_nodes.items()}
         for small, large, pieces, K in self.pairs:  # 2
             on_large = at_nodes[pieces][:, large]
@@ -168,7 +168,7 @@ class FarField:
             displaced[1][:, small] += (K @ on_large.ravel()).reshape(on_small.shape)
             if small != large:
                 displaced[pieces][:, large] += (on_small.ravel() @ K).reshape(on_large.shape)
-        return np.asarray(sum(B @ displaced[pieces] @ B.T for pieces, B in shares.items()))  # 3
+        return np.asarray(sum(B @ displaced[pieces] @ B.T for pieces, B in weights.items()))  # 3
 
 
 def separation(squares: Squares, first: Grid, second: Grid, shift: Array) -> float:

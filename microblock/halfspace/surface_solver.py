@@ -202,9 +202,11 @@ class SurfaceSolver(CellSolver):
             return fixed
         with counting("window"):  # of a path, whose results are events
             grids = self.solve(load, None, None).grid.grids
-        reaches = [np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)]
-        low = np.min(reaches, axis=0)
-        high = np.max(reaches, axis=0)
+        corners_of_squares = [
+            np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)
+        ]
+        low = np.min(corners_of_squares, axis=0)
+        high = np.max(corners_of_squares, axis=0)
         return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
 
     def missed(self, candidates: CandidateSquares, state: SurfaceCells) -> tuple[tuple[str, ...], bool]:
@@ -234,7 +236,7 @@ class SurfaceSolver(CellSolver):
         """
         return (
             float(self.series.error(changes[-2:]))
-            + _share_of_spots(before, SPOT)
+            + _load_fraction_on_spots(before, SPOT)
             + state.residual * state.grid.count
         )
 
@@ -243,7 +245,7 @@ class SurfaceSolver(CellSolver):
     ) -> bool:
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
         slow = finer <= 2 and float(self.series.error(changes[-2:])) > goal * finer**2
-        return slow or _share_of_spots(before, SPOT / 2 / finer**2) > goal
+        return slow or _load_fraction_on_spots(before, SPOT / 2 / finer**2) > goal
 
     def turned(self, phi: Array) -> Array:
         """Returns rotations about x1 and x2 of phi, array (2, ...)."""
@@ -339,8 +341,8 @@ class SurfaceSolver(CellSolver):
         return inside and len(candidates.samples_below(candidates.bound)) < SPARSE * CONTACT_ROWS**2
 
 
-def _share_of_spots(state: SurfaceCells, least: float) -> float:
-    """Returns the load's share on spots of fewer cells."""
+def _load_fraction_on_spots(state: SurfaceCells, least: float) -> float:
+    """Returns the fraction of the load on spots of fewer cells."""
     load = 0.0
     count = state.grid.count
     for forces in state.total.reshape(-1, count, count) * np.reshape(state.grid.area, (-1, 1, 1)):

@@ -100,8 +100,8 @@ def find_candidates(problem: Problem, load: float) -> ContactCandidates:
         lowest = float(x[np.argmin(h)])
         half, rise = classical(problem, load, lowest)
         # as wide as the lowest part up to the rise, which may be a flat bottom
-        level = next(x[j] - x[i] for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
-        half = max(half, float(level) / 2)
+        bottom = next(x[j] - x[i] for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
+        half = max(half, float(bottom) / 2)
         if farthest >= (enough := 100 * half):
             break
         farthest = 2 * enough
@@ -114,14 +114,15 @@ def find_candidates(problem: Problem, load: float) -> ContactCandidates:
     )
     require(not low[[0, -1]].any(), "obstacle", obstacle, words)
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
-    return replace(within(problem, stretches, half, rise), bound=bound, lowest=lowest)
+    return replace(candidates_within(problem, stretches, half, rise), bound=bound, lowest=lowest)
 
 
-def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float) -> ContactCandidates:
+def candidates_within(
+    problem: Problem, stretches: tuple[Interval, ...], half: float, rise: float
+) -> ContactCandidates:
     """Returns the ContactCandidates of given stretches, for contacts of this half-width and rise."""
     # errors of the height per length that do not matter: of the slope that this load asks for
     floor = 1e-11 * rise
-    ell = problem.solid.ell
     obstacle = problem.obstacle
     named = dict(jumps_of(obstacle))
     ends = tuple(obstacle.ends)
@@ -135,21 +136,14 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     above = above[finite]
     gone = singular[np.isnan(jumps)].tolist()
     edges_of_pieces = ends or _ends(partial(heights, obstacle), gone)
-    kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
-    kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}  # else as measured
-    kinks = dict(sorted(kinks.items()))
-    angle = EMPTY_PROXY
-    psi0 = problem.law.varying_psi0
-    if psi0 is not None:
-        around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
-        (angle,) = _profiles(partial(rotation, psi0), around, half, floor / ell, psi0, name="psi0")
+    kinks = _kinks(singular.tolist(), jumps.tolist(), named)
     return ContactCandidates(
         lowest=float(sample_points[np.argmin(above)]),
         half_width=half,
         rise=rise,
         bound=np.inf,
         stretches=stretches,
-        angle=angle,
+        angle=_initial_rotation(problem, stretches, half, floor),
         sample_points=sample_points,
         heights=above,
         edges=edges,
@@ -162,12 +156,34 @@ def within(problem: Problem, stretches: tuple[Interval, ...], half: float, rise:
     )
 
 
-def low(sampled: ContactCandidates, places: Array | Sequence[float]) -> Flags:
+def _kinks(places: list[float], jumps: list[float], named: dict[float, float]) -> dict[float, float]:
+    """Returns {place: jump of the slope}, ascending, of places with jumps, nan where the height jumps, and of
+    those that an obstacle names; a named jump of 0 is as measured.
+    """
+    kinks = {place: jump for place, jump in zip(places, jumps) if np.isfinite(jump)}
+    kinks |= {place: jump or kinks.get(place, 0.0) for place, jump in named.items()}
+    return dict(sorted(kinks.items()))
+
+
+def _initial_rotation(problem: Problem, stretches: tuple[Interval, ...], half: float, floor: float) -> Proxy:
+    """Returns the Proxy of psi0 over stretches where that is a function, else one without pieces; `floor` is
+    an error of the height that does not matter (length).
+    """
+    psi0 = problem.law.varying_psi0
+    if psi0 is None:
+        return EMPTY_PROXY
+    ell = problem.solid.ell
+    around = [(stretches[0][0] - ell, stretches[-1][1] + ell)]
+    (angle,) = _profiles(partial(rotation, psi0), around, half, floor / ell, psi0, name="psi0")
+    return angle
+
+
+def may_touch(sampled: ContactCandidates, places: Array | Sequence[float]) -> Flags:
     """Returns whether a classical contact would reach places, boolean array (m,)."""
     return np.interp(places, sampled.sample_points, sampled.heights) <= sampled.heights.min() + sampled.rise
 
 
-def seen(obstacle: RigidObstacle, sampled: ContactCandidates) -> RigidObstacle:
+def with_detected_kinks(obstacle: RigidObstacle, sampled: ContactCandidates) -> RigidObstacle:
     """Returns the obstacle with the kinks and ends that its samples show, as it is if it names them all."""
     return (
         ObstacleWithDetectedKinks(obstacle.height, sampled.kinks, sampled.jumps, sampled.ends)

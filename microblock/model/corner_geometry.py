@@ -29,7 +29,7 @@ class Blocks:
     ell : float
         Side of a block (length).
     in_space : bool
-        Whether they lie on a surface, which is level, not along a line.
+        Whether they lie on a surface, which is horizontal, not along a line.
     """
 
     law: Law
@@ -49,9 +49,9 @@ class Blocks:
         return is_uniform(self.law)
 
     @cached_property
-    def _level(self) -> tuple[Array, Array]:
+    def _reference_vectors(self) -> tuple[Array, Array]:
         """Places of the corners from the centre and from the contact point, over ell, of the block at the
-        origin of a level surface: arrays (corners, dim).
+        origin of a horizontal surface: arrays (corners, dim).
         """
         points = np.zeros((1, 2 + self.in_space))
         normals = upwards(points)
@@ -60,12 +60,12 @@ class Blocks:
     @cached_property
     def offsets(self) -> Array:
         """Places along the surface from the contact point, over ell/2: array (corners, axes)."""
-        return 2 * self._level[1][:, :-1]
+        return 2 * self._reference_vectors[1][:, :-1]
 
     @cached_property
     def shifts(self) -> tuple[float, ...]:
-        """How far right of each corner its contact point lies on a level line (lengths)."""
-        return tuple((-self.ell * self._level[1][:, 0]).tolist())
+        """How far right of each corner its contact point lies on a horizontal line (lengths)."""
+        return tuple((-self.ell * self._reference_vectors[1][:, 0]).tolist())
 
     @cached_property
     def _angles(self) -> Array:
@@ -81,11 +81,11 @@ class Blocks:
         return self.law.initial_rotation(x)
 
     def levers(self, *x: Array) -> Array:
-        """Returns the levers of (29) on a level surface: along a line, at x1, array (corners, ...), over a
-        surface, at x1 and x2, array (corners, 2, ...).
+        """Returns the levers of (29) on a horizontal surface: along a line, at x1, array (corners, ...), over
+        a surface, at x1 and x2, array (corners, 2, ...).
         """
         shape = np.shape(x[0])
-        arms = self._level[0][:, None]
+        arms = self._reference_vectors[0][:, None]
         if not self.uniform:
             points = self._points(*x)
             arms = self.law.arms(points, upwards(points))
@@ -116,22 +116,22 @@ class Blocks:
         return lever.reshape(-1, *np.shape(x[0])) + offset
 
     def under(self, obstacle: ObstacleLike, points: Array, normals: Array | None = None) -> CornerGeometry:
-        """Returns the geometry of blocks at points under an obstacle, on a level surface without normals."""
+        """Returns the geometry of blocks at points under an obstacle; horizontal without normals."""
         if normals is None:
             normals = upwards(points)
         return CornerGeometry(self, obstacle, points, normals)
 
-    def on_level(self, obstacle: ObstacleLike, *x: Array) -> CornerGeometry:
-        """Returns the geometry of blocks at x1, or x1 and x2, of a level surface under an obstacle."""
+    def on_horizontal_surface(self, obstacle: ObstacleLike, *x: Array) -> CornerGeometry:
+        """Returns the geometry of blocks at x1, or x1 and x2, of a horizontal surface under an obstacle."""
         return self.under(obstacle, np.stack((*x, 0.0 * x[0]), axis=-1))
 
     def initial_gaps_over_surface(self, obstacle: ObstacleLike, x1: Array, x2: Array) -> Array:
-        """Returns the initial gaps at (x1, x2) of a level surface, array (corners, ...) (lengths). Arrays of
-        points, which a uniform law does not need, would take three times the memory of heights.
+        """Returns the initial gaps at (x1, x2) of a horizontal surface, array (corners, ...) (lengths).
+        Arrays of points, which a uniform law does not need, would take three times the memory of heights.
         """
         if not self.uniform:
-            return self.on_level(obstacle, x1, x2).initial_gaps
-        offsets = self.ell * self._level[1]
+            return self.on_horizontal_surface(obstacle, x1, x2).initial_gaps
+        offsets = self.ell * self._reference_vectors[1]
         return np.array([heights(obstacle, x1 + a, x2 + b) - up for a, b, up in offsets])
 
 
@@ -156,7 +156,7 @@ class CornerGeometry:
         blocks = self.blocks
         shape = self.points.shape
         if blocks.uniform:
-            corners = blocks.ell * blocks._level[which]
+            corners = blocks.ell * blocks._reference_vectors[which]
             corners = corners.reshape(len(corners), *[1] * (len(shape) - 1), -1)
             return in_frame(self.normals, np.moveaxis(corners[..., :-1], -1, 1), corners[..., -1])
         vectors = places(self.points.reshape(-1, shape[-1]), self.normals.reshape(-1, shape[-1]))
@@ -182,10 +182,10 @@ class CornerGeometry:
         """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
         offsets = self.offsets_from_contact_point
         if self.blocks.in_space:
-            return np.array([self._gaps_over_level_surface(offset) for offset in offsets])
+            return np.array([self._gaps_over_horizontal_surface(offset) for offset in offsets])
         return np.array([gap(self.obstacle, self.points + offset, self.normals) for offset in offsets])
 
-    def _gaps_over_level_surface(self, offset: Array) -> Array:
+    def _gaps_over_horizontal_surface(self, offset: Array) -> Array:
         """Returns the initial gaps along e3 of a corner with this offset, array (..., dim), axis by axis, as
         arrays of points are slow to take apart.
         """
@@ -231,6 +231,6 @@ class CornerGeometry:
 
 
 def upwards(points: Array) -> Array:
-    """Returns the normals of a level surface at points, arrays (..., dim); in space views of one normal."""
+    """Returns the normals of a horizontal surface at points, arrays (..., dim); in space views of one."""
     normals = np.broadcast_to(np.eye(points.shape[-1])[-1], points.shape)
     return normals if points.shape[-1] == 3 else normals.copy()

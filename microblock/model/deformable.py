@@ -31,7 +31,7 @@ class Deformable(RigidObstacle):
     ----------
     body : HalfPlane, HalfSpace or Body
         The second body, of the kind of the first, also classical (``beta=0``) if unbounded. A `Body` lies
-        above its contact boundary, straight and level, that reaches over all corners below the shape.
+        above its contact boundary, straight and horizontal, that spans all corners below the shape.
     shape : obstacle or callable
         Its lower surface before it deforms.
 

@@ -62,14 +62,14 @@ def over_the_end(intervals: Iterable[Interval], period: float | None) -> list[In
     return [*inner, (left, right + period)]
 
 
-def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
-    """Returns which places x lie between two nodes (ascending) that `apart`, (n - 1,), says to have a gap of
-    the surface between them.
+def in_interruption(nodes: Array, interrupted: Flags | None, x: Array) -> Flags:
+    """Returns which places x lie between two nodes (ascending) where the surface is `interrupted`, boolean
+    array (n - 1,) or None.
     """
-    if apart is None:
+    if interrupted is None:
         return np.zeros(np.shape(x), bool)
-    before = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(apart) - 1)
-    return apart[before] & (x > nodes[before]) & (x < nodes[before + 1])
+    before = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(interrupted) - 1)
+    return interrupted[before] & (x > nodes[before]) & (x < nodes[before + 1])
 
 
 def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
@@ -192,17 +192,17 @@ def distance_to_edges(faces: Flags) -> Array:
     return np.minimum(np.min(distances[1:] or distances, axis=0) / half_width, 1.0)
 
 
-def moved_on(zones: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
-    """Returns zones moved on by a share of the way from those of an earlier state; None if they are not
+def moved_on(zones: CornerZones, earlier: CornerZones, fraction: float) -> CornerZones | None:
+    """Returns zones moved on by a fraction of the way from those of an earlier state; None if they are not
     alike, or that is too far.
     """
     alike = all(len(earlier.get(corner, ())) == len(pairs) for corner, pairs in zones.items())
-    if not alike or not abs(share) <= 2:
+    if not alike or not abs(fraction) <= 2:
         return None
     moved: dict[int, tuple[Interval, ...]] = {}
     for corner, pairs in zones.items():
         edges = np.ravel(pairs)
-        edges = edges + share * (edges - np.ravel(earlier[corner]))
+        edges = edges + fraction * (edges - np.ravel(earlier[corner]))
         if not np.all(np.diff(edges) > 0):
             return None
         moved[corner] = tuple((left, right) for left, right in edges.reshape(-1, 2).tolist())

@@ -80,12 +80,12 @@ class Law:
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns the levers of (29) at x: {corner: array}, -2 times the arm along the surface."""
-        arms = self.arms(*level_surface(np.ravel(x)))[:, :, 0]
+        arms = self.arms(*horizontal_surface(np.ravel(x)))[:, :, 0]
         return {name: -2 * arm.reshape(np.shape(x)) for name, arm in zip(self.corners, arms)}
 
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
-        return tuple((-ell * self.places(*level_surface(np.zeros(1)))[:, 0, 0]).tolist())
+        return tuple((-ell * self.places(*horizontal_surface(np.zeros(1)))[:, 0, 0]).tolist())
 
 
 class _Coulomb(Law, Checked):
@@ -158,7 +158,7 @@ class Microblock(_Coulomb):
 
     @property
     def even(self) -> bool:
-        """Whether all blocks are level, so that left and right are mirror images."""
+        """Whether no block is rotated initially, so that left and right are mirror images."""
         return not callable(self.psi0) and self.psi0 == 0
 
     @property
@@ -188,10 +188,10 @@ class Microblock(_Coulomb):
         """Returns s.S/2, (20), with the initial rotation, psi0 where it acts in the gaps."""
         signs, tilt = self._signs_and_tilt(points)
         if points.shape[1] == 2:
-            raised = signs[:, 0] * self.initial_rotation(points[:, 0]) / 2
+            along_normals = signs[:, 0] * self.initial_rotation(points[:, 0]) / 2
         else:
-            raised = np.sum(signs * tilt, axis=1) / 2 * self.psi0_in_gaps
-        return in_frame(normals, signs / 2 + 0 * tilt, raised)
+            along_normals = np.sum(signs * tilt, axis=1) / 2 * self.psi0_in_gaps
+        return in_frame(normals, signs / 2 + 0 * tilt, along_normals)
 
     def _signs_and_tilt(self, points: Array) -> tuple[Array, Array]:
         """Returns the signs s of the corners, array (corners, axes, 1), and the slopes of the outer sides of
@@ -314,7 +314,7 @@ def in_frame(normals: Array, along: Array, up: Array) -> Array:
     return along[:, 0, ..., None] * tangents(normals) + up[..., None] * normals
 
 
-def level_surface(x: Array) -> tuple[Array, Array]:
+def horizontal_surface(x: Array) -> tuple[Array, Array]:
     """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
     points = np.column_stack((x, np.zeros(len(x))))
     return points, np.tile((0.0, 1.0), (len(x), 1))
@@ -393,7 +393,7 @@ def _check_corners(law: Law) -> None:
     for name in ("arms", "places"):
         words = f"{name} must take points and normals, arrays (n, 2)"
         function = getattr(law, name)
-        origin = level_surface(np.zeros(1))
+        origin = horizontal_surface(np.zeros(1))
         vectors = obstacles.evaluated(function, *origin, name="law", given=law, allowed=words)
         good = (
             np.shape(vectors) == (len(names), 1, 2) and np.isrealobj(vectors) and np.isfinite(vectors).all()
@@ -409,7 +409,7 @@ def require_shifts(law: Law, ell: float) -> None:
     """Raises BadArgument unless corners are everywhere as far from their contact point along the surface."""
     if type(law) in BUILT_IN:
         return
-    along = law.places(*level_surface(obstacles.scales(ell)))[:, :, 0]
+    along = law.places(*horizontal_surface(obstacles.scales(ell)))[:, :, 0]
     words = "must have its corners everywhere at one distance from the contact point: a Body takes others"
     require(np.ptp(along, axis=1).max() <= 1e-9, "law", law, words)
 

@@ -18,7 +18,7 @@ PLACES = 20_000  # of a surface at least, at which it is looked at without candi
 @dataclass(frozen=True)
 class Violation:
     """An interval in which a corner overlaps the obstacle (depth > 0, a length, the most at `place`), or is
-    in tension (depth 0); `worth` is its share of the error.
+    in tension (depth 0); `worth` is its part of the error.
     """
 
     corner: int

@@ -313,7 +313,7 @@ class Punch(Formula):
 
     @property
     def even(self) -> bool:
-        """Whether the face is level, so that left and right are mirror images."""
+        """Whether the face is horizontal, so that left and right are mirror images."""
         return self.tilt == 0
 
     def height(self, x: ArrayLike) -> Array:
@@ -700,13 +700,13 @@ def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     ``(height(x1) - x2) n2``, for n = e2 that of section 4.2; ``inf`` where there is no obstacle above, or the
     surface is steeper than 60 degrees.
     """
-    *places, level = np.moveaxis(points, -1, 0)
+    *places, ordinate = np.moveaxis(points, -1, 0)
     if len(places) == 1:
         places = [_moved_to_ends(obstacle, places[0])]
     above = heights(obstacle, *places)
     upwards = normals[..., -1]
     can_touch = upwards > STEEPEST
-    return np.where(can_touch, (above - level) * np.where(can_touch, upwards, 1.0), np.inf)
+    return np.where(can_touch, (above - ordinate) * np.where(can_touch, upwards, 1.0), np.inf)
 
 
 def _moved_to_ends(obstacle: ObstacleLike, x: Array) -> Array:

@@ -65,7 +65,7 @@ def proxy(
     shall be seen; `floor` is an error per length that does not matter, `known` are singular places inside.
     Raises BadArgument of an argument if there are too many pieces or singular points.
     """
-    x = np.unique(_spread(edges[:-1], edges[1:]))
+    x = np.unique(_sample_places(edges[:-1], edges[1:]))
     h = _values(function, x)
     ends = [*known, *places_of_ends(function, x, np.isfinite(h))]
     width = edges[-1] - edges[0]
@@ -75,7 +75,7 @@ def proxy(
         if all(abs(place - better) > max(LOST * width, 2 * length) for better in singular):
             singular.append(float(place))
     singular.sort()
-    samples = np.unique(_spread(edges[:-1], edges[1:]))
+    samples = np.unique(_sample_places(edges[:-1], edges[1:]))
     jumps = [_jump(function, place, singular, width) for place in singular]
     lengths = np.diff(edges, append=np.inf)
     near = np.abs((edges + lengths / 2)[:, None] - singular).min(axis=1, initial=np.inf)
@@ -125,7 +125,7 @@ def _bisected(
     return np.sort(np.concatenate(done)), places
 
 
-def _spread(left: Array, right: Array) -> Array:
+def _sample_places(left: Array, right: Array) -> Array:
     return (left[:, None] * (1 - _places) + right[:, None] * (1 + _places)) / 2
 
 
@@ -152,7 +152,7 @@ def _rough(
     """Returns the error of a polynomial on each piece, also at the samples x with the values h, over what
     rounding and 1e-8 of the change allow.
     """
-    values = _values(function, _spread(left, right).ravel()).reshape(-1, len(_places))
+    values = _values(function, _sample_places(left, right).ravel()).reshape(-1, len(_places))
     finite = np.isfinite(values)
     values[~finite] = 0.0
     series = values[:, :CHEBYSHEV_NODES] @ _coefficients.T
@@ -206,6 +206,6 @@ def _jump(function: Function, place: float, singular: Iterable[float], width: fl
     earlier = between + (between - first) / 9
     jump = second + (second - between) / 9
     shrinks = abs(second) <= 0.9 * abs(first) and abs(jump - earlier) > 0.05 * abs(jump)
-    # where the curvature jumps the place is known to a share of the steps
+    # where the curvature jumps the place is known to a fraction of the steps
     doubt = 1e-3 * abs(first) + 8 * np.finfo(float).eps * np.abs(values).max() / steps[-1]
     return 0.0 if shrinks or abs(jump) <= doubt else jump

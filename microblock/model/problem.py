@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..errors import require
 from .corner_geometry import Blocks
 from .intervals import contains, joined
-from .law import BUILT_IN, Law, is_even, is_uniform, level_surface
+from .law import BUILT_IN, Law, horizontal_surface, is_even, is_uniform
 from .material import Cosserat, joint_modulus
 from .obstacles import RigidObstacle, as_obstacle, heights, jumps_of, scales
 from .piecewise_chebyshev import EMPTY_PROXY, Proxy
@@ -167,7 +167,7 @@ class Problem:
 
     def initial_gaps(self, x: Array) -> Array:
         """Returns the initial gaps at x, array (corners, n)."""
-        return self.blocks.on_level(self.obstacle, x).initial_gaps
+        return self.blocks.on_horizontal_surface(self.obstacle, x).initial_gaps
 
     def pieces_of(self, corner: int) -> Array:
         """Returns left and right ends of the parts of x in which a corner meets an obstacle, array (k, 2)."""
@@ -200,7 +200,7 @@ def require_even(law: Law, obstacle: ObstacleLike, ell: float) -> None:
         levers = Blocks(law, ell).levers(x)
         words = "says that it is even, but its levers are not those of a mirror image"
         require(np.allclose(levers, -levers[::-1, ::-1], rtol=same, atol=same), "law", law, words)
-        places = law.places(*level_surface(x))
+        places = law.places(*horizontal_surface(x))
         image = places[::-1, ::-1] * (-1.0, 1.0)
         words = "says that it is even, but its places are not those of a mirror image"
         require(np.allclose(places, image, rtol=0.0, atol=same), "law", law, words)
@@ -210,7 +210,7 @@ def require_uniform(law: Law, ell: float) -> None:
     """Raises BadArgument where a law says that it is `uniform` and is not."""
     if type(law) in BUILT_IN or not is_uniform(law):
         return
-    points = level_surface(scales(ell))[0]
+    points = horizontal_surface(scales(ell))[0]
     for normal in ((0.0, 1.0), (0.6, 0.8)):
         normals = np.tile(normal, (len(points), 1))
         geometry = Blocks(law, 1.0).under(lambda x: 0 * x, points, normals)

@@ -20,9 +20,9 @@ def lagrange(points: Array, v: Array) -> Array:
     row's at its entry of v.
     """
     difference = points[..., :, None] - points[..., None, :] + np.eye(points.shape[-1])
-    apart = v[..., None] - points
-    apart[np.abs(apart) < 1e-100] = 1e-100  # at a point itself its own term outweighs all others
-    terms = 1 / (difference.prod(axis=-1) * apart)
+    distances = v[..., None] - points
+    distances[np.abs(distances) < 1e-100] = 1e-100  # at a point itself its own term outweighs all others
+    terms = 1 / (difference.prod(axis=-1) * distances)
     terms /= terms.sum(axis=-1, keepdims=True)
     return terms
 

@@ -159,7 +159,7 @@ def _lowest_over_surface(obstacle: ObstacleLike, scales: Array, directions: Arra
     middle = places[:, np.argmin(quiet_heights(obstacle, *places))]
     step = np.hypot(*middle) / 2
     around = np.reshape(np.meshgrid(*[np.linspace(-1, 1, 9)] * 2), (2, -1))
-    around = np.column_stack((np.zeros(2), around))  # first, so that a level face keeps its place
+    around = np.column_stack((np.zeros(2), around))  # first, so that a horizontal face keeps its place
     for _ in range(40):
         near = middle[:, None] + step * around
         middle = near[:, np.argmin(quiet_heights(obstacle, *near))]

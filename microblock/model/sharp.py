@@ -79,7 +79,7 @@ def of_samples(contact: PlaneContact) -> list[str]:
         sentences.append(
             f"{samples.unknown} of {len(samples.x)} heights are NaN: taken as places without an obstacle"
         )
-    if not np.any(samples.jumps):  # a level or tilted face is a punch
+    if not np.any(samples.jumps):  # a horizontal or tilted face is a punch
         return sentences
     period = contact.period
     x = contact.x

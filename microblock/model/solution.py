@@ -139,7 +139,7 @@ class PlaneSolution(Solution):
     ----------
     has_edges : bool
         Whether the contact ends somewhere.
-    apart : boolean array (n - 1,) or None
+    interrupted : boolean array (n - 1,) or None
         As of `State`, as all that follows.
     slip : array (n,) or None
     opposite : array (corners, n) or None
@@ -147,7 +147,7 @@ class PlaneSolution(Solution):
     """
 
     has_edges: bool = True
-    apart: Flags | None = None
+    interrupted: Flags | None = None
     opposite: Any = None
 
     if TYPE_CHECKING:
@@ -161,12 +161,12 @@ class PlaneSolution(Solution):
     @property
     def points(self) -> Array:
         """Points of the surface, array (n, 2)."""
-        return laws.level_surface(self.x)[0]
+        return laws.horizontal_surface(self.x)[0]
 
     @property
     def normals(self) -> Array:
         """Outward normals there, array (n, 2)."""
-        return laws.level_surface(self.x)[1]
+        return laws.horizontal_surface(self.x)[1]
 
     def state(self) -> State:
         pressures = np.asarray(self.pressures)
@@ -178,7 +178,7 @@ class PlaneSolution(Solution):
             points=self.points,
             normals=self.normals,
             weights=self.weights,
-            apart=self.apart,
+            interrupted=self.interrupted,
             pressure=pressures.sum(axis=0),
             pressures=Named(zip(self.problem.law.corners, map(read_only, pressures)), "corner"),
             closed=np.sum(pressures > 0, axis=0),
@@ -231,7 +231,7 @@ class PlaneSolution(Solution):
             gap(self.problem.obstacle, points, normals) + lifted,
             self.problem.law.corners,
             self.problem.ell,
-            self.apart,
+            self.interrupted,
         )
 
     def corner_gaps(self, points: Array, normals: Array, displacement: Array, psi: Array) -> Array:
@@ -243,7 +243,9 @@ class PlaneSolution(Solution):
         """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
         are `interpolated`; raises BadArgument of places that the solution does not reach.
         """
-        interruptions = "" if self.apart is None or not self.apart.any() else " without its interruptions"
+        interruptions = (
+            "" if self.interrupted is None or not self.interrupted.any() else " without its interruptions"
+        )
         if not np.all(self.covers(x)):
             words = f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}{interruptions}"
             raise BadArgument("x", x, words)
@@ -353,7 +355,7 @@ class SpaceSolution(Solution):
         """
         pressures = self.pressures.reshape(-1, len(points))
         closed = self.closed.ravel()
-        in_the_plane: dict[str, Any] = dict.fromkeys(("x", "zones", "half_width", "apart"))
+        in_the_plane: dict[str, Any] = dict.fromkeys(("x", "zones", "half_width", "interrupted"))
         return State(
             **self._of_problem(),
             **in_the_plane,

@@ -53,7 +53,7 @@ class State(PlainData):
         curved surface with the normals' second component as a factor).
     points, normals : arrays (n, 2)
         The same points (lengths), and outward unit normals.
-    apart : boolean array (n - 1,) or None
+    interrupted : boolean array (n - 1,) or None
         Whether the surface is interrupted between a point and the next; None where it nowhere is.
     pressure : array (n,)
         Total pressure (stress).
@@ -183,7 +183,7 @@ class State(PlainData):
     x: Array
     zones: Zones
     half_width: float
-    apart: Flags | None
+    interrupted: Flags | None
 
     # with friction
     shear: float | None = None

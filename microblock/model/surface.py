@@ -32,7 +32,7 @@ class Surface:
     obstacle: Array
     corners: tuple[str, ...]
     ell: float
-    apart: Flags | None = None
+    interrupted: Flags | None = None
 
     @property
     def x(self) -> Array:

@@ -39,7 +39,7 @@ def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
     triangulation = Triangulation(x1, x2, triangles)
     field = _field(quantity, psi, stress)
     # edges of the contact and corners of a body may have no bound
-    levels = _levels(quantity, field[x2 <= -FIRST_ROW * depth])
+    contours = _contour_values(quantity, field[x2 <= -FIRST_ROW * depth])
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)
     for interval in contact:
         axis.plot(interval, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
@@ -47,9 +47,9 @@ def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
     if quantity in SIGNED:
         colours = "RdBu_r"
         # dashed where negative: the ends of the colours are equally dark in print; at 0 is noise
-        lines = levels[np.abs(levels) > (levels[1] - levels[0]) / 2]
+        lines = contours[np.abs(contours) > (contours[1] - contours[0]) / 2]
         axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.5)
-    surfaces = axis.tricontourf(triangulation, field, levels, cmap=colours, extend="both")
+    surfaces = axis.tricontourf(triangulation, field, contours, cmap=colours, extend="both")
     axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends)
     axis.set_ylim(max(x2.min(), -depth), max(0.03 * depth, x2.max()))
     drawing.colorbar(surfaces, ax=axis, label=QUANTITIES[quantity], shrink=0.75)
@@ -69,9 +69,9 @@ def _field(quantity: str, psi: Array, stress: Array) -> Array:
     return fields[quantity]
 
 
-def _levels(quantity: str, field: Array) -> Array:
-    """Returns about 20 levels, array (m,), of a field (n,) without its extremes; of one with a sign symmetric
-    ones.
+def _contour_values(quantity: str, field: Array) -> Array:
+    """Returns about 20 values of contour lines, array (m,), of a field (n,) without its extremes; of a field
+    with a sign symmetric ones.
     """
     low, high = np.quantile(field, (2e-3, 1 - 2e-3))
     if quantity in SIGNED:

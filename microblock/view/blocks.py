@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from ..errors import require
 from ..model import intervals
-from ..model.law import level_surface, tangents
+from ..model.law import horizontal_surface, tangents
 from ..model.obstacles import heights
 from ..model.state import State
 from ..model.surface import Surface
@@ -53,58 +53,69 @@ class Blocks(NamedTuple):
 
 def without_rounding(surface: Surface) -> Surface:
     """Returns a surface without rounding in gaps, rotations and differences of displacements."""
-    level = surface.displacement
-    size = 1e-10 * np.abs(level).max(initial=0.0)
-    if np.ptp(level) <= size:
-        level = np.full_like(level, level.mean())
+    displacement = surface.displacement
+    size = 1e-10 * np.abs(displacement).max(initial=0.0)
+    if np.ptp(displacement) <= size:
+        displacement = np.full_like(displacement, displacement.mean())
     least_gap = max(size, 1e-6 * np.ptp(surface.displacement))
     return replace(
         surface,
         gaps=np.where(np.abs(surface.gaps) > least_gap, surface.gaps, 0.0),
         rotation=np.where(np.abs(surface.rotation) > size / surface.ell, surface.rotation, 0.0),
-        displacement=level,
+        displacement=displacement,
     )
 
 
-def interrupted(surface: Surface, values: Array) -> Array:
+def with_interruptions(surface: Surface, values: Array) -> Array:
     """Returns values (..., n) along a surface, with a NaN wherever it is interrupted."""
-    if surface.apart is None:
+    if surface.interrupted is None:
         return values
-    return np.insert(values, np.flatnonzero(surface.apart) + 1, np.nan, axis=-1)
+    return np.insert(values, np.flatnonzero(surface.interrupted) + 1, np.nan, axis=-1)
 
 
 def blocks(surface: Surface, window: Interval) -> Blocks:
     """Returns the blocks of a surface in a window (left, right), about the point nearest to its middle."""
     surface = without_rounding(surface)
-    ell = surface.ell
     left, right = window
     half = (right - left) / 2
     middle = surface.x[np.abs(surface.x - (left + right) / 2).argmin()]
-    beside = int(half / ell - 0.5)
-    x = middle + ell * np.arange(-beside, beside + 1)
-    x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~intervals.interrupted(surface.x, surface.apart, x)]
+    x = _contact_points(surface, middle, half)
     rows = (*surface.points.T, *surface.normals.T, surface.rotation, surface.displacement)
     fields = np.column_stack([np.interp(x, surface.x, row) for row in rows])
     middles, normals, rotation, depths = np.split(fields, (2, 4, 5), axis=1)
     magnified = magnification(np.abs(rotation).max(), np.ptp(depths) / (0.24 * half))
-    along = tangents(normals)
-    turned = magnified * rotation
-    # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
-    side = ell * (along + turned * normals)
-    down = ell * (turned * along - normals) / np.hypot(1, turned)
     outer = middles - magnified * depths * normals
-    A = outer - side / 2
-    B = outer + side / 2
     inside = np.where(np.abs(surface.x - middle) <= half, surface.displacement, np.nan)
     over = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
     return Blocks(
-        squares=np.stack((A, B, B + down, A + down), axis=1),
+        squares=_corners(outer, normals, magnified * rotation, surface.ell),
         closed=_closed(surface, x),
-        surface=interrupted(surface, surface.points.T - magnified * inside * surface.normals.T),
+        surface=with_interruptions(surface, surface.points.T - magnified * inside * surface.normals.T),
         obstacle=surface.points.T + magnified * over * surface.normals.T,
         ends=(middle - half, middle + half),
         magnification=magnified,
     )
+
+
+def _contact_points(surface: Surface, middle: float, half: float) -> Array:
+    """Returns abscissae of blocks side by side on a surface, up to `half` from a middle, array (m,)."""
+    beside = int(half / surface.ell - 0.5)
+    x = middle + surface.ell * np.arange(-beside, beside + 1, dtype=np.float64)
+    on_surface = (x >= surface.x[0]) & (x <= surface.x[-1])
+    return x[on_surface & ~intervals.in_interruption(surface.x, surface.interrupted, x)]
+
+
+def _corners(outer: Array, normals: Array, rotation: Array, ell: float) -> Array:
+    """Returns the corners A, B and those below B and A of blocks with side ell, array (m, 4, 2), from middles
+    of their outer sides and normals, arrays (m, 2), and their rotations, array (m, 1).
+    """
+    along = tangents(normals)
+    # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
+    side = ell * (along + rotation * normals)
+    down = ell * (rotation * along - normals) / np.hypot(1, rotation)
+    A = outer - side / 2
+    B = outer + side / 2
+    return np.stack((A, B, B + down, A + down), axis=1)
 
 
 def window(ell: float, contact: Sequence[Interval]) -> Interval:
@@ -144,7 +155,7 @@ def section(state: State) -> tuple[Surface, list[Interval], str]:
     first = most - most % count**2  # cell of the square
     row = slice(first + most % count, first + count**2, count)
     x1, x2, _ = state.points[row].T
-    points, normals = level_surface(x1)
+    points, normals = horizontal_surface(x1)
     of_sides = pressures[:, row].reshape(2, 2, -1).sum(axis=1)
     turn = -state.psi[row, 1]
     approach: Any = state.approach  # which cells have

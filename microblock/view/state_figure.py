@@ -71,7 +71,7 @@ def draw_curves(axis: Axes, state: State) -> Figure:
 
 def _plot(axis: Axes, surface: Surface, lines: Sequence[Curve]) -> None:
     for label, values, look in lines:
-        x, heights = blocks.interrupted(surface, np.stack((surface.x, values)))
+        x, heights = blocks.with_interruptions(surface, np.stack((surface.x, values)))
         axis.plot(x, heights, label=label, **look)
 
 

@@ -57,9 +57,9 @@ def test_an_unknown_part_of_a_study_is_refused(study, capsys):
 def test_errors_are_those_of_the_record(name):
     """Of another version: the discrete problems are the same, so are their errors."""
     problem, method = speed.PROBLEMS["classical"], speed.METHODS[name]
-    if not method.levels(problem):
+    if not method.discretisations(problem):
         pytest.skip(f"{method.peer} is not installed")
-    setting = method.levels(problem)[0]
+    setting = method.discretisations(problem)[0]
     row = speed.measure(problem, method, setting, 1)
     record = pd.read_csv(chart.RECORD).query("scene == 'classical' and method == @name")
     assert np.abs(record.error / row["error"] - 1).min() < 1e-3 and row["failure"] is None

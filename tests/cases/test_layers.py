@@ -54,7 +54,7 @@ def test_fit_recovers_bi_exponentials(L_bl, L_sol, A_bl, A_sol):
     "shape, reason, lost",
     [
         (lambda y: np.exp(y), "L_sol and A_sol move", ("L_sol", "A_sol")),
-        (lambda y: (1 + y) * np.exp(y), "cannot be told apart", FITTED),  # a double root
+        (lambda y: (1 + y) * np.exp(y), "cannot be distinguished", FITTED),  # a double root
         (lambda y: np.cos(3 * y) * np.exp(y / 3), "residual", FITTED),  # no decay
         (lambda y: np.exp(y) + 0.3 * np.exp(-((y + 8) ** 2)), "", FITTED),  # a bump at 8 ell
     ],

@@ -149,7 +149,7 @@ def of_gradients():
     (x,) = grid.axes
     for name, law in LAWS.items():
         response = flexibility(line, law, grid)
-        gaps = Blocks(law, 0.085).on_level(mb.Cylinder(R=10.0), x).initial_gaps
+        gaps = Blocks(law, 0.085).on_horizontal_surface(mb.Cylinder(R=10.0), x).initial_gaps
         products = projected_gradients.solve_matrix_free(response, gaps, load=1.0, rtol=1e-13)
         rows[f"gradients {name}"] = digest(products.forces)
         rows[f"gradients {name} approach"] = products.approach
@@ -254,7 +254,7 @@ def of_intervals():
         "common": intervals.common(first, second),
         "contains": intervals.contains(first, x).astype(int).tolist(),
         "over the end": intervals.over_the_end([(0.0, 0.25), (0.5, 0.6), (0.75, 1.0)], 1.0),
-        "interrupted": intervals.interrupted(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
+        "interrupted": intervals.in_interruption(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
         "contact zones": intervals.contact_zones({0: first, 1: second}, "AB"),
         "changes": intervals.zone_changes(first, second) + intervals.zone_changes(second, first),
         "moved on": intervals.moved_on(

@@ -397,7 +397,7 @@ def first_cells(law, count):
     """First zones of an obstacle over so many stretches of 48 cells."""
     problem = Problem(SOLID, law, lambda x: 0.01 * np.sin(np.pi * x) ** 2)
     stretches = tuple((place - 0.1, place + 0.1) for place in range(count))
-    wide = replace(problem, candidates=contact_candidates.within(problem, stretches, 0.1, 0.01))
+    wide = replace(problem, candidates=contact_candidates.candidates_within(problem, stretches, 0.1, 0.01))
     return lambda: next(first_zones(wide, 0.1))
 
 
@@ -491,7 +491,7 @@ def texts_of_intervals():
             for arguments in ((pairs, shifted_pairs), (shifted_pairs, pairs), (pairs, pairs))
         ],
         "contains": intervals.contains(shifted_pairs, x).tolist(),
-        "interrupted": intervals.interrupted(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
+        "interrupted": intervals.in_interruption(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
         "runs": np.array(intervals.runs(flags)).tolist(),
         "distance": intervals.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
         "moved": [intervals.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],

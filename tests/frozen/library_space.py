@@ -355,7 +355,10 @@ def of_surfaces():
     rough = _made(given.ROUGH).height(*np.meshgrid(x1, x2, indexing="ij"))
     laws = {**given.LAWS, "levers": given.LEVERS, "varying": given.VARYING}
     laws = {name: Blocks(_made(pair), 0.3, True) for name, pair in laws.items()}
-    gaps = {f"{name} gap": law.on_level(_made("skew"), x1, x2).initial_gaps for name, law in laws.items()}
+    gaps = {
+        f"{name} gap": blocks.on_horizontal_surface(_made("skew"), x1, x2).initial_gaps
+        for name, blocks in laws.items()
+    }
     gaps |= {f"{name} tilt": law.tilt(x1, x2) for name, law in laws.items()}
     return {
         **{

@@ -79,14 +79,14 @@ class Input:
         forces = (state.weights * state.pressure)[order]
         sums = np.cumsum(forces)
         x = np.clip(edges * self.unit, state.x[0], state.x[-1])
-        share = np.interp(x, state.x[order], sums - forces / 2, left=0.0, right=sums[-1]) / sums[-1]
+        fraction = np.interp(x, state.x[order], sums - forces / 2, left=0.0, right=sums[-1]) / sums[-1]
         if self.period:  # a period may begin at any place
-            share, true, rough = (values - values[0] for values in (share, true, rough))
+            fraction, true, rough = (values - values[0] for values in (fraction, true, rough))
         # next to ends and between pieces cells converge by their root: twice the difference is not all
-        return np.abs(share - true).max(), state.error_estimate, 3 * np.abs(true - rough).max() + 1e-3
+        return np.abs(fraction - true).max(), state.error_estimate, 3 * np.abs(true - rough).max() + 1e-3
 
     def carried(self, count):
-        """(edges of cells, share of the load on their left) of so many cells about the contact."""
+        """(edges of cells, part of the load on their left) of so many cells about the contact."""
         left, right = self.window
         for _ in range(1 if self.period else 3):
             edges = np.linspace(left, right, count + 1)
@@ -304,9 +304,9 @@ def polygon(x, z):
 
     def height(places):
         after = np.clip(np.searchsorted(x, places) - 1, 0, len(x) - 2)
-        share = (places - x[after]) / (x[after + 1] - x[after])
-        above = z[after] + share * (z[after + 1] - z[after])
-        return np.where(np.isnan(above) | (share < 0) | (share > 1), np.inf, above)
+        fraction = (places - x[after]) / (x[after + 1] - x[after])
+        above = z[after] + fraction * (z[after + 1] - z[after])
+        return np.where(np.isnan(above) | (fraction < 0) | (fraction > 1), np.inf, above)
 
     return height
 

@@ -177,7 +177,7 @@ class Line:
         self.gap = self._gaps()
         self.split = len(self.gap)  # forces n before, t after it
         drags = len(problem.arms) if problem.second else 1
-        self.share = np.tile(np.eye(self.n), len(problem.arms)) if drags == 1 else np.eye(self.split)
+        self.corner_sums = np.tile(np.eye(self.n), len(problem.arms)) if drags == 1 else np.eye(self.split)
         self.energy_of = self._both_bodies(drags)
         self.A = self._system(self.energy_of)
         size = len(self.energy_of)
@@ -255,7 +255,7 @@ class Line:
         moved = np.zeros(len(mode))
         draw = np.random.default_rng(0)
         for trial in range(TRIALS):
-            touching = self.share @ closed > 0
+            touching = self.corner_sums @ closed > 0
             mode[~touching] = 0
             stick = touching & (mode == 0)
             if Q is not None and not stick.any():
@@ -264,7 +264,7 @@ class Line:
             displacement = A @ z
             slip = displacement[split:-2]
             moved = slip - self.slip
-            room = self.problem.friction * self.share @ z[:split]
+            room = self.problem.friction * self.corner_sums @ z[:split]
             flips, turns = self._wrong(z, displacement[:split], closed, mode, stick, moved, room)
             if not flips.any() and not (turns != mode).any():
                 break
@@ -286,7 +286,7 @@ class Line:
         free = np.concatenate([closed, stick, [True, True]])
         slips = np.flatnonzero(mode)
         limits = np.zeros((len(slips), len(A)))
-        limits[:, :split] = self.problem.friction * mode[slips, None] * self.share[slips] * closed
+        limits[:, :split] = self.problem.friction * mode[slips, None] * self.corner_sums[slips] * closed
         rows = A[free]
         z = np.zeros(len(A))
         z[free] = solve(rows[:, free] + rows[:, split + slips] @ limits[:, free], right[free])
@@ -337,11 +337,11 @@ class Line:
     def to(self, P, Q, steps):
         """Straight on to (P, Q); from nothing so that a cylinder's edge moves on evenly."""
         first = self.loads.copy()
-        shares = np.linspace(0, 1, steps + 1)[1:]
+        fractions = np.linspace(0, 1, steps + 1)[1:]
         if not first[0]:
-            shares = np.linspace(0, 1, FIRST * steps + 1)[1:] ** 2
-        for share in shares:
-            self._on(first + share * (np.array([P, Q]) - first))
+            fractions = np.linspace(0, 1, FIRST * steps + 1)[1:] ** 2
+        for fraction in fractions:
+            self._on(first + fraction * (np.array([P, Q]) - first))
         return self.state()
 
     def state(self):

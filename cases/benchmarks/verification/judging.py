@@ -35,7 +35,7 @@ class OutOfTime(BaseException):
     """Not an Exception, which a library may catch."""
 
 
-def within(seconds, function, *arguments):
+def with_time_limit(seconds, function, *arguments):
     """The value of a function, or OutOfTime after so many seconds of processor time."""
 
     def stop(*_):
@@ -59,7 +59,7 @@ def outcome(case, seconds=60):
     """
     row, start = dict.fromkeys(("ratio", "error", "estimate", "bar")) | {"message": ""}, time.process_time()
     try:
-        state = within(seconds, case.solve)
+        state = with_time_limit(seconds, case.solve)
     except OutOfTime:
         return row | {"class": "slow", "seconds": seconds}
     except Exception as failure:  # whatever it is, it is a result
@@ -74,7 +74,7 @@ def verdict(case, state, seconds=60):
     words = [str(word) for one in (state if isinstance(state, list) else [state]) for word in one.warnings]
     row = {"message": "; ".join(words)}
     try:
-        error, estimate, bar = within(seconds, case.verify, state)
+        error, estimate, bar = with_time_limit(seconds, case.verify, state)
     except Exception as failure:  # whatever it is, there is no verdict
         return row | {"class": "unjudged", "message": f"{type(failure).__name__}: {failure}"}
     except OutOfTime:

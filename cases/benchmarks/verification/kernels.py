@@ -40,13 +40,13 @@ def logarithm(name, nu, beta, curvature):
 def transform(name, material, x, log):
     """Kernel at x > 0 (n,), with `log` times log(x)/pi added.
 
-    U and clamped have the level at which U -> -log(x)/pi for large x.
+    U and clamped have the constant with which U -> -log(x)/pi for large x.
     """
     k = np.exp(GRID + 1j * ANGLE)
     waves = np.exp(1j * np.outer(x, k))
     # the integral of (cos(k x) - exp(-k))/k is -log(x); at k = 0 only U and clamped need exp(-k)
-    level = (name in ("U", "clamped")) - log
-    total = STEP / np.pi * (waves @ (symbols(*material, k)[name] * k - log) - level * np.exp(-k).sum())
+    constant = (name in ("U", "clamped")) - log
+    total = STEP / np.pi * (waves @ (symbols(*material, k)[name] * k - log) - constant * np.exp(-k).sum())
     return total.imag if name in ODD else total.real
 
 

@@ -95,8 +95,8 @@ def by_period(problem, height, load, name):
         x, forces = period.pressures(height, long, PERIOD_CELLS, (s.E, s.nu, s.beta, s.ell), name, load)
         wrong = np.array([state.pressure_at(x, corner) for corner in state.pressures]) - forces
         levers = (0.5, -0.5) if len(wrong) == 2 else (0.0,)
-        apart = max(np.linalg.norm(wrong.sum(0)), np.linalg.norm(np.dot(levers, wrong)))
-        return apart / np.linalg.norm(forces.sum(0)), state.error_estimate, PERIOD_BAR
+        distance = max(np.linalg.norm(wrong.sum(0)), np.linalg.norm(np.dot(levers, wrong)))
+        return distance / np.linalg.norm(forces.sum(0)), state.error_estimate, PERIOD_BAR
 
     return verify
 

@@ -7,7 +7,7 @@ complementarity  no pressure is tensile, and no open corner overlaps the obstacl
                  but for two nodes beside the contact; an overlap of depth d on a width w is worth
                  ``E* d/sqrt(w)`` over the pressure in L2
 equilibrium      under `Unilateral` on `Elastic` half-planes: gaps from the pressures by the logarithm of
-                 Flamant, level where the contact is closed, by a quadrature of its own
+                 Flamant, constant where the contact is closed, by a quadrature of its own
 
 All of these hold to BAR or thrice the state's error estimate.
 """
@@ -164,9 +164,9 @@ def unlevel(state):
         return t * (np.log(np.abs(t) + 1e-300) - 1)
 
     integrals = primitive(places[:, None] - first) - primitive(places[:, None] - last)
-    raised = -2 / (np.pi * state.solid.E_star) * integrals @ pressure
+    displacement = -2 / (np.pi * state.solid.E_star) * integrals @ pressure
     height = getattr(state.obstacle, "height", state.obstacle)
-    return float(np.ptp(height(places) + raised) / (state.load / state.solid.E_star))
+    return float(np.ptp(height(places) + displacement) / (state.load / state.solid.E_star))
 
 
 def case(k):

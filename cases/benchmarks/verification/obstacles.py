@@ -69,13 +69,13 @@ def _lowest(*heights):
 
 
 def cylinders(rng, half):
-    """One to six, apart by 2 to 50 half-widths, of different radii and heights."""
+    """One to six, 2 to 50 half-widths from each other, of different radii and heights."""
     count = int(rng.integers(1, 7))
     places = half * np.cumsum([0.0, *(log(rng, 2, 50) for _ in range(count - 1))])
     places -= places[rng.integers(count)] + half * rng.uniform(-1, 1)
     radii = RADIUS * np.array([log(rng, 0.3, 3) for _ in range(count)])
-    levels = half**2 / RADIUS * rng.choice((0.0, 0.05, 0.5), count) * rng.uniform(-1, 1, count)
-    all_of_them = zip(places, radii, levels)
+    lowest = half**2 / RADIUS * rng.choice((0.0, 0.05, 0.5), count) * rng.uniform(-1, 1, count)
+    all_of_them = zip(places, radii, lowest)
     height = _lowest(*(lambda x, c=c, r=r, z=z: (x - c) ** 2 / (2 * r) + z for c, r, z in all_of_them))
     return height, (places[0] - 8 * half, places[-1] + 8 * half), ()
 
@@ -200,9 +200,9 @@ def cusps(rng, half):
     """The lower envelope of |x - c|^p, 1.2 < p < 1.8."""
     count = int(rng.integers(1, 5))
     places, powers = half * rng.uniform(-3, 3, count), rng.uniform(1.2, 1.8, count)
-    levels = half**2 / RADIUS * rng.uniform(0, 0.4, count)
+    lowest = half**2 / RADIUS * rng.uniform(0, 0.4, count)
     scale = half**2 / (2 * RADIUS) * log(rng, 0.5, 5)
-    parts = zip(places, powers, levels)
+    parts = zip(places, powers, lowest)
     height = _lowest(*(lambda x, c=c, p=p, z=z: scale * np.abs((x - c) / half) ** p + z for c, p, z in parts))
     features = [(float(place), float(half * sharp(p))) for place, p in zip(places, powers)]
     return height, _about(0, 40 * half), features
@@ -221,8 +221,8 @@ def soft_cusps(rng, half):
     """Rounded wedges side by side: sqrt(x^2 + w^2), w down to NARROW."""
     count = int(rng.integers(1, 4))
     parts = [(half * rng.uniform(-3, 3), half * log(rng, NARROW, 0.3)) for _ in range(count)]
-    levels, slope = half**2 / RADIUS * rng.uniform(0, 0.3, count), half / RADIUS * log(rng, 0.3, 2)
-    wedges = [lambda x, c=c, w=w, z=z: slope * np.hypot(x - c, w) + z for (c, w), z in zip(parts, levels)]
+    lowest, slope = half**2 / RADIUS * rng.uniform(0, 0.3, count), half / RADIUS * log(rng, 0.3, 2)
+    wedges = [lambda x, c=c, w=w, z=z: slope * np.hypot(x - c, w) + z for (c, w), z in zip(parts, lowest)]
     return _lowest(*wedges), _about(0, 30 * half), parts
 
 

@@ -144,8 +144,8 @@ class Panels:
 
     def forces(self):
         """Force of each basis function, (all,)."""
-        share, _, weights = tanh_sinh()
-        return np.concatenate([weights @ self.density(n, share) for n in range(len(self.e))])
+        t, _, weights = tanh_sinh()
+        return np.concatenate([weights @ self.density(n, t) for n in range(len(self.e))])
 
     def integrals(self, x, kernels, ell):
         """Integrals at x (n,) of the kernel of each source corner times each basis function: (n, all)."""
@@ -170,15 +170,15 @@ class Panels:
     def _near(self, number, x, kernel, ell):
         """The same at x within the panel or next to it, by tanh-sinh on either side of x."""
         e, h = (values[number] for values in (self.e, self.h))
-        share, rest, weights = tanh_sinh()
+        t, rest, weights = tanh_sinh()
         along = (x - e) / h
         inside = np.clip(along, 0, 1)
         beyond = np.where(inside == along, 0.0, x - (e + h * inside))[:, None]
         cut = inside[:, None]  # parameter nearest to the target
         if self.kind[number] == ROOT:
             cut = np.sqrt(cut)
-        v = np.concatenate((cut * rest, cut + (1 - cut) * share), axis=1)
-        back = np.concatenate((cut * share, -(1 - cut) * share), axis=1)  # cut - v
+        v = np.concatenate((cut * rest, cut + (1 - cut) * t), axis=1)
+        back = np.concatenate((cut * t, -(1 - cut) * t), axis=1)  # cut - v
         if self.kind[number] == ROOT:
             back = back * (cut + v)
         values = kernel((beyond + h * back) / ell) * np.concatenate(
@@ -260,8 +260,8 @@ class Reference:
         with np.errstate(over="ignore"):
             gap = problem.gap(corner, free) - self.approach
         low = gap < 9 * problem.load / problem.E_star
-        raised = self.panels.integrals(free[low], problem.kernels(corner), problem.ell) @ self.f.ravel()
-        return free[low], -(gap[low] + raised) * problem.E_star / problem.load
+        displacement = self.panels.integrals(free[low], problem.kernels(corner), problem.ell) @ self.f.ravel()
+        return free[low], -(gap[low] + displacement) * problem.E_star / problem.load
 
 
 def all_edges(zones):
@@ -387,24 +387,24 @@ def reference(contact, load, state, orders=ORDERS, **obstacle):
 
 def _snapped(ends, edge):
     """An edge, or the end of the obstacle that it stands for; cells are wider than what is between."""
-    apart = np.diff(np.unique(ends)).min(initial=np.inf)
-    near = [end for end in ends if abs(end - edge) < min(0.01 * np.ptp(ends), 0.1 * apart)]
+    closest = np.diff(np.unique(ends)).min(initial=np.inf)
+    near = [end for end in ends if abs(end - edge) < min(0.01 * np.ptp(ends), 0.1 * closest)]
     return near[0] if near else edge
 
 
 def zones_of(state):
-    """Zones {corner: intervals} of a state; edges that the corners share are set apart."""
+    """Zones {corner: intervals} of a state; common edges of the corners are moved from each other."""
     if len(state.law.corners) == 1:
         return {0: [tuple(pair) for pair in state.zones["contact"]]}
     first, second = ([tuple(pair) for pair in state.zones[name]] for name in state.law.corners)
     edges = [edge for pair in first for edge in pair]
     hair = 1e-3 * state.solid.ell
 
-    def apart(edge):
+    def distance_from_first(edge):
         shared = np.min(np.abs(np.subtract(edges, edge)), initial=np.inf) < 1e-6 * hair
         return hair if shared else 0.0
 
-    return {0: first, 1: [(a + apart(a), b - apart(b)) for a, b in second]}
+    return {0: first, 1: [(a + distance_from_first(a), b - distance_from_first(b)) for a, b in second]}
 
 
 def distance(first, second, places, ends=()):
@@ -414,10 +414,10 @@ def distance(first, second, places, ends=()):
     places = np.unique(places)
     least = 4e-15 * np.ptp(places)  # nearer to a place rounding decides on which side a point is
     places = places[np.concatenate(([True], np.diff(places) > 3 * least))]
-    share, rest, weights = tanh_sinh()
+    t, rest, weights = tanh_sinh()
     left = places[:-1, None]
     right = places[1:, None]
-    x = np.where(share < 0.5, left + (right - left) * share, right - (right - left) * rest)
+    x = np.where(t < 0.5, left + (right - left) * t, right - (right - left) * rest)
     x = np.clip(x, left + least, right - least).ravel()
     weights = ((right - left) * weights).ravel()
     for end in ends:

@@ -64,7 +64,7 @@ def profile_of(rng: np.random.Generator, u: Units) -> Any:
     slope = rng.uniform(0.02, 0.1)
     shift = rng.choice([0.0, rng.normal(), 1e3])
     tilt = rng.uniform(-2e-3, 2e-3)
-    apart = rng.uniform(0.3, 2)
+    distance = rng.uniform(0.3, 2)
     noise = rng.normal(size=17)
     x = np.linspace(-1, 1, 17)
     kinds = (
@@ -72,7 +72,7 @@ def profile_of(rng: np.random.Generator, u: Units) -> Any:
         mb.Wedge(slope=slope),
         mb.Punch(half_width=0.3 * u.length, tilt=tilt),
         u.height(lambda x: (x - shift) ** 2 / (2 * R)),
-        u.height(lambda x: np.minimum((x - apart) ** 2, (x + apart) ** 2 * 1.1) / (2 * R)),
+        u.height(lambda x: np.minimum((x - distance) ** 2, (x + distance) ** 2 * 1.1) / (2 * R)),
         u.height(lambda x: np.abs(x - shift) ** 1.7 / R),
         u.height(lambda x: x**2 / (2 * R) + 0.002 * np.sin(7 * x + 1)),
         SimpleNamespace(height=u.height(lambda x: x**2 / (2 * R)), ends=(-0.2 * u.length, 0.2 * u.length)),
@@ -180,7 +180,7 @@ def on_solid_mesh(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
 
 def by_friction(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
     load = 10 ** rng.uniform(-1, 0) * u.force(flat=True)
-    share = rng.uniform(0.2, 0.9)
+    fraction = rng.uniform(0.2, 0.9)
     friction = rng.uniform(0.1, 0.8)
     equal = classical and rng.uniform() < 0.4
     body = mb.HalfPlane(solid_of(rng, u, classical))
@@ -189,14 +189,14 @@ def by_friction(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
         obstacle = mb.Deformable(body, obstacle)
     law = mb.Unilateral(friction=friction) if classical else mb.Microblock(friction=friction)
     problem = mb.Contact(body, obstacle, law)
-    pairs = [(load, 0), (load, share * friction * load)]
+    pairs = [(load, 0), (load, fraction * friction * load)]
     return f"friction{', equal bodies' * equal}", lambda: problem.history(pairs, rtol=0.1).states[-1]
 
 
 def along_path(rng: np.random.Generator, u: Units, classical: bool) -> Drawn:
     body = mb.HalfPlane(solid_of(rng, u, classical))
-    apart = rng.uniform(0.3, 1)
-    twins = u.height(lambda x: np.minimum((x - apart) ** 2, (x + apart) ** 2 + 1e-3) / 20)
+    distance = rng.uniform(0.3, 1)
+    twins = u.height(lambda x: np.minimum((x - distance) ** 2, (x + distance) ** 2 + 1e-3) / 20)
     problem = mb.Contact(body, twins, mb.Unilateral() if classical else mb.Microclamped(), mb.Panels())
     load = 0.1 * u.force(flat=True)
     return "path", lambda: problem.path(load=load).at(load / 2)
@@ -258,8 +258,8 @@ def places_of(state: Any) -> np.ndarray:
         return state.points[state.pressure > 0.1 * state.pressure.max()][:200]
     edges = np.reshape(state.zones["contact"], (-1, 2))
     # an even number: middles of symmetric contacts are places where panels meet
-    shares = (1 - np.cos(np.pi * (np.arange(20) + 0.5) / 20)) / 2
-    return (edges[:, :1] + np.diff(edges) * shares).ravel()
+    fractions = (1 - np.cos(np.pi * (np.arange(20) + 0.5) / 20)) / 2
+    return (edges[:, :1] + np.diff(edges) * fractions).ravel()
 
 
 def difference(first: dict[str, np.ndarray], second: dict[str, np.ndarray]) -> float:

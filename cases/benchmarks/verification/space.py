@@ -306,8 +306,8 @@ def merged(boxes):
     for i, first in enumerate(boxes):
         for j, second in enumerate(boxes[:i]):
             if first.gap(second) < 0.5 * min(first.longer, second.longer):
-                apart = [box for number, box in enumerate(boxes) if number not in (i, j)]
-                return merged([*apart, first.joined(second)])
+                others = [box for number, box in enumerate(boxes) if number not in (i, j)]
+                return merged([*others, first.joined(second)])
     return boxes
 
 
@@ -356,7 +356,7 @@ class Island:
         """Loads on cells as forces on nodes."""
         return np.einsum("xi,cxy,yj->cij", self.in_x, loads * self.area, self.in_y).reshape(len(loads), -1)
 
-    def spread(self, values):
+    def expanded(self, values):
         """Fields at nodes as fields on cells."""
         return np.einsum("xi,cij,yj->cxy", self.in_x, values.reshape(len(values), NODES, NODES), self.in_y)
 
@@ -397,7 +397,7 @@ class Sheet:
     def gathered(self, loads):
         return np.zeros((len(loads), 1))
 
-    def spread(self, values):
+    def expanded(self, values):
         return 0.0
 
 
@@ -526,7 +526,7 @@ class Model:
                 field = at_nodes[to] if kernel.shape[3 if to == j else 2] == NODES**2 else fields[to]
                 field += np.einsum(way, kernel, sources, optimize=True).reshape(field.shape)
         return [
-            self._at_corners(field + island.spread(values))
+            self._at_corners(field + island.expanded(values))
             for field, island, values in zip(fields, self.islands, at_nodes)
         ]
 
@@ -664,8 +664,8 @@ def gradients(model, tolerance=TOLERANCE, limit=500):
         closed = p > 0
         weights = cells.area * cells.metric * closed
         gaps = displacement + cells.height
-        level = (weights @ gaps) / weights.sum()
-        gaps = gaps - level
+        approach = (weights @ gaps) / weights.sum()
+        gaps = gaps - approach
         deepest = max(np.abs(displacement[closed]).max(), 1e-300)
         error = (cells.area * p) @ np.abs(gaps) / load / deepest
         overlap = max(0.0, -(gaps[cells.finite & ~closed]).min(initial=0.0)) / deepest
@@ -682,7 +682,7 @@ def gradients(model, tolerance=TOLERANCE, limit=500):
         conjugate = 0.0 if overlapping.any() else 1.0
         p[overlapping] -= step * (cells.metric * gaps)[overlapping]
         p *= load / (cells.area @ p)
-    return Solution(model, cells.split(p), level, max(error, overlap))
+    return Solution(model, cells.split(p), approach, max(error, overlap))
 
 
 # ---- answers ----

@@ -45,9 +45,9 @@ class Surface:
     note: str = ""
 
 
-def paraboloids(summits, radii, levels):
+def paraboloids(summits, radii, heights):
     def height(x, y):
-        parts = [z + ((x - a) ** 2 + (y - b) ** 2) / (2 * r) for (a, b), r, z in zip(summits, radii, levels)]
+        parts = [z + ((x - a) ** 2 + (y - b) ** 2) / (2 * r) for (a, b), r, z in zip(summits, radii, heights)]
         return np.min(np.broadcast_arrays(*parts), axis=0)
 
     return height
@@ -58,11 +58,11 @@ def hertz_load(E, nu, a):
     return 4 / 3 * E / (1 - nu**2) * a**3
 
 
-def around(summits, radii, levels, solid, load):
+def around(summits, radii, heights, solid, load):
     """Boxes about the paraboloids that may touch: those below the approach of each of them alone."""
-    depth = min(z + space.hertz(*solid[:2], r, load)[2] for r, z in zip(radii, levels))
-    reaches = [1.02 * sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, levels)]
-    return [(x, y, reach, reach) for (x, y), reach in zip(summits, reaches) if reach > 0]
+    depth = min(z + space.hertz(*solid[:2], r, load)[2] for r, z in zip(radii, heights))
+    radii_of_boxes = [1.02 * sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, heights)]
+    return [(x, y, reach, reach) for (x, y), reach in zip(summits, radii_of_boxes) if reach > 0]
 
 
 def _base(rng, low=0.005, high=0.3):
@@ -79,18 +79,18 @@ def summits(rng):
     if law == "microblock" and solid[3] > 0.7 * a:
         count = min(count, 3)
     radii = [log(rng, 0.05, 2) for _ in range(count)]
-    spread = a * log(rng, 5, 1000)
+    extent = a * log(rng, 5, 1000)
     places = []
     while len(places) < count:
-        place = tuple(rng.uniform(-spread, spread, 2))
+        place = tuple(rng.uniform(-extent, extent, 2))
         if all(np.hypot(place[0] - x, place[1] - y) > 3 * a for x, y in places):
             places.append(place)
-        spread *= 1.02
+        extent *= 1.02
     depth = min(space.hertz(*solid[:2], r, load / count)[2] for r in radii)
-    levels = [rng.uniform(0, 0.5) * depth if rng.random() < 0.4 else 0.0 for _ in range(count)]
-    height = paraboloids(places, radii, levels)
-    boxes = around(places, radii, levels, solid, load)
-    note = f"{count} in {spread / a:.0f} a"
+    heights = [rng.uniform(0, 0.5) * depth if rng.random() < 0.4 else 0.0 for _ in range(count)]
+    height = paraboloids(places, radii, heights)
+    boxes = around(places, radii, heights, solid, load)
+    note = f"{count} in {extent / a:.0f} a"
     return Surface("summits", height, boxes, load, solid, law, tuple(places), note=note)
 
 
@@ -181,9 +181,9 @@ def saddle(rng):
             "saddle", lambda x, y: x**2 / 2 - k * y**2 / 2, None, load, solid, law, note="falls for ever"
         )
     if draw < 0.6:
-        level = log(rng, 1e-2, 1) * a**2
-        height = lambda x, y: np.minimum((x**2 + y**2) / 2, level)  # noqa: E731
-        return Surface("saddle", height, None, load, solid, law, note="rises to a level")
+        plateau = log(rng, 1e-2, 1) * a**2
+        height = lambda x, y: np.minimum((x**2 + y**2) / 2, plateau)  # noqa: E731
+        return Surface("saddle", height, None, load, solid, law, note="rises to a plateau")
     b = a * log(rng, 2, 200)
     note = f"two summits at {b / a:.1f} a, curvature {k:.2f}"  # of curvature 1 and k, a saddle between them
     height = lambda x, y: x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)  # noqa: E731
