@@ -4,6 +4,7 @@ say.
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from cases.__main__ import main
 from cases.benchmarks import chart, limits, speed
 from cases.benchmarks.verification import __main__ as verification
 from cases.benchmarks.verification import judging
+from microblock import NotConverged
 
 RESULTS = Path(chart.RECORD).parent
 SPECIAL = "locking", "strip", "stretched", "penalty", "supported"
@@ -34,6 +36,39 @@ def test_each_question_is_answered(name):
     """A run that the library no longer answers as the question expects is an untyped error."""
     row = limits.run(name, 0, 60)
     assert row["kind"] in (limits.KINDS["right"], f"error above {limits.USEFUL:.0%}"), row
+
+
+def test_two_zones_that_nearly_touch_have_a_verdict():
+    row = limits.run("zones", 4, 60)
+    assert row["kind"] == limits.KINDS["right"] and 0 < row["error"] <= row["estimate"]
+
+
+def solving(what):
+    if what == "typed error":
+        raise NotConverged("the active set\n cycles")
+    if what == "crash":
+        raise ZeroDivisionError
+    while what == "endless":
+        pass
+    return SimpleNamespace(warnings=["beware"] * (what == "warned"))
+
+
+@pytest.mark.parametrize(
+    "what, error, expected",
+    [
+        ("", 9e-3, "right"),
+        ("", 2e-2, "wrong"),
+        ("warned", 2e-2, "warned"),
+        ("", np.nan, "unjudged"),
+        ("typed error", 0.0, "error"),
+        ("crash", 0.0, "crash"),
+        ("endless", 0.0, "slow"),
+    ],
+)
+def test_outcomes_are_told_apart_and_none_stops_the_study(what, error, expected):
+    case = judging.Case("", 1e-2, lambda: solving(what), lambda state: (error, None, 0.0))
+    row = judging.outcome(case, seconds=0.2)
+    assert row["class"] == expected and expected in limits.KINDS
 
 
 def test_quick_questions(tmp_path, capsys):
