@@ -15,7 +15,7 @@ from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.results import line
 from ..threads import bounded
-from . import contact_term, supports
+from . import contact_term, regions, supports
 from .body_fields import BodyFields
 from .body_spaces import BodySpaces
 from .bulk import Bulk
@@ -35,7 +35,11 @@ class Body(BodySpaces):
     mesh : ngsolve.Mesh
         Of triangles and quadrilaterals, a 1D mesh of the depth x2 (`meshes.line`), or one in three dimensions
         (`microblock.fem.meshes3d.block`). Geometries have tolerances of 1e-7 in their unit of length.
-    solid : Cosserat
+    solid : Cosserat or {materials of the mesh: Cosserat}
+        Of all of the body, or of its parts, by NGSolve's names and patterns; their moduli and lengths may be
+        CoefficientFunctions. Of an `Elastic` part psi is no unknown, and no couple acts upon its border. The
+        attribute `solid` has numbers: it is that at the contact boundary, the stiffest where they differ, and
+        an `Elastic` if a part of the boundary is.
     order : int or array (elements,) of int
         Polynomial order of u; one for each element is that of all fields, on edges the larger one.
     order_psi : int, optional
@@ -55,8 +59,9 @@ class Body(BodySpaces):
     ------
     BadArgument
         If an argument is out of range, a boundary is unknown, prescribed values differ at identified points,
-        or the mesh is not sound; in three dimensions also if the solid lets short waves of a free surface
-        turn by themselves.
+        the mesh is not sound, a material has no solid or two, a function violates (13) in an integration
+        point, or blocks on the contact boundary differ in their side; in three dimensions also if a solid
+        lets short waves of a free surface turn by themselves.
 
     Examples
     --------
@@ -69,6 +74,13 @@ class Body(BodySpaces):
     True
     >>> body
     <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
+
+    With functions, a coating that is stiffer at its surface:
+
+    >>> import ngsolve as ng
+    >>> graded = mb.Cosserat(E=100 * (1 + ng.exp(ng.y)), nu=0.3, ell=0.1, beta=1)
+    >>> mb.Body(mesh, graded, fixed="bottom").solid
+    Cosserat(E=200.0, nu=0.3, ell=0.1, beta=1, curvature=2)
 
     A quarter of a block in space, between two planes of symmetry:
 
@@ -85,7 +97,7 @@ class Body(BodySpaces):
     def __init__(
         self,
         mesh: Any,
-        solid: Cosserat,
+        solid: Cosserat | Mapping[str, Cosserat],
         order: Any = 2,
         *,
         order_psi: int | None = None,
@@ -95,16 +107,22 @@ class Body(BodySpaces):
         contact: str = "contact",
     ) -> None:
         require_sound(mesh)
-        require_kind(Cosserat, "a Cosserat", solid=solid)
-        if mesh.dim == 3 and not solid.is_classical:  # else psi has nothing to do with u
-            require_stable(solid)
+        solids = regions.solids_of(mesh, solid)
         require_kind(str, "the name of a boundary", contact=contact)
         require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
         require_flag(periodic=periodic)
-        if not solid.has_length:
-            solid = solid.with_length(extent(mesh))
-        super().__init__(mesh, solid, order, order_psi, periodic)
+        super().__init__(mesh, solids, order, order_psi, periodic)
+        if contact != "contact":
+            self.boundary(contact, "contact")
         self.contact = contact
+        regions.require_admissible(mesh, solids, 2 * self.order + self.bonus)
+        self.solid = regions.surface_solid(mesh, solids, contact)
+        if mesh.dim == 3:
+            for part in {*solids, self.solid}:
+                if not part.functions and not part.is_classical:  # else psi has nothing to do with u
+                    require_stable(part)
+        if not self.solid.has_length:
+            self.solid = self.solid.with_length(extent(mesh))
         self.prescribed = dict(prescribed or {})
         require_finite_within(prescribed=self.prescribed)
         patterns = supports.patterns(self, fixed)
@@ -119,14 +137,9 @@ class Body(BodySpaces):
             "periodic": periodic,
             "contact": contact,
         }
-        orders = {"u": self.order, "p": self.order_psi}
-        self.spaces = [
-            self.scalar(orders[name[0]], dirichlet=self.fixed.get(name, "")) for name in self.names
-        ]
+        self.spaces = [self.field_space(name, dirichlet=self.fixed.get(name, "")) for name in self.names]
         self.space = ng.ProductSpace(*self.spaces)
         supports.require_periodic(self)
-        if contact != "contact":
-            self.boundary(contact, "contact")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy is made anew: NGSolve loses orders of single elements."""
@@ -134,6 +147,9 @@ class Body(BodySpaces):
 
     def __repr__(self) -> str:
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
+        count = len(regions.alike(self.solids))
+        if count > 1:
+            kinds += f", {count} solids"
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.rotates and self.order_psi != self.order else ""
         return line(
@@ -143,7 +159,11 @@ class Body(BodySpaces):
     def of(self, solid: Cosserat) -> Body:
         """Returns the same body of another solid; of the same one itself."""
         require_kind(Cosserat, "a Cosserat", solid=solid)
-        return self if solid == self.solid else self.on(self.mesh, solid=solid)
+        if solid == self.solid:
+            return self
+        words = "is one solid, and this body has another one elsewhere: give a body"
+        require(self._made_of["solid"] == self.solid, "solid", solid, words)
+        return self.on(self.mesh, solid=solid)
 
     def on(self, mesh: Any, **changes: Any) -> Body:
         """Returns the same body on another mesh, or with other arguments; raises BadArgument for another mesh
@@ -177,7 +197,7 @@ class Body(BodySpaces):
         strains = self.strains(trial[: len(self.names)])
         varied = self.strains(test[: len(self.names)])
         form = ng.BilinearForm(space, **options)
-        for work in contact_term.virtual_work(self.solid, strains, varied):  # two are quicker than their sum
+        for work in contact_term.virtual_work(self.moduli, strains, varied):  # two are quicker than their sum
             form += work * ng.dx(bonus_intorder=self.bonus)
         return form.Assemble()
 

@@ -107,7 +107,7 @@ class BodyFields:
     @property
     def stress(self) -> Any:
         """Force stress (16), 2x2, in three dimensions 3x3."""
-        sigma = contact_term.stress(self.body.solid, self.body.strains(self.components)[0])
+        sigma = contact_term.stress(self.body.moduli, self.body.strains(self.components)[0])
         if not self.body.in_space:
             sigma = ng.CF((sigma[0, 0], sigma[0, 1], sigma[1, 0], sigma[1, 1]), dims=(2, 2))
         return ng.BoundaryFromVolumeCF(sigma)  # else gradients are 0 there, in silence
@@ -115,7 +115,7 @@ class BodyFields:
     @property
     def couple_stress(self) -> Any:
         """Couple stress, (m1, m2), in three dimensions 3x3."""
-        m = contact_term.couple_stress(self.body.solid, self.body.strains(self.components)[1])
+        m = contact_term.couple_stress(self.body.moduli, self.body.strains(self.components)[1])
         return ng.BoundaryFromVolumeCF(m if self.body.in_space else ng.CF((m[2, 0], m[2, 1])))
 
     def reaction(self, boundary: str) -> Reaction:

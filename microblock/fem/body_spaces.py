@@ -7,10 +7,11 @@ from typing import Any, TypeVar, cast
 import ngsolve as ng
 import numpy as np
 
-from ..errors import BadArgument, require, require_whole
-from ..model.material import Cosserat, Elastic
-from ..model.types import AnyArray, Integers
-from . import contact_term
+from ..errors import require, require_whole
+from ..model.material import Cosserat, Elastic, Moduli
+from ..model.types import AnyArray, Flags, Integers
+from . import contact_term, regions
+from .meshes import elements_at
 
 FIELDS3D = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 # place of a field among the components of u and psi as vectors
@@ -25,7 +26,9 @@ class BodySpaces:
     Attributes
     ----------
     mesh : ngsolve.Mesh
-    solid : Cosserat
+    solid : Cosserat, the stiffest at the contact boundary, with numbers
+    solids : list of Cosserat, of each material of the mesh
+    moduli : Moduli, of all of the body
     order, order_psi : int, the largest of u and of psi, 0 without psi
     element_orders : array (elements,) of int, or None where they have one order
     periodic : bool
@@ -43,10 +46,14 @@ class BodySpaces:
     fixed: dict[str, str]
     spaces: list[Any]
     space: Any
+    solid: Cosserat
 
-    def __init__(self, mesh: Any, solid: Cosserat, order: Any, order_psi: int | None, periodic: bool) -> None:
+    def __init__(
+        self, mesh: Any, solids: list[Cosserat], order: Any, order_psi: int | None, periodic: bool
+    ) -> None:
         self.mesh = mesh
-        self.solid = solid
+        self.solids = solids
+        self.moduli: Moduli = regions.moduli_of(solids)
         self.periodic = periodic
         self.element_orders: Integers | None = None
         if not isinstance(order, int | np.integer):
@@ -55,12 +62,25 @@ class BodySpaces:
         self.order = order
         self.order_psi = order if order_psi is None else order_psi
         require_whole(1, order=self.order)
-        require_whole(0 if solid.is_classical else 1, order_psi=self.order_psi)
-        self.rotates = self.order_psi > 0 and not isinstance(solid, Elastic)
+        require_whole(0 if self.is_classical else 1, order_psi=self.order_psi)
+        self.rotates = self.order_psi > 0 and not self._elastic.all()
         self.order_psi *= self.rotates
         self.all_names = FIELDS3D if mesh.dim == 3 else ("u1", "u2", "psi")
         self.names = tuple(name for name in self.all_names if self.rotates or name[0] == "u")
         self.derived: dict[Any, Any] = {}  # what costs a factorisation, see `once`
+
+    def field_space(self, name: str, **options: Any) -> Any:
+        """Returns the space of a field: psi ends, free of couples, where the solid is Elastic."""
+        if name.startswith("u"):
+            return self.scalar(self.order, **options)
+        if not self._elastic.any():
+            return self.scalar(self.order_psi, **options)
+        turning = regions.region(self.mesh, ~self._elastic)
+        space = self.scalar(self.order_psi, definedon=turning, **options)
+        for unused in np.flatnonzero(~np.array(space.GetDofs(turning))):  # else free on other boundaries
+            space.SetCouplingType(int(unused), ng.COUPLING_TYPE.UNUSED_DOF)
+        space.FinalizeUpdate()
+        return space
 
     def _element_orders(self, orders: AnyArray, order_psi: int | None) -> Integers:
         """Returns the orders; raises BadArgument unless there is one for each element that the body can
@@ -79,6 +99,39 @@ class BodySpaces:
     @property
     def in_space(self) -> bool:
         return self.mesh.dim == 3
+
+    @property
+    def is_classical(self) -> bool:
+        """Whether displacements and microrotation do not act on each other anywhere."""
+        return all(solid.is_classical for solid in self.solids)
+
+    @cached_property
+    def _elastic(self) -> Flags:
+        """Whether a material has no psi, boolean array (materials,)."""
+        return np.array([isinstance(solid, Elastic) for solid in self.solids])
+
+    def require_psi(self, name: str, value: Any, boundary: Any = None) -> None:
+        """Raises BadArgument, of this argument, where a value acts upon psi in the body, or on a region of
+        its boundary, beside a solid that has none.
+        """
+        if not self._elastic.any():
+            return
+        if boundary is None:
+            elastic = regions.region(self.mesh, self._elastic)
+            lost = ng.Integrate(ng.Norm(ng.CF(value)), self.mesh, definedon=elastic) > 0
+        else:
+            beside = [ng.ElementId(ng.VOL, int(number)) for number in elements_at(self.mesh, boundary)]
+            lost = any(self._elastic[self.mesh[element].index] for element in beside)
+        require(not lost, name, value, "acts where the solid is Elastic, which has no psi to turn")
+
+    def by_region(self, make: Callable[[Any], Any]) -> Any:
+        """Returns the function that is `make(region)` in each region of one solid."""
+        functions: list[Any] = [None] * len(self.solids)
+        for _, materials in regions.alike(self.solids):
+            function = make(regions.region(self.mesh, materials))
+            for number in np.flatnonzero(materials):
+                functions[number] = function
+        return ng.CF(functions)
 
     def once(self, key: Any, make: Callable[[], Made]) -> Made:
         """Returns what `make()` returns, made once for a key."""
@@ -100,20 +153,9 @@ class BodySpaces:
         """Returns the region of the boundaries that a pattern names; raises BadArgument, of this argument,
         for no name.
         """
-        names = sorted(set(self.mesh.GetBoundaries()))
-        require(
-            isinstance(pattern, str), argument, pattern, f"must be a name or pattern of {', '.join(names)}"
+        return regions.named_region(
+            self.mesh.Boundaries, self.mesh.GetBoundaries(), pattern, argument, "boundaries"
         )
-        try:
-            region = self.mesh.Boundaries(pattern)
-        except RuntimeError as failure:
-            raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
-        missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
-        if missing or not any(region.Mask()):
-            which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
-            words = f"{which}is none of the mesh's boundaries, {', '.join(names)}"
-            raise BadArgument(argument, pattern, words)
-        return region
 
     def scalar(self, order: int, **options: Any) -> Any:
         """Returns a scalar H1 space, periodic or of the elements' own orders as the body is."""
@@ -139,8 +181,13 @@ class BodySpaces:
 
     @property
     def bonus(self) -> int:
-        """Integration orders beyond NGSolve's: on curved elements the energy is no polynomial."""
-        return 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
+        """Integration orders beyond NGSolve's: on curved elements, and of moduli that are functions, the
+        energy is no polynomial of the fields' order.
+        """
+        bonus = 4 if self.mesh.GetCurveOrder() > 1 else 0  # energies of order 1 then err by 4e-9
+        if any(solid.functions for solid in self.solids):
+            bonus += self.order + 2
+        return bonus
 
     def integrated(self, density: Any, **options: Any) -> Any:
         """Returns the integral over the body of a quadratic function of fields."""
@@ -173,4 +220,4 @@ class BodySpaces:
 
     def energy(self, *components: Any) -> Any:
         """Returns the energy density (10) as an expression."""
-        return contact_term.energy(self.solid, self.strains(components))
+        return contact_term.energy(self.moduli, self.strains(components))

@@ -227,7 +227,7 @@ def without_idle_rotation(body: Body, law: Law) -> Body:
     along = np.array([vertex.point[0] for vertex in body.mesh.vertices])
     prescribed = any(name.startswith("psi") for name in body.prescribed)
     rotated = prescribed or len(law.corners) > 1 or law.arms(*horizontal_surface(along)).any()
-    if rotated or not (body.rotates and body.solid.is_classical):
+    if rotated or not (body.rotates and body.is_classical):
         return body
     return body.once("without rotation", lambda: body.on(body.mesh, order_psi=0))
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from ngsolve import CF, Cross, Id, IfPos, InnerProduct, Trace
 
-from ..model.material import Cosserat
+from ..model.material import Cosserat, Moduli
 from ..model.types import Array
 
 
@@ -19,14 +19,14 @@ def relative_deformation(gradient: Any, psi: Any) -> Any:
     return gradient + CF((0, psi[2], -psi[1], -psi[2], 0, psi[0], psi[1], -psi[0], 0), dims=(3, 3))
 
 
-def stress(solid: Cosserat, gamma: Any) -> Any:
+def stress(solid: Cosserat | Moduli, gamma: Any) -> Any:
     """(16), the derivative of (11): lambda tr gamma I + 2 mu gamma^sym + 2 mu_c gamma^skw."""
     direct = solid.mu + solid.mu_c
     transposed = solid.mu - solid.mu_c
     return solid.lam * Trace(gamma) * Id(3) + direct * gamma + transposed * gamma.trans
 
 
-def couple_stress(solid: Cosserat, kappa: Any) -> Any:
+def couple_stress(solid: Cosserat | Moduli, kappa: Any) -> Any:
     """(17), the derivative of (12): ell^2 mu (alpha' tr kappa I + (gamma' + beta') kappa^sym
     + (gamma' - beta') kappa^skw).
     """
@@ -34,14 +34,16 @@ def couple_stress(solid: Cosserat, kappa: Any) -> Any:
     return solid.ell**2 * solid.mu * (trace + solid.curvature * kappa + solid.beta_prime * kappa.trans)
 
 
-def virtual_work(solid: Cosserat, strains: tuple[Any, Any], varied: tuple[Any, Any]) -> tuple[Any, Any]:
+def virtual_work(
+    solid: Cosserat | Moduli, strains: tuple[Any, Any], varied: tuple[Any, Any]
+) -> tuple[Any, Any]:
     """(14): the work of stress and couple stress of strains (gamma, kappa) on others, densities."""
     gamma, kappa = strains
     d_gamma, d_kappa = varied
     return InnerProduct(stress(solid, gamma), d_gamma), InnerProduct(couple_stress(solid, kappa), d_kappa)
 
 
-def energy(solid: Cosserat, strains: tuple[Any, Any]) -> Any:
+def energy(solid: Cosserat | Moduli, strains: tuple[Any, Any]) -> Any:
     """(10)-(12): the density W of the elastic energy."""
     return sum(virtual_work(solid, strains, strains)) / 2
 

@@ -59,16 +59,19 @@ class Loads:
         """
         order = {"bonus_intorder": body.order + 4}
         u, psi = body.vectors(body.space.TestFunction())
-        works = [("force", self.force, u, ng.dx(**order)), ("couple", self.couple, psi, ng.dx(**order))]
+        works = [("force", self.force, u, None), ("couple", self.couple, psi, None)]
         for name, values, varied in (("traction", self.traction, u), ("micromoment", self.micromoment, psi)):
             for boundary, value in values.items():
-                works.append((name, value, varied, ng.ds(definedon=body.boundary(boundary), **order)))
+                works.append((name, value, varied, body.boundary(boundary)))
         form = ng.LinearForm(body.space)
-        for name, value, varied, measure in works:
+        for name, value, varied, region in works:
             load = _vector(name, value, body.mesh.dim)
             if load is not None:
                 words = "turns nothing: the body has no psi, as its solid is classical"
                 require(body.rotates or varied is u, name, value, words)
+                if varied is psi:
+                    body.require_psi(name, value, region)
+                measure = ng.dx(**order) if region is None else ng.ds(definedon=region, **order)
                 form += ng.InnerProduct(ng.CF(load), varied) * measure
         return form.Assemble().vec.FV().NumPy().copy()
 

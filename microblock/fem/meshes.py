@@ -30,6 +30,7 @@ from ..model.types import Array, Integers, Interval
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5
 RATIO = 0.15  # of the elements towards a graded vertex
+KINDS = (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)  # of elements
 SLIVER = 1e-9  # of the reach, below which two edges are one
 
 Spacing: TypeAlias = tuple[float, float, float]  # (left, right, length of the elements between)
@@ -61,7 +62,8 @@ def locking(solid: Cosserat, order: int, depth: float, half_width: float) -> lis
 
 def elements_at(mesh: Any, region: Any) -> Integers:
     """Returns the numbers of the elements at the facets of a boundary, array (facets,)."""
-    elements = [mesh[(facet.faces or facet.edges)[0]].elements for facet in region.Elements()]
+    facets = [(facet.faces or facet.edges or facet.vertices)[0] for facet in region.Elements()]
+    elements = [mesh[facet].elements for facet in facets]
     require(all(elements), "mesh", mesh, "has facets in its boundary that belong to no element")
     return np.array([beside[0].nr for beside in elements])
 
@@ -125,10 +127,19 @@ def require_sound(mesh: Any) -> None:
 
 def _rules_of_soundness(curve_order: int) -> dict[Any, Any]:
     """Returns {kind of an element: NGSolve's rule} of points at which an element must have an area."""
-    kinds = (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)
     if curve_order > 1:
-        return {kind: ng.IntegrationRule(kind, 2 * curve_order + 4) for kind in kinds}
-    corners = {kind: ng.fem.ElementTopology(kind).vertices for kind in kinds}
+        return interior_rules(2 * curve_order + 4)
+    return corner_rules()
+
+
+def interior_rules(order: int) -> dict[Any, Any]:
+    """Returns {kind of an element: NGSolve's rule of an order}."""
+    return {kind: ng.IntegrationRule(kind, order) for kind in KINDS}
+
+
+def corner_rules() -> dict[Any, Any]:
+    """Returns {kind of an element: NGSolve's rule} of its vertices."""
+    corners = {kind: ng.fem.ElementTopology(kind).vertices for kind in KINDS}
     corners[ng.PYRAMID] = corners[ng.PYRAMID][:4]  # the tip of a pyramid is singular
     return {kind: ng.IntegrationRule(points, [0.0] * len(points)) for kind, points in corners.items()}
 

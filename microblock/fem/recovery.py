@@ -7,6 +7,7 @@ energy    that of the difference of gradients over the energy of the state
 surface   difference of the averaged traction and couple from the nodal p and M/ell, the larger L2 norm over
           that of p, with an edge off by a spacing over sqrt(12), and what nodes miss of the obstacle
 
+Gradients and moduli jump between the solids of a body: each region has averages of its own.
 Quadrilaterals become triangles before they are cut: NGSolve cuts them one way.
 """
 
@@ -80,17 +81,25 @@ def _averaged(body: Body, fields: BodyFields) -> list[Any]:
         groups.append(((fields.psi,), body.order_psi))
     averaged = []
     for functions, order in groups:
-        # twice as fast as a VectorH1 for each
-        slopes = ng.GridFunction(ng.H1(body.mesh, order=order, dim=2 * len(functions)))
-        slopes.Set(ng.CF(tuple(map(ng.grad, functions))))
+        gradients = ng.CF(tuple(map(ng.grad, functions)))
+        slopes = body.by_region(lambda region: _average(body.mesh, gradients, order, region))
         averaged += [(slopes[2 * i], slopes[2 * i + 1]) for i in range(len(functions))]
     return averaged
+
+
+def _average(mesh: Any, gradients: Any, order: int, region: Any) -> Any:
+    """Returns the average of gradients in the nodes of a region, a function there."""
+    # twice as fast as a VectorH1 for each
+    space = ng.H1(mesh, order=order, dim=gradients.dim, definedon=region)
+    slopes = ng.GridFunction(ng.Compress(space))
+    slopes.Set(gradients, definedon=region)
+    return slopes
 
 
 def _energy_of_difference(body: Body, fields: BodyFields, averaged: Sequence[Any]) -> Array:
     """Returns the energy of averaged gradients less those of the fields, array (elements,)."""
     slopes = [ng.CF((mean[0], mean[1])) - ng.grad(field) for mean, field in zip(averaged, fields)]
-    density = contact_term.energy(body.solid, body.strains([ng.CF(0)] * len(slopes), slopes))
+    density = contact_term.energy(body.moduli, body.strains([ng.CF(0)] * len(slopes), slopes))
     return body.integrated(density.Compile(), element_wise=True).NumPy()
 
 
@@ -159,8 +168,8 @@ def _traction(solution: MeshSolution, averaged: Sequence[Any]) -> Any:
     body = solution.nodes.body
     n = ng.CF((outward(body.mesh), 0))
     gamma, kappa = body.strains(solution.fields.components, averaged)
-    sigma = contact_term.stress(body.solid, gamma)
-    m = contact_term.couple_stress(body.solid, kappa)
+    sigma = ng.BoundaryFromVolumeCF(contact_term.stress(body.moduli, gamma))
+    m = ng.BoundaryFromVolumeCF(contact_term.couple_stress(body.moduli, kappa))
     return ng.CF((-ng.InnerProduct(n, sigma * n), (m * n)[2] / body.solid.ell))
 
 

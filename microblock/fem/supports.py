@@ -27,6 +27,10 @@ def patterns(body: BodySpaces, fixed: Any) -> dict[str, str]:
         require(name in names, "field", name, f"fields are {', '.join(names)}")
         for pattern in boundaries:
             body.boundary(pattern, "prescribed" if pattern in body.prescribed.get(name, ()) else "fixed")
+    for name, values in body.prescribed.items():
+        for pattern, value in values.items():
+            if name.startswith("psi") and not (isinstance(value, (int, float)) and value == 0):
+                body.require_psi("prescribed", value, body.boundary(pattern))
     return {name: "|".join(boundaries) for name, boundaries in held.items()}
 
 

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeVar
 
-from ..errors import BadArgument, Checked, checked, require, require_kind, require_positive
-from .material import Cosserat
+from ..errors import BadArgument, Checked, checked, require, require_positive
+from .material import Cosserat, require_number_solid
 from .methods import Fitted, MethodLike, Uniform, offered
 
 AnyBody = TypeVar("AnyBody", bound="OfSolid")
@@ -64,7 +64,7 @@ def offered_by(body: Any) -> BodyAttributes:
 class OfSolid(Checked):
     """Base of bodies that a solid and numbers give."""
 
-    solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
+    solid: Cosserat = field(metadata=checked(require_number_solid))
 
     def of(self: AnyBody, solid: Cosserat) -> AnyBody:
         """Returns the same body of another solid."""
@@ -120,7 +120,7 @@ def require_body(body: Any) -> None:
     if lacking or isinstance(body, type):
         words = "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)"
         raise BadArgument("body", body, words + "".join(f": it has no {name}" for name in lacking[:1]))
-    require_kind(Cosserat, "a Cosserat", solid=body.solid)
+    require_number_solid(solid=body.solid)
     methods = body.methods
     classes = isinstance(methods, (tuple, list)) and all(isinstance(method, type) for method in methods)
     require(classes, "methods", methods, "must be a tuple of method classes, as (mb.Panels, mb.Cells)")

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 from ..errors import (
+    BadArgument,
     Inadmissible,
     plain,
     require,
@@ -19,9 +22,35 @@ NO_LENGTH = 1.0  # ell of a classical solid that no contact has given one
 UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
 
 
+@runtime_checkable
+class Varying(Protocol):
+    """A function of the place, as NGSolve's CoefficientFunction is."""
+
+    is_complex: bool
+
+    def Compile(self) -> Any: ...
+
+    def Diff(self, variable: Any) -> Any: ...
+
+
+class Moduli(NamedTuple):
+    """What stress and couple stress take of a solid: numbers, or functions on a mesh."""
+
+    lam: Any
+    mu: Any
+    mu_c: Any
+    ell: Any
+    curvature: Any
+    alpha_prime: Any
+    beta_prime: Any
+
+
 @dataclass(frozen=True)
 class Cosserat:
     """Linear isotropic Cosserat solid in plane strain.
+
+    Its moduli and ell are numbers; of the solid of a `Body` they may be functions of the place, NGSolve's
+    CoefficientFunctions, which the body checks in its elements.
 
     Parameters
     ----------
@@ -60,23 +89,45 @@ class Cosserat:
     curvature: float
     alpha_prime: float = 0.0
     beta_prime: float = 0.0
+    _arguments: ClassVar[Mapping[str, Any]] = {}  # of a solid with functions, as they were given
 
     def __init__(
         self,
-        E: float,
-        nu: float,
-        ell: float,
+        E: float | Varying,
+        nu: float | Varying,
+        ell: float | Varying,
         *,
-        beta: float | None = None,
-        eta: float | None = None,
-        mu_c: float | None = None,
-        curvature: float = 2.0,
-        alpha_prime: float = 0.0,
-        beta_prime: float = 0.0,
+        beta: float | Varying | None = None,
+        eta: float | Varying | None = None,
+        mu_c: float | Varying | None = None,
+        curvature: float | Varying = 2.0,
+        alpha_prime: float | Varying = 0.0,
+        beta_prime: float | Varying = 0.0,
     ) -> None:
-        require_finite(
-            E=E, nu=nu, ell=ell, curvature=curvature, alpha_prime=alpha_prime, beta_prime=beta_prime
-        )
+        moduli: dict[str, Any] = {
+            "E": E,
+            "nu": nu,
+            "ell": ell,
+            "curvature": curvature,
+            "alpha_prime": alpha_prime,
+            "beta_prime": beta_prime,
+        }
+        require_finite(**_numbers(moduli))
+        coupling = {"beta": beta, "eta": eta, "mu_c": mu_c}
+        arguments = moduli | {name: value for name, value in coupling.items() if value is not None}
+        if len(_numbers(arguments)) == len(arguments):
+            self._require_admissible(**moduli)
+        else:
+            object.__setattr__(self, "_arguments", arguments)
+        moduli["eta"] = _coupling_ratio(moduli["E"] / (2 * (1 + moduli["nu"])), coupling)
+        for name, value in moduli.items():
+            object.__setattr__(self, name, value if isinstance(value, Varying) else float(value))
+
+    @staticmethod
+    def _require_admissible(
+        E: float, nu: float, ell: float, curvature: float, alpha_prime: float, beta_prime: float
+    ) -> None:
+        """Raises Inadmissible or BadArgument unless numbers satisfy (13), but for the coupling."""
         bulk = alpha_prime + beta_prime + curvature
         for admissible, name, value, words in (
             (-1 < nu < 0.5, "nu", nu, "must satisfy -1 < nu < 1/2"),  # before E, which may depend on nu
@@ -87,9 +138,6 @@ class Cosserat:
             if not admissible:
                 raise Inadmissible(name, value, words)
         require_positive(E=E, ell=ell, curvature=curvature)  # sizes that can be computed with
-        eta = _coupling_ratio(E / (2 * (1 + nu)), beta, eta, mu_c)
-        for entry, value in zip(fields(self), (E, nu, ell, eta, curvature, alpha_prime, beta_prime)):
-            object.__setattr__(self, entry.name, float(value))
 
     @classmethod
     def of_blocks(cls, side: float, stiffness: float, *, couples: bool = False) -> Cosserat:
@@ -126,6 +174,9 @@ class Cosserat:
 
     def __repr__(self) -> str:
         """The arguments; near beta = 2, which is excluded, eta."""
+        if self.functions:
+            words = ", ".join(f"{name}={_word(value)}" for name, value in self._arguments.items())
+            return f"Cosserat({words})"
         coupling = f"beta={self.beta:.6g}"
         if self.beta > 1.99:
             coupling = f"eta={self.eta:.6g}"
@@ -133,6 +184,15 @@ class Cosserat:
         in_space = {"alpha_prime": self.alpha_prime, "beta_prime": self.beta_prime}
         words += "".join(f", {name}={value}" for name, value in in_space.items() if value)
         return f"Cosserat({words})"
+
+    @property
+    def functions(self) -> dict[str, Varying]:
+        """Arguments that are functions of the place, by their names."""
+        return {name: value for name, value in self._arguments.items() if isinstance(value, Varying)}
+
+    def at(self, **values: float) -> Cosserat:
+        """Returns the solid with numbers in place of its `functions`."""
+        return Cosserat(**dict(self._arguments) | values)
 
     @property
     def has_length(self) -> bool:
@@ -171,7 +231,7 @@ class Cosserat:
     @property
     def is_classical(self) -> bool:
         """Whether displacements and microrotation do not act on each other, but for rounding."""
-        return self.beta <= UNCOUPLED
+        return isinstance(self.eta, float) and self.beta <= UNCOUPLED
 
     @property
     def layer_length(self) -> float:
@@ -207,8 +267,11 @@ class Elastic(Cosserat):
     1.0
     """
 
-    def __init__(self, E: float, nu: float, *, ell: float = NO_LENGTH) -> None:
+    def __init__(self, E: float | Varying, nu: float | Varying, *, ell: float = NO_LENGTH) -> None:
         super().__init__(E, nu, ell=ell, beta=UNCOUPLED)
+
+    def at(self, **values: float) -> Elastic:
+        return Elastic(**{name: values.get(name, self._arguments[name]) for name in ("E", "nu", "ell")})
 
     @property
     def has_length(self) -> bool:
@@ -224,19 +287,38 @@ class Elastic(Cosserat):
         return hash((Elastic, self.E, self.nu))
 
     def __repr__(self) -> str:
-        return f"Elastic(E={self.E}, nu={self.nu})"
+        return f"Elastic(E={_word(self.E)}, nu={_word(self.nu)})"
 
 
-def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: float | None) -> float:
+def _word(value: Any) -> str:
+    """Returns a number, or that it is a function, for a representation."""
+    return "function" if isinstance(value, Varying) else str(value)
+
+
+def _numbers(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns those of arguments that are no functions."""
+    return {name: value for name, value in arguments.items() if not isinstance(value, Varying)}
+
+
+def require_number_solid(**arguments: Any) -> None:
+    """Raises BadArgument unless these are Cosserat solids whose moduli are numbers."""
+    require_kind(Cosserat, "a Cosserat", **arguments)
+    for solid in arguments.values():
+        for name, function in solid.functions.items():
+            words = "must be a number: a function of the place is for the solid of a Body on a mesh"
+            raise BadArgument(name, function, words)
+
+
+def _coupling_ratio(mu: Any, coupling: Mapping[str, Any]) -> Any:
     """Returns eta from the one measure that is given, with its digits for beta near 0 and 2."""
-    measures = {"beta": beta, "eta": eta, "mu_c": mu_c}
-    named = {name: value for name, value in measures.items() if value is not None}
+    named = {name: value for name, value in coupling.items() if value is not None}
     require(len(named) == 1, "coupling", named, "give exactly one of beta, eta, mu_c")
-    require_finite(**named)
+    require_finite(**_numbers(named))
     ((name, value),) = named.items()
-    if value < 0:
+    is_number = not isinstance(value, Varying)
+    if is_number and value < 0:
         raise Inadmissible(name, value, "the coupling must not be negative")
-    if name == "beta" and not value < 2:
+    if is_number and name == "beta" and not value < 2:
         raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
     if name == "beta":
         return value / (2 - value)
@@ -283,7 +365,7 @@ def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
     >>> round(a_Hz, 4), round(p_Hz, 4), round(solid.ell / a_Hz, 2)
     (0.3404, 1.8703, 0.29)
     """
-    require_kind(Cosserat, "a Cosserat", solid=solid)
+    require_number_solid(solid=solid)
     R = plain(R)
     P = plain(P)
     require_positive(R=R, P=P)

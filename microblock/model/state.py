@@ -43,7 +43,8 @@ class State(PlainData):
     problem : Contact
         The problem, of a refined mesh the one on that mesh.
     solid, obstacle, law
-        Of the problem.
+        Of the problem. Of a body of several solids, or of functions, the solid is that at the contact
+        boundary, the stiffest where they differ.
     load : float
         Force per thickness, of a period where there is one.
     approach : float or None
