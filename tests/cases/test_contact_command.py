@@ -50,7 +50,7 @@ def test_a_punch_has_no_infinite_number(law, answer):
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("content", [b"", b"0, 0\n1, high\n2, 1", b"\x89PNG\r\n\x1a\n"])
 def test_bad_files_get_one_line(content, tmp_path, run):
-    """The reader's own refusals stand in tests/library/test_sample_files.py."""
+    """The reader's own refusals stand in tests/library/test_user_data.py."""
     file = tmp_path / "samples.csv"
     file.write_bytes(content)
     status, out, err = run(f"contact --samples {file}")

@@ -18,7 +18,6 @@ from microblock.fem import meshes
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 PLANE = mb.HalfPlane(SOLID)
 CYLINDER = mb.Cylinder(R=10)
-LAW = mb.Microblock()
 
 
 def test_the_empty_surroundings_of_a_punch_are_no_error(capsys):

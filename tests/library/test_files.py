@@ -178,6 +178,58 @@ def test_no_line_crosses_a_gap_between_zones(tmp_path):
     assert [grid.points[:, 0].min(), grid.points[:, 0].max()] == pytest.approx(list(1.5 * outer), rel=1e-6)
 
 
+def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
+    state = solved(method=mb.Panels(order=8))
+    grid = meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
+    assert [len(block.data) for block in grid.cells] == [2 * 80 * 40]
+    numbers = np.arange(0, len(grid.points), 1000)
+    places = grid.points[numbers]
+    below = state.fields(places[:, 0], places[:, 1])
+    expected = {
+        "u": np.vstack((below.u, 0 * below.psi)),
+        "psi": below.psi,
+        "stress": below.stress.reshape(4, -1),
+        "couple_stress": below.couple_stress,
+    }
+    # the sums over sources are taken together, so that rounding of their terms differs
+    rounding = 1e-9 * np.abs(grid.point_data["stress"]).max()
+    for name, values in expected.items():
+        written = grid.point_data[name][numbers].reshape(len(numbers), -1)
+        assert np.abs(written - np.atleast_2d(values).T).max() < rounding, name
+    contact = np.ravel(state.zones["contact"])
+    x1, x2, _ = grid.points.T
+    assert x1.min() < contact.min() and x1.max() > contact.max()
+    assert x2.max() == 0 and x2.min() < -np.ptp(contact)
+
+
+def inner_points(points, dim):
+    """Numbers of the points inside the box of a mesh; in the plane within one element: others have stresses
+    of each neighbour.
+    """
+    box = points[:, :dim]
+    _, first, copies = np.unique(points.round(9), axis=0, return_index=True, return_counts=True)
+    inside = np.all((box > box.min(axis=0) + 1e-9) & (box < box.max(axis=0) - 1e-9), axis=1)
+    return first[inside[first] & ((copies == 1) | (dim == 3))]
+
+
+@pytest.mark.parametrize("kind", ["body", "fitted", "in space Microblock(psi0=0.002)"])
+def test_fields_of_meshes_come_back(kind, tmp_path):
+    state = KINDS[kind]()
+    fields = state.fields
+    mesh = fields.body.mesh
+    back = meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
+    inner = inner_points(back.points, mesh.dim)
+    names = ("psi", "stress", "couple_stress") if mesh.dim == 2 else ()
+    expected = {name: getattr(fields, name) for name in names}
+    expected["u"] = ng.CF((fields.u1, fields.u2, 0)) if mesh.dim == 2 else fields.u
+    assert len(inner) > (mesh.ne if mesh.dim == 2 else 10)
+    for name, field in expected.items():
+        values = field(mesh(*back.points[inner, : mesh.dim].T)).reshape(len(inner), -1)
+        written = back.point_data[name].reshape(len(back.points), -1)[inner]
+        assert np.abs(written - values).max() < 1e-9 * np.abs(values).max(), name  # rounding
+    assert back.point_data["stress"].shape[1] == mesh.dim**2
+
+
 def test_elements_are_cut_for_the_finer_of_displacement_and_rotation(tmp_path):
     mesh = SMALL.mesh
     counts = []

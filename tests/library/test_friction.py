@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import dome
 
 import microblock as mb
 from microblock.contact_solvers import event_driven
@@ -509,6 +510,33 @@ def test_a_column_follows_the_closed_form():
     _, surface = facets.nodes.surface(np.concatenate((tipped.normal, tipped.tangential)), facets.onto)
     assert surface[0] == pytest.approx(psi, rel=1e-5)
     assert tipped.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
+
+
+@pytest.mark.parametrize("where, coupled", [("block", True), ("block", False), ("curved", True)])
+def test_supports_carry_both_loads_and_work_is_energy_and_dissipation(where, coupled):
+    """Nothing is discretised in time: rounding. The energy is that of the fields. On the curved surface
+    pressures and shear tractions both have parts along x1 and x2.
+    """
+    if where == "block":
+        far = "bottom"
+        body = on_ground(SOLID, 0.15, 2, reach=0.6)
+        obstacle = CYLINDER
+    else:
+        far = "base"
+        body = mb.Body(dome(order=2), SOLID, order=2, fixed=far)
+        obstacle = mb.Plane(level=1.0)
+    before = 0.0
+    for state in mb.Contact(body, obstacle, BLOCKS, NEWTON).history(LOAD_PAIRS, coupled=coupled).states:
+        force, moment = state.solution.fields.reaction(far)
+        assert force == pytest.approx([-state.shear, state.load], abs=1e-9)
+        if far == "bottom":
+            arm = state.weights @ (state.pressure * state.x - state.micromoment)
+            assert moment == pytest.approx(arm, abs=1e-9)
+        assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
+        assert not coupled or state.energy == pytest.approx(state.fields.energy(), rel=1e-9)
+        assert state.dissipation >= before - 1e-14 * state.energy
+        before = state.dissipation
+    assert before > 1e-3 * state.energy
 
 
 def test_a_block_has_its_history_to_a_tolerance():

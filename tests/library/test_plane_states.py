@@ -370,7 +370,7 @@ def test_what_was_asked_before_changes_no_answer(name, law):
         before = state
 
 
-# --- fields below the surface: the field equations by finite differences, the surface, Hertz, far away
+# --- fields below the surface: the field equations by finite differences, the surface, far away
 
 
 LOAD = np.pi / 2  # in units a_Hz = p_Hz = R = 1
@@ -482,7 +482,7 @@ def test_the_far_field_is_that_of_flamant():
     assert beside.u == pytest.approx(np.array([[shift, -shift], [sunk, sunk]]), rel=1e-4)
 
 
-# --- an obstacle that deforms: closed forms, quadrature, balance, reciprocity, exponents, meshes, estimates
+# --- an obstacle that deforms: logarithms, closed forms, meshes, estimates
 
 
 CYLINDER = mb.Cylinder(R=10)
