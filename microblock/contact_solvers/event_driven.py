@@ -151,15 +151,16 @@ class EventDrivenContact:
         return self.state()
 
     def _follow_leg(self, end: Array, way: Array) -> None:
+        """Follows loads from where they are by a `way` to the end of a leg, arrays (2,)."""
         if self.sets.flat:
             self._stop_at_full_slip(end, way)
         done = 0.0
         for _ in range(BUDGET * len(self.x)):
             counted()
-            limits = self.find_rates(way)
-            self._require_unique(limits, way)
+            limits = self.find_rates(way)  # 1 and 2
+            self._require_unique(limits, way)  # 3
             self._note_changes(done)
-            step, numbers = limits.step(1 - done)
+            step, numbers = limits.step(1 - done)  # 4
             self._advance(limits, step)
             if step == 1 - done:
                 self.y[self.rows.motions] = end

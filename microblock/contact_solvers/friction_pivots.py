@@ -47,6 +47,7 @@ class PivotTableau:
         return self._matrix[:, rows] @ values + self._columns @ (self._rows[rows].T @ values)
 
     def entries(self, rows: int | Integers, columns: int | Integers) -> Array:
+        """Returns entries of M after the exchanges, of the shape to which rows and columns broadcast."""
         pending = (self._columns[rows] * self._rows[columns]).sum(axis=-1)
         return np.asarray(self._matrix[rows, columns] + pending)
 
@@ -72,6 +73,7 @@ class PivotTableau:
         return True
 
     def _apply_pending(self) -> None:
+        """Adds the products of the pivots that wait to the matrix."""
         with with_outer_threads(len(self._matrix)):
             self._matrix = dgemm(
                 1.0, self._columns, self._rows, 1.0, self._matrix, trans_b=True, overwrite_c=True

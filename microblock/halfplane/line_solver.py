@@ -32,7 +32,7 @@ from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol
 from .kinks import corrections, logarithms
 from .sampling_uncertainty import EXHAUSTED, sampling_uncertainty, with_sampling_note
 from .second_half_plane import SecondHalfPlane
-from .transmitted_singularities import sizes_at
+from .transmitted_singularities import Chains, sizes_on
 from .window import COARSEST, Window, window_about
 
 
@@ -100,7 +100,7 @@ class LineCells(CellSolution, LineSolution):
         pressed = closed.any(axis=0)
         places = np.tile(x[pressed, None], len(jumps))
         flags = closed[:, pressed].T
-        K = sizes_at(self.problem, places, np.arange(len(jumps)), flags, jumps[:, pressed].T)
+        K = sizes_on(self.problem, Chains(places, np.arange(len(jumps)), flags, jumps[:, pressed].T))
         return cells[pressed], K.T
 
     @cached_property

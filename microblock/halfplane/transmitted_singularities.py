@@ -13,7 +13,7 @@ length from each to the next.
 4. Where edges of both corners meet, the pressure is a power of the distance (`meeting_exponent`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,21 +90,25 @@ def transmitted_singularities(problem: Problem, strengths: Mapping[float, float]
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """Contact points of all corners on either side of each slope discontinuity, a block length from each to
-    the next.
+    """Contact points of numbered corners, chain by chain, some of them closed; at some of them slopes of gaps
+    jump.
 
     Attributes
     ----------
-    x : array (kinks, n), abscissae
+    x : array (k, n), abscissae (lengths)
     corner : array (n,), numbers of the corners
-    jumps : array (kinks, n), of the slopes of the gaps
-    closed : boolean array (kinks, n), whether the corner is in contact
+    closed : boolean array (k, n), whether the corner is in contact
+    jumps : array (k, n), of the slopes of the gaps
     """
 
     x: Array
     corner: Integers
-    jumps: Array
     closed: Flags
+    jumps: Array
+
+    def select(self, chains: Integers) -> "Chains":
+        """Returns the chains of the numbers, array (m,)."""
+        return Chains(self.x[chains], self.corner, self.closed[chains], self.jumps[chains])
 
 
 def _chains(problem: Problem, zones: CornerZones) -> Chains:
@@ -119,35 +123,41 @@ def _chains(problem: Problem, zones: CornerZones) -> Chains:
         before = np.searchsorted(edges, x[:, corner == number], side="left")
         through = np.searchsorted(edges, x[:, corner == number], side="right")
         closed[:, corner == number] = (before == through) & (before % 2 == 1)
-    return Chains(x, corner, np.reshape(jumps, x.shape) * (step == most), closed)
+    return Chains(x, corner, closed, np.reshape(jumps, x.shape) * (step == most))
 
 
 def log_sizes(problem: Problem, zones: CornerZones, order: int) -> dict[float, dict[int, float]]:
-    """Returns {contact point: {corner: K (stress)}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope."""
+    """Returns {contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` at jumps of the slope (stress)."""
     sizes: dict[float, dict[int, float]] = {kink: {} for kink in problem.kinks}
     if not sizes:
         return sizes
-    chains = _chains(problem, problem.all_zones(zones))
-    met = np.flatnonzero(chains.closed.any(axis=1))
-    for rows in np.array_split(met, 1 + len(met) * len(chains.corner) ** 2 // 10**6):  # of 10 MB
-        K = sizes_at(problem, chains.x[rows], chains.corner, chains.closed[rows], chains.jumps[rows])
-        least = 10 ** (-order / 4) * np.abs(K).max(axis=1, initial=0.0)
-        for row, n in np.argwhere(chains.closed[rows] & (np.abs(K) >= least[:, None])):
-            x = float(chains.x[rows[row], n])
-            near = (place for place in sizes if abs(place - x) <= SAME_PLACE * problem.solid.ell)
-            at_place = sizes.setdefault(x if x in sizes else next(near, x), {})
+    all_chains = _chains(problem, problem.all_zones(zones))
+    met = np.flatnonzero(all_chains.closed.any(axis=1))
+    for numbers in np.array_split(met, 1 + len(met) * len(all_chains.corner) ** 2 // 10**6):  # of 10 MB
+        chains = all_chains.select(numbers)
+        K = sizes_on(problem, chains)
+        least = 10 ** (-order / 4) * np.abs(K).max(axis=1, keepdims=True, initial=0.0)
+        for i, n in np.argwhere(chains.closed & (np.abs(K) >= least)):
+            by_corner = sizes.setdefault(_place_of(problem, sizes, float(chains.x[i, n])), {})
             corner = int(chains.corner[n])
-            at_place[corner] = at_place.get(corner, 0.0) + float(K[row, n])
+            by_corner[corner] = by_corner.get(corner, 0.0) + float(K[i, n])
     return {place: by_corner for place, by_corner in sizes.items() if by_corner}
 
 
-def sizes_at(problem: Problem, x: Array, corner: Integers, closed: Flags, jumps: Array) -> Array:
-    """Returns K of ``p ~ K log(1/|x - place|)`` at places of numbered corners, of which some are closed, from
-    jumps of the slope: arrays (k, n), the numbers (n,).
-    """
+def _place_of(problem: Problem, places: Collection[float], x: float) -> float:
+    """Returns which of some places x is (lengths), but for rounding; x itself if it is none."""
+    if x in places:
+        return x
+    return next((place for place in places if abs(place - x) <= SAME_PLACE * problem.solid.ell), x)
+
+
+def sizes_on(problem: Problem, chains: Chains) -> Array:
+    """Returns K of ``p ~ K log(1/|x - place|)`` (stress) at the points of Chains, array (k, n)."""
+    closed = chains.closed
     coupled = closed[:, None] & closed[..., None]
-    limits = np.where(coupled, _short_waves_between(problem, x, corner), np.eye(len(corner)))
-    K = np.linalg.solve(limits, (closed * jumps)[..., None])[..., 0]
+    gaps = _short_waves_between(problem, chains.x, chains.corner)
+    limits = np.where(coupled, gaps, np.eye(len(chains.corner)))
+    K = np.linalg.solve(limits, (closed * chains.jumps)[..., None])[..., 0]
     return np.asarray(K, float) / np.pi
 
 
@@ -160,7 +170,7 @@ def log_sizes_of(problem: Problem, zones: CornerZones, places: Array, corner: in
     x = np.tile(places[:, None], len(every))
     closed = np.transpose([contains(every[number], places) | (number == corner) for number in numbers])
     jumps = np.array([[problem.kinks[place].get(number, 0.0) for number in numbers] for place in places])
-    return sizes_at(problem, x, np.array(numbers), closed, jumps)[:, corner]
+    return sizes_on(problem, Chains(x, np.array(numbers), closed, jumps))[:, corner]
 
 
 def _short_waves_between(problem: Problem, x: Array, corner: Integers) -> Array:
