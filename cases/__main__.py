@@ -19,15 +19,18 @@ PROGRAM = "python -m cases"
 
 def cases():
     """{name: (dotted module, headline)} of all cases, read from their files: nothing is imported."""
-    known = {}
+    modules = {}
     # a command of the contract goes before the script of its name
     for folder in ("commands", "", "paper"):
         for path in sorted((Path(__file__).parent / folder).glob("[!_]*.py")):
             text = path.read_text()
-            if re.search(r"^(def solve\(|from .* import .*\bsolve\b)", text, re.M) and path.stem not in known:
+            if (
+                re.search(r"^(def solve\(|from .* import .*\bsolve\b)", text, re.M)
+                and path.stem not in modules
+            ):
                 module = ".".join(filter(None, ("cases", folder, path.stem)))
-                known[path.stem] = module, re.match(r'"""\s*(.*?)("""|\n)', text)[1]
-    return known
+                modules[path.stem] = module, re.match(r'"""\s*(.*?)("""|\n)', text)[1]
+    return modules
 
 
 def main(words=None):
@@ -35,15 +38,15 @@ def main(words=None):
     from microblock.command import did_you_mean, run
 
     words = sys.argv[1:] if words is None else words
-    known = cases()
+    modules = cases()
     if not words or words[0] in ("-h", "--help"):
-        print("\n".join(f"{name:12} {headline}" for name, (_, headline) in known.items()))
+        print("\n".join(f"{name:12} {headline}" for name, (_, headline) in modules.items()))
         return 0
-    if words[0] not in known:
-        print(f"{PROGRAM}: {words[0]}: no such case{did_you_mean(words[0], known)}", file=sys.stderr)
+    if words[0] not in modules:
+        print(f"{PROGRAM}: {words[0]}: no such case{did_you_mean(words[0], modules)}", file=sys.stderr)
         return 2
     start = time.perf_counter()
-    module = import_module(known[words[0]][0])
+    module = import_module(modules[words[0]][0])
     return run(f"{PROGRAM} {words[0]}", module, words[1:], time.perf_counter() - start)
 
 

@@ -78,8 +78,8 @@ class ThinLayer:
         """
         rotational = self.ell**2 / 4 / self.rotational if self.rotational else math.inf
         compliances = np.array((1 / self.normal, rotational))[:, None]
-        both = np.array((depth[0] + depth[1], depth[0] - depth[1])) / 2 / compliances  # p, 2 M/ell
-        closed = np.array((both[0] + both[1], both[0] - both[1])) / 2
+        together = np.array((depth[0] + depth[1], depth[0] - depth[1])) / 2 / compliances  # p, 2 M/ell
+        closed = np.array((together[0] + together[1], together[0] - together[1])) / 2
         alone = np.maximum(depth, 0) / (1 / self.normal + rotational)
         first = (alone[0] >= alone[1]) == np.array((True, False))[:, None]
         return np.where((closed >= 0).all(axis=0), closed, np.where(first, alone, 0))

@@ -61,7 +61,7 @@ def solve(
     nu : Poisson's ratio, -1 < nu < 1/2
     beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
     """
-    cycles = {law: [dissipation(one, law, friction, nu, beta) for one in alphas] for law in LAWS}
+    cycles = {law: [dissipation(size, law, friction, nu, beta) for size in alphas] for law in LAWS}
     pushed = history(shear, alpha, friction=friction, nu=nu, beta=beta)
     return {"history": pushed, "alphas": alphas, "dissipation": cycles}
 

@@ -131,10 +131,10 @@ def layer(x2, values, alpha, uncertain=0.0):
     error of the values does to the lengths.
     """
     lengths, amplitudes, deviations, residual = fitted_exponentials(x2, values, alpha, 0.0, 2.0)
-    others = [
+    lengths_of_windows = [
         fitted_exponentials(x2, values, alpha, *window)[0] for window in ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
     ]
-    errors = uncertain + np.abs(others - lengths).max(axis=0) + 2 * deviations * lengths
+    errors = uncertain + np.abs(lengths_of_windows - lengths).max(axis=0) + 2 * deviations * lengths
     entries = {
         "L_bl_over_ell": lengths[0] / alpha,
         "L_bl_error": errors[0] / alpha,

@@ -84,7 +84,7 @@ if __name__ == "__main__":
     states = solve()
     print(
         "fractions that touch",
-        {name: [round(fraction(one), 4) for one in solved] for name, solved in states.items()},
+        {name: [round(fraction(state), 4) for state in solved] for name, solved in states.items()},
     )
     figure(states)
     plt.show()

@@ -49,7 +49,7 @@ def solve(alpha=0.25, alphas=(0.1, 0.3, 1.0, 4.0), nu=0.3, beta=1.0, cells=96):
     """
     method = mb.Cells(nodes=cells)
     states = {
-        contact: [problem(one, contact, nu, beta, method).solve(load=1.0) for one in alphas]
+        contact: [problem(size, contact, nu, beta, method).solve(load=1.0) for size in alphas]
         for contact in LAWS
     }
     return {"state": problem(alpha, "microblock", nu, beta, method).solve(load=1.0), "sizes": states}

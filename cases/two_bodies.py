@@ -45,12 +45,12 @@ def solve(
     """
     law, E = mb.Microblock(psi0=math.radians(psi0_deg)), 2 * R * (1 - nu**2)
     soft, solid = (mb.Cosserat(E=ratio * E, nu=nu, ell=alpha, beta=beta) for ratio in (2, 1))
-    other = soft if second == "same" else mb.Cosserat(E=2 * E, nu=nu, ell=alpha, beta=0)
-    cylinder = mb.Deformable(mb.HalfPlane(other), mb.Cylinder(R))
+    of_cylinder = soft if second == "same" else mb.Cosserat(E=2 * E, nu=nu, ell=alpha, beta=0)
+    cylinder = mb.Deformable(mb.HalfPlane(of_cylinder), mb.Cylinder(R))
     pairs = {"deforms": (soft, cylinder), "rigid": (solid, mb.Cylinder(R))}
     return {
-        words: mb.Contact(mb.HalfPlane(one), obstacle, law).solve(load=LOAD, rtol=rtol)
-        for words, (one, obstacle) in pairs.items()
+        words: mb.Contact(mb.HalfPlane(solid), obstacle, law).solve(load=LOAD, rtol=rtol)
+        for words, (solid, obstacle) in pairs.items()
     }
 
 

@@ -65,16 +65,16 @@ def on_meshes(alpha, positions, nu, beta):
         values, before = (
             np.subtract(*(along(s, s.fields.psi, x1, x2) for s in pair)) for pair in (fine, coarse)
         )
-        lengths, others = (
+        lengths, lengths_before = (
             layers.fitted_exponentials(x2, psi, alpha, 0.0, 2.0)[0] for psi in (values, before)
         )
-        mode, other = (mode_length(pair, x1) / alpha for pair in (fine, coarse))
+        mode, mode_before = (mode_length(pair, x1) / alpha for pair in (fine, coarse))
         yield {
             "alpha": alpha,
             "x1": x1,
-            **layers.layer(x2, values, alpha, np.abs(lengths - others)),
+            **layers.layer(x2, values, alpha, np.abs(lengths - lengths_before)),
             "mode_length_over_ell": mode,
-            "mode_length_error": abs(mode - other),
+            "mode_length_error": abs(mode - mode_before),
             "unknowns": max(state.unknowns for state in fine),
             "state_error": max(state.error_estimate for state in fine),
         }

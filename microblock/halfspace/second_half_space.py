@@ -144,10 +144,10 @@ class SecondBodyCells:
         """Returns R of both bodies from that of the first, array (4, 4, ...), for u, w, phi1 and phi2 in
         gap = u + a b w - a phi1 - b phi2.
         """
-        both = np.insert(np.insert(R, 1, 0.0, axis=0), 1, 0.0, axis=1)
-        both[1, 1] = max(self.least_twist, LEAST_TWIST * displaced / self.width)
-        both += self.smooth * self._corners[:, None] * self._corners
-        return both
+        R_of_bodies = np.insert(np.insert(R, 1, 0.0, axis=0), 1, 0.0, axis=1)
+        R_of_bodies[1, 1] = max(self.least_twist, LEAST_TWIST * displaced / self.width)
+        R_of_bodies += self.smooth * self._corners[:, None] * self._corners
+        return R_of_bodies
 
     def with_short(self, short: Array, displaced: float) -> Array:
         """Returns what short waves displace, twist and turn, over the first body's displacement."""

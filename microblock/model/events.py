@@ -151,9 +151,9 @@ class LoadPath(PlainData):
         return saved(pictures().draw_path(self, ax), file, ax, self.warnings)
 
     def __repr__(self) -> str:
-        known = "events" in vars(self)  # which are searched for when they are asked for
-        words = f"{len(self.events)}" if known else "not yet looked for"
-        warnings = self.warnings if known else ()
+        is_searched = "events" in vars(self)  # which are searched for when they are asked for
+        words = f"{len(self.events)}" if is_searched else "not yet looked for"
+        warnings = self.warnings if is_searched else ()
         return line("Load path", f"up to load {number(self.last)}, events: {words}", warnings)
 
 
@@ -170,11 +170,11 @@ class SeenTwice(LoadPath):
     @staticmethod
     def numbered(events: Sequence[Event]) -> Numbered:
         """Returns the events of a grid, ascending in load, by their keys."""
-        found: Numbered = {}
+        events_by_key: Numbered = {}
         for event in events:
-            number = sum(key[:2] == (event.kind, event.zone) for key in found)
-            found[event.kind, event.zone, number] = event
-        return found
+            number = sum(key[:2] == (event.kind, event.zone) for key in events_by_key)
+            events_by_key[event.kind, event.zone, number] = event
+        return events_by_key
 
     def judged(self, coarse: Event, fine: Event) -> Event:
         """Returns an event of both meshes with its error."""
@@ -184,8 +184,8 @@ class SeenTwice(LoadPath):
     def events(self) -> list[Event]:
         """Zones that are born, merge, split or vanish, ascending in load."""
         coarse, fine = self._seen
-        both = [self.judged(coarse[key], fine[key]) for key in fine if key in coarse]
-        return sorted(both, key=lambda event: event.load)
+        confirmed = [self.judged(coarse[key], fine[key]) for key in fine if key in coarse]
+        return sorted(confirmed, key=lambda event: event.load)
 
     @property
     def warnings(self) -> list[str]:

@@ -44,7 +44,8 @@ class PointFields:
 
     def shaped(self: Fields, shape: tuple[int, ...]) -> Fields:
         return replace(
-            self, **{name: own.reshape((*own.shape[:-1], *shape)) for name, own in vars(self).items()}
+            self,
+            **{name: values.reshape((*values.shape[:-1], *shape)) for name, values in vars(self).items()},
         )
 
     @property
@@ -64,11 +65,11 @@ def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]
     that broadcast.
     """
     try:
-        both = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))
+        coordinates = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))
     except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument("x1, x2", (x1, x2), "must be numbers or arrays that broadcast") from failure
-    flat = [require_numbers(**{name: part.ravel()}).copy() for name, part in zip(("x1", "x2"), both)]
-    return flat[0], flat[1], both[0].shape
+    flat = [require_numbers(**{name: part.ravel()}).copy() for name, part in zip(("x1", "x2"), coordinates)]
+    return flat[0], flat[1], coordinates[0].shape
 
 
 def squares(numbers: Integers) -> Integers:

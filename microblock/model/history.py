@@ -59,20 +59,20 @@ def change(finer: PairSolution, coarser: PairSolution, weights: Array, ell: floa
     with its weights, array (n,) (lengths).
     """
     fields = [
-        (one.pressures.sum(axis=0), one.micromoment / ell, one.shear_traction / friction)
-        for one in (finer, coarser)
+        (solution.pressures.sum(axis=0), solution.micromoment / ell, solution.shear_traction / friction)
+        for solution in (finer, coarser)
     ]
-    p, M, q = (own - np.interp(finer.x, coarser.x, other) for own, other in zip(*fields))
+    p, M, q = (fine - np.interp(finer.x, coarser.x, coarse) for fine, coarse in zip(*fields))
     return distance(weights, p, M, fields[0][0], q)
 
 
 def with_stick(zones: Zones, stick: Sequence[Interval]) -> Zones:
     """Returns zones with "stick", as far as it is in contact, and "slip", the rest of the contact."""
-    found = common(stick, zones["contact"])
+    sticking = common(stick, zones["contact"])
     slip = zones["contact"]
-    for pair in found:
+    for pair in sticking:
         slip = without(slip, *pair)
-    return {**zones, "stick": found, "slip": slip}
+    return {**zones, "stick": sticking, "slip": slip}
 
 
 class History(PlainData):

@@ -48,9 +48,9 @@ def counting(
         try:
             yield
         except KeyboardInterrupt as stop:
-            told = getattr(_bars.get()[0], "postfix", None) or "at the beginning"
+            reached = getattr(_bars.get()[0], "postfix", None) or "at the beginning"
             best = None if bar.best is None else given(bar.best)
-            raise Interrupted(f"{words}: interrupted, {told}", best) from stop
+            raise Interrupted(f"{words}: interrupted, {reached}", best) from stop
         finally:
             _bars.reset(token)
 

@@ -92,9 +92,9 @@ def plain_data(value: Any) -> Any:
     if is_dataclass(value):
         value = {entry.name: getattr(value, entry.name) for entry in fields(value)}
     if isinstance(value, Mapping):
-        return {str(name): plain_data(one) for name, one in value.items()}
+        return {str(name): plain_data(entry) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain_data(one) for one in value]
+        return [plain_data(entry) for entry in value]
     if isinstance(value, (np.ndarray, np.generic)):
         objects = np.where(np.isfinite(value), value, np.array(None))  # numbers of Python and None
         return objects.tolist()
@@ -133,7 +133,7 @@ def saved(drawing: Any, file: Target, ax: Axes | None, warnings: Iterable[str], 
     if file is not None:
         require_place(file, "file", formats := drawing.canvas.get_supported_filetypes())
         path = Path(file)
-        known = path.suffix[1:].lower() in formats  # what follows another point may be a number's digits
+        has_format = path.suffix[1:].lower() in formats  # what follows another point may be a number's digits
         with writing(file, "file"):
-            drawing.savefig(path if known else path.with_name(f"{path.name}.png"))
+            drawing.savefig(path if has_format else path.with_name(f"{path.name}.png"))
     return drawing

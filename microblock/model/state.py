@@ -267,7 +267,7 @@ class State(PlainData):
         return [*self.solution.warnings(self), *self.notes]
 
     def parts_to_save(self) -> tuple[type, dict[str, Any]]:
-        parts = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        entries = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         names = [entry.name for entry in fields(SurfaceResponse)]
         stored = Stored(
             "what lies between the points of a state",
@@ -277,7 +277,7 @@ class State(PlainData):
             self.warnings[: len(self.warnings) - len(self.notes)],
             self.solution.surface(None) if self.flat else None,
         )
-        return State, parts | {"solution": stored}
+        return State, entries | {"solution": stored}
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.

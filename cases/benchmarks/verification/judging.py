@@ -71,7 +71,9 @@ def outcome(case, seconds=60):
 
 def verdict(case, state, seconds=60):
     """{class, ratio, error, estimate, bar, message} of the state, or states, of a case."""
-    words = [str(word) for one in (state if isinstance(state, list) else [state]) for word in one.warnings]
+    words = [
+        str(word) for solved in (state if isinstance(state, list) else [state]) for word in solved.warnings
+    ]
     row = {"message": "; ".join(words)}
     try:
         error, estimate, bar = with_time_limit(seconds, case.verify, state)
