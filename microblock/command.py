@@ -213,12 +213,10 @@ def _answer(
     program: str, module: Any, arguments: dict[str, Any], place: str | None, folder: Path | None, setup: float
 ) -> None:
     """Solves, prints and writes."""
-    if "out" in inspect.signature(module.solve).parameters:
-        arguments = {**arguments, "out": folder}
+    places = {"out": folder} if "out" in inspect.signature(module.solve).parameters else {}
     start = time.perf_counter()
-    result = module.solve(**arguments)
+    result = module.solve(**arguments, **places)
     seconds = {"setup": setup, "solve": time.perf_counter() - start}
-    arguments.pop("out", None)
     data = plain_data(module.to_dict(result) if hasattr(module, "to_dict") else result)
     if not isinstance(data, dict):
         data = {"states": data}

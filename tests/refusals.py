@@ -299,7 +299,7 @@ LEFT_OUT = {
         "History.noting Cosserat.with_length Elastic.with_length "
         "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
-        "Law.arms Law.initial_rotation Law.levers Law.places Law.shifts Microblock.angle "
+        "Law.arms Law.initial_rotation Law.levers Law.places Microblock.angle "
         "Microblock.arms Microblock.initial_rotation Microblock.levers Microblock.places Unilateral.arms "
         "Unilateral.levers Unilateral.places Cone.height Cylinder.height Deformable.height Ellipsoid.height "
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "

@@ -275,7 +275,7 @@ def _covers_apex(state):
     corners = state.law.corners if len(state.law.corners) == 2 else ("contact",)
     return any(
         left < place < right
-        for corner, place in zip(corners, state.law.shifts(state.solid.ell))
+        for corner, place in zip(corners, state.problem.blocks.shifts)
         for left, right in state.zones[corner]
     )
 

@@ -38,6 +38,7 @@ class CellSolution(Solution):
     error_estimate : float, or None without a coarser grid
     notes : sentences
     opposite : displacement of a second body, or None: in the plane under the corners, array (corners, n)
+    data_exhausted : whether a note says that no rtol helps
     """
 
     solver: Any
@@ -53,6 +54,7 @@ class CellSolution(Solution):
     error_estimate: float | None = None
     notes: tuple[str, ...] = ()
     opposite: Any = None
+    data_exhausted: bool = False
 
     method = "cells"
 

@@ -350,12 +350,14 @@ class CellFlexibility(Flexibility):
     second : SecondBody or None
     """
 
+    second: SecondBody | None
+
     def __init__(self, offsets: Array, tilt: Array, cells: CellResponse, second: SecondBody | None) -> None:
         self.offsets = offsets
         self.tilt = tilt
         self.clamped = cells.clamped
         self.cells = cells
-        self.second = self._second = second
+        self.second = second
         self.twist = None
         self._displaced, rotated = cells.short_wave()
         # displacement, twist of the second body, and rotations under short waves
@@ -388,10 +390,10 @@ class CellFlexibility(Flexibility):
         if self.one_corner:
             if self.clamped:
                 R = exchanged(R, self.cells.rotations)
-            both = R[0, 0] if self._second is None else R[0, 0] + self._second.smooth
+            both = R[0, 0] if self.second is None else R[0, 0] + self.second.smooth
             return FourierOperator(period, [[1 / both]])
-        if self._second is not None:
-            R = self._second.added(R, self._displaced)
+        if self.second is not None:
+            R = self.second.added(R, self._displaced)
         return FourierOperator(period, list(exchanged(R, range(len(R)))), (len(R) - d,) * 2)
 
     def lifts_of(self, face: Flags) -> Array:

@@ -240,17 +240,17 @@ class _Energy:
         violation = max(-gaps.min(), (gaps * (point.forces > 0)).max(), 0)
         return float(violation / size) if size else 0.0
 
-    def rise(self, before: Iterate, after: Iterate) -> tuple[float, float]:
-        """Returns the rise of q over a change, and its rounding."""
-        change = after.forces - before.forces
+    def rise(self, before: Iterate, after: Iterate, change: Array) -> tuple[float, float]:
+        """Returns the rise of q over a change of forces, array (k,), and its rounding."""
         mean = Iterate(before.forces, (before.slope + after.slope) / 2)
         gaps = mean.slope - self.free_approach(mean)  # the change has the sum zero, but for rounding
         scale = self.size(Iterate(before.forces, after.slope))
         return float(change @ gaps), float(EPS_TERM * scale * np.abs(change).sum())
 
-    def curvature_step(self, before: Iterate, after: Iterate) -> float:
-        """Step of Barzilai and Borwein from the change of slope; 0 where that is unknown."""
-        change = after.forces - before.forces
+    def curvature_step(self, before: Iterate, after: Iterate, change: Array) -> float:
+        """Step of Barzilai and Borwein from the change of slope over that of forces, array (k,); 0 where that
+        is unknown.
+        """
         length = change @ change
         curvature = change @ (after.slope - before.slope)
         return float(length / curvature) if curvature > LEAST_CURVATURE * self.unit * length else 0.0
@@ -275,8 +275,8 @@ def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Itera
         if not length > 0:
             return point, 2 * alpha
         trial = energy.evaluate(forces)
-        step = energy.curvature_step(point, trial)
-        rise, rounding = energy.rise(point, trial)
+        step = energy.curvature_step(point, trial, change)
+        rise, rounding = energy.rise(point, trial, change)
         if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
             return trial, step or 2 * alpha
         alpha = min(step or alpha, alpha / 2)
@@ -341,7 +341,7 @@ def _projected_search(energy: _Energy, point: Iterate, trial: Iterate) -> Iterat
         return trial
     for step in (1, 1 / 4, 1 / 4**2):
         projected = energy.evaluate(energy.project(point.forces + step * (trial.forces - point.forces)))
-        rise, rounding = energy.rise(point, projected)
+        rise, rounding = energy.rise(point, projected, projected.forces - point.forces)
         if rise <= rounding:
             return projected
     return point

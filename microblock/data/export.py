@@ -169,7 +169,7 @@ def _write_state(state: State, beginning: str, ending: str) -> list[Path]:
         _write_surface(state, surface)
         return [surface]
     # the body first, since it may raise an error: then no file is written
-    if hasattr(fields, "body"):
+    if state.solution.fields_on_mesh:
         _write_mesh(fields, body)
     else:
         _write_grid(state, body)

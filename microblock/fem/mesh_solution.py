@@ -35,6 +35,8 @@ class OnMesh(OfNodes):
     computed: BodyFields | None = None
     block: ContactNodes | None = None
 
+    fields_on_mesh = True
+
     @property
     def nodes(self) -> Any:
         return self.block or self.solver.nodes

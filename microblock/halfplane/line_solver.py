@@ -47,10 +47,6 @@ class LineCells(CellSolution, LineSolution):
         return self.solver.problem
 
     @property
-    def data_exhausted(self) -> bool:  # type: ignore[override]
-        return any(words.startswith("the samples leave") for words in self.notes)  # of `with_sampling_note`
-
-    @property
     def x(self) -> Array:
         return self.grid.axes[0]
 
@@ -284,7 +280,11 @@ class LineSolver(CellSolver):
         window = self.window_of(load)
         goal = self.goal(rtol)
         state = self.within(window, load, approach, goal, self.missed, initial)
-        return state if self.options.nodes else with_sampling_note(self, state, goal)
+        if self.options.nodes:
+            return state
+        noted = with_sampling_note(self, state, goal)
+        # beyond it finer cells follow the straight lines between samples alone
+        return noted.changed(data_exhausted=noted is not state)
 
     def window_of(self, load: float | None) -> Window:
         """Returns the given Window, or that of all that may touch, with first cells that see its features."""

@@ -53,4 +53,4 @@ def with_sampling_note(solver: Any, state: Any, rtol: Any) -> Any:
         words += ", and zones and pressures are those of noise" * (uncertainty > EXHAUSTED)
     else:
         words += f"; rtol = {rtol:g} is far below and holds for the straight lines between them"
-    return replace(state, notes=(*state.notes, words))
+    return state.changed(notes=(*state.notes, words))

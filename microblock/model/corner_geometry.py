@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .law import Law, exact_slopes, in_frame, is_uniform
+from .law import Law, exact_slopes, in_frame, is_uniform, upwards
 from .obstacles import gap, heights
 from .types import Array, ObstacleLike
 
@@ -228,9 +228,3 @@ class CornerGeometry:
             x = self.points[..., 0]
             lifted = np.array([second(x - shift * upwards) for shift in self.blocks.shifts])
         return self.initial_gaps + displacement + self.rotated(psi) + (lifted - approach) * upwards
-
-
-def upwards(points: Array) -> Array:
-    """Returns the normals of a horizontal surface at points, arrays (..., dim); in space views of one."""
-    normals = np.broadcast_to(np.eye(points.shape[-1])[-1], points.shape)
-    return normals if points.shape[-1] == 3 else normals.copy()

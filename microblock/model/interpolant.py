@@ -86,7 +86,8 @@ class Interpolant(Protocol):
        ``surface(window)``, and with friction ``shear_at(x)``, at most the friction times the pressure.
     6. `fields` are those below the surface, ``fields(x1, x2)``, None of a method that has none; then
        ``fields_below(box)`` gives x1, x2, triangles (m, 3), psi and stress (2, 2, n) in ((left, right),
-       depth). ``reaction_on(boundary)`` raises BadArgument but of bodies on a mesh.
+       depth). `fields_on_mesh` says whether they have a `body` on a mesh. ``reaction_on(boundary)`` raises
+       BadArgument but of bodies on a mesh.
     7. What ``response()`` has, `energy`, `work` and ``warnings(state)`` cost: on panels a tenth of a
        solution. A State asks for each when it is first read, and keeps it.
     8. Every place that is no number, and corners that the law has not, are refused before.
@@ -97,6 +98,9 @@ class Interpolant(Protocol):
 
     @property
     def fields(self) -> Callable[..., Any] | None: ...
+
+    @property
+    def fields_on_mesh(self) -> bool: ...
 
     @property
     def energy(self) -> float: ...

@@ -83,10 +83,6 @@ class Law:
         arms = self.arms(*horizontal_surface(np.ravel(x)))[:, :, 0]
         return {name: -2 * arm.reshape(np.shape(x)) for name, arm in zip(self.corners, arms)}
 
-    def shifts(self, ell: float) -> tuple[float, ...]:
-        """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
-        return tuple((-ell * self.places(*horizontal_surface(np.zeros(1)))[:, 0, 0]).tolist())
-
 
 class _Coulomb(Law, Checked):
     def __repr__(self) -> str:
@@ -317,7 +313,13 @@ def in_frame(normals: Array, along: Array, up: Array) -> Array:
 def horizontal_surface(x: Array) -> tuple[Array, Array]:
     """Returns the points of x2 = 0 at x, and its normals, arrays (n, 2)."""
     points = np.column_stack((x, np.zeros(len(x))))
-    return points, np.tile((0.0, 1.0), (len(x), 1))
+    return points, upwards(points)
+
+
+def upwards(points: Array) -> Array:
+    """Returns the normals of a horizontal surface at points, arrays (..., dim); in space views of one."""
+    normals = np.broadcast_to(np.eye(points.shape[-1])[-1], points.shape)
+    return normals if points.shape[-1] == 3 else normals.copy()
 
 
 def tangents(normals: Array) -> Array:

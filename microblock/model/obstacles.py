@@ -383,16 +383,16 @@ class Samples(RigidObstacle):
         measured = np.isfinite(self.z)
         return measured[:-1] & measured[1:]
 
-    @property
+    @cached_property
     def _inner(self) -> Flags:
         """Whether a sample lies between two lines, array (n - 2,)."""
         return self._lines[:-1] & self._lines[1:]
 
-    @property
+    @cached_property
     def kinks(self) -> tuple[float, ...]:
         return tuple(self._profile[0, 1:-1][self._inner].tolist())
 
-    @property
+    @cached_property
     def jumps(self) -> tuple[float, ...]:
         """Jumps of the slope; 0 where they are rounding."""
         lengths, rises = np.diff(self._profile)
@@ -401,7 +401,7 @@ class Samples(RigidObstacle):
         rounding = 8 * np.finfo(float).eps * np.abs(self._profile[1]).max()
         return tuple(np.where(np.abs(jumps) * lengths.min() > rounding, jumps, 0.0))
 
-    @property
+    @cached_property
     def ends(self) -> tuple[float, ...]:
         return tuple(end for first, last in runs(self._lines) for end in (self.x[first], self.x[last + 1]))
 

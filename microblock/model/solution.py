@@ -49,6 +49,8 @@ class Solution:
         Sentences on the computation, such as a fallback that was taken.
     data_exhausted : bool
         Whether the notes say that the data mean no more, and no rtol helps.
+    fields_on_mesh : bool
+        Whether `fields` are those of a `body` on a mesh, NGSolve functions.
     period : float or None
         Length after which the surface repeats.
     method : str
@@ -62,6 +64,7 @@ class Solution:
     estimate: ErrorParts | None = None
     notes: tuple[str, ...] = ()
     data_exhausted: bool = False
+    fields_on_mesh: bool = False
     period: float | None = None
     if TYPE_CHECKING:  # read-only: methods have properties or fields of these names
 

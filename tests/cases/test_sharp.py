@@ -19,7 +19,7 @@ def apart(state, other, x=FINE):
     the distance from them as weight.
     """
     ends, law = getattr(state.obstacle, "ends", ()), state.law
-    weights = np.sqrt(distance_to_ends(x, ends, law.shifts(state.solid.ell)))
+    weights = np.sqrt(distance_to_ends(x, ends, state.problem.blocks.shifts))
     wrong = [state.pressure_at(x, corner) - other(x, corner) for corner in law.corners]
     return max(map(np.linalg.norm, weights * wrong)) / np.linalg.norm(weights * state.pressure_at(x))
 

@@ -139,6 +139,16 @@ def test_a_state_is_taken_apart_by_dataclasses():
     assert errors.Named([("A", 1)], "corner") == errors.Named({"A": 1}, "corner") == {"A": 1}
 
 
+def test_a_note_leaves_what_was_evaluated():
+    """Fields and energy were evaluated again for each note."""
+    state = PROBLEMS["panels"].solve(load=0.1)
+    psi = state.psi
+    energy = state.energy
+    noted = state.noting("a note")
+    assert noted.psi is psi and vars(noted)["energy"] == energy
+    assert noted.warnings == [*state.warnings, "a note"]
+
+
 def test_unknown_zones_and_corners_are_refused_by_name():
     state = PROBLEMS["cells"].solve(load=0.1)
     for table, name in ((state.zones, "zone"), (state.pressures, "corner")):

@@ -1,9 +1,11 @@
 """Data of users: samples, masks, holes, periods given on any window, files of instruments, noise."""
 
 import json
+import pickle
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -593,6 +595,22 @@ def test_cells_stop_below_the_sampling_uncertainty_or_say_that_all_is_noise(coun
     smooth = sampled(count).solve(load=1.0, rtol=1e-3)
     assert abs(state.half_width - smooth.half_width) < 2e-2 * smooth.half_width
     assert abs(state.energy - smooth.energy) < 2e-2 * abs(smooth.energy)
+
+
+def test_exhausted_data_are_told_by_a_flag():
+    """The words of a note were read."""
+    noisy = sampled(100, 3e-4).solve(load=1.0, rtol=1e-3)
+    smooth = mb.Contact(GROUND, mb.Cylinder(R=10), mb.Microblock(), mb.Cells()).solve(load=1.0, rtol=0.1)
+    assert sampling_uncertainty(noisy) > 0 and noisy.solution.data_exhausted
+    assert not replace(smooth.solution, notes=("the samples leave nothing open",)).data_exhausted
+
+
+def test_samples_know_their_kinks_once():
+    """A sequence of a million was formed each time that one of them was read."""
+    samples = mb.Obstacle.from_samples(np.linspace(-1, 1, 9), np.linspace(-1, 1, 9) ** 2)
+    for name in ("kinks", "jumps", "ends"):
+        assert getattr(samples, name) is getattr(samples, name)
+    assert pickle.loads(pickle.dumps(samples)) == samples
 
 
 def test_noise_that_stops_cells_is_said_once_with_a_curve_that_is_answered():

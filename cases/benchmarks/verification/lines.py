@@ -37,7 +37,7 @@ def fields(state):
 def error(state, true):
     """max(|dp|, |dM|/ell)/|p| in L2 of a State beside a more accurate State, or a `panels.Reference`."""
     second_code = isinstance(true, panels.Reference)
-    shifts = state.law.shifts(state.solid.ell)
+    shifts = state.problem.blocks.shifts
     kinks, ends = (
         [x - shift for x in getattr(state.obstacle, name, None) or () for shift in shifts]
         for name in ("kinks", "ends")
