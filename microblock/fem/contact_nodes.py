@@ -104,8 +104,8 @@ class ContactNodes(FacetNodes):
     def _trace_fields(self) -> None:
         """Fills `traces`."""
         body = self.body
-        displacement = self._trace(body.spaces[0])
-        rotation = self._trace(body.spaces[-1])
+        displacement = self.trace(body.spaces[0])
+        rotation = self.trace(body.spaces[-1])
         shape = (len(self.points), body.space.ndof)
         self.traces: dict[str, Any] = {name: csr_matrix(shape) for name in body.all_names}
         for name in body.names:

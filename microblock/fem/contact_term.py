@@ -4,14 +4,14 @@ Vectors have three components and tensors 3 x 3; what a dimension lacks is 0. NG
 (39) and its tangent. Points of the rule are the contact nodes (section 3.4).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from ngsolve import CF, Cross, Id, IfPos, InnerProduct, Trace
 
 from ..model.material import Cosserat, Moduli
-from ..model.types import Array
+from ..model.types import Array, Flags
 
 
 def relative_deformation(gradient: Any, psi: Any) -> Any:
@@ -60,6 +60,38 @@ def lagrangian(g: Any, lam: Any, rho: float) -> Any:
     return IfPos(lam + rho * g, -(lam**2) / (2 * rho), (lam + rho / 2 * g) * g)
 
 
+def gaps(nodes: Any, g0: Array, arms: Array, u: Any, psi: Any, approach: Any) -> Iterator[tuple[Any, Flags]]:
+    """Yields the gap (22) of each corner and where it can touch, boolean array (n,), from g0, arrays (n,),
+    which are inf elsewhere, and arms, arrays (n, dim).
+    """
+    normal = nodes.field(nodes.normals)
+    for height, arm in zip(g0, arms, strict=True):
+        can_touch = np.isfinite(height)
+        initial = nodes.field(np.where(can_touch, height, 0.0))
+        yield gap(initial, normal, nodes.field(arm), u, psi, approach), can_touch
+
+
+def density(nodes: Any, corners: Iterable[tuple[Any, Flags]], multipliers: Sequence[Any], rho: float) -> Any:
+    """The sum of (38) over corners, (gap, where it can touch), compiled."""
+    total: Any = 0
+    for (g, can_touch), lam in zip(corners, multipliers, strict=True):
+        term = lagrangian(g, lam, rho)
+        if not can_touch.all():
+            term = IfPos(nodes.field(can_touch - 0.5), term, -(lam**2) / (2 * rho))
+        total += term
+    return total.Compile()
+
+
+def work(nodes: Any, g: Any, dg: Any, lam: Any, dlam: Any, rho: float, can_touch: Flags) -> Any:
+    """The density of (39) with (40) of a corner: ``lambda_eff dg + C dlambda``."""
+    trial = lam + rho * g
+    closed = trial * dg + g * dlam
+    open_ = -lam / rho * dlam
+    if not can_touch.all():
+        closed = IfPos(nodes.field(can_touch - 0.5), closed, open_)
+    return IfPos(trial, open_, closed)
+
+
 def contact(
     nodes: Any,
     g0: Array,
@@ -73,13 +105,4 @@ def contact(
     """The contact term of (37), or of (31) where multipliers are 0: the sum of L over the corners, whose g0,
     arrays (n,), are inf where nothing can touch, and whose arms are arrays (n, dim).
     """
-    total: Any = 0
-    normal = nodes.field(nodes.normals)
-    for height, arm, lam in zip(g0, arms, multipliers, strict=True):
-        can_touch = np.isfinite(height)
-        g = gap(nodes.field(np.where(can_touch, height, 0.0)), normal, nodes.field(arm), u, psi, approach)
-        term = lagrangian(g, lam, rho)
-        if not can_touch.all():
-            term = IfPos(nodes.field(can_touch - 0.5), term, -(lam**2) / (2 * rho))
-        total += term
-    return nodes.integral(total.Compile())
+    return nodes.integral(density(nodes, gaps(nodes, g0, arms, u, psi, approach), multipliers, rho))

@@ -136,7 +136,7 @@ class FacetNodes:
                 values[kind] = shapes(space.GetFE(facet), nodal_rule(facet.type, order))
             yield dofs, values[kind]
 
-    def _trace(self, space: Any) -> Any:
+    def trace(self, space: Any) -> Any:
         """Returns values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
         rows: list[Any] = [()] * len(self.points)
         for nodes, (dofs, values) in zip(self.facets, self._shapes(space)):
@@ -205,7 +205,7 @@ class FacetNodes:
         vertices = [ng.NodeId(ng.VERTEX, number) for number in self._beside_vertices]
         unknowns = np.array([space.GetDofNrs(vertex)[0] for vertex in vertices], int)
         values = _sparse([([number], [1.0]) for number in unknowns], space.ndof)
-        return unknowns, csr_matrix(values - self.continued @ self._trace(space))
+        return unknowns, csr_matrix(values - self.continued @ self.trace(space))
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
         """Returns nodal values in space, array (m, n), at places, (k,): array (m, k), linear on triangles,
@@ -251,7 +251,7 @@ class FacetNodes:
     @cached_property
     def _multiplier(self) -> tuple[Any, Any]:
         """Values at the nodes from unknowns of a multiplier, and factors of this matrix."""
-        trace = self._trace(self.multipliers)
+        trace = self.trace(self.multipliers)
         return trace, splu(trace.tocsc())
 
     def multiplier(self, unknowns: Array) -> Array:
@@ -272,7 +272,7 @@ class FacetNodes:
         elements at places, and facets not.
         """
         function = ng.GridFunction(self.scalar(self.orders[0]))
-        rows = vstack((self._trace(function.space), self.unseen(function.space)[1]), format="csr")
+        rows = vstack((self.trace(function.space), self.unseen(function.space)[1]), format="csr")
         used = np.unique(rows.indices)
         given = np.zeros(len(used))
         given[: len(values)] = values

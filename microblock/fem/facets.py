@@ -14,7 +14,7 @@ from ..model import law as laws
 from ..model.corner_geometry import Blocks, CornerGeometry
 from ..model.law import Law
 from ..model.obstacles import STEEPEST
-from ..model.types import Array, ObstacleLike
+from ..model.types import Array, Flags, ObstacleLike
 from . import contact_term, supports
 from .body import Body
 from .contact_nodes import ContactNodes
@@ -118,9 +118,15 @@ def gaps_at_nodes(geometry: CornerGeometry, nodes: ContactNodes) -> Array:
     """
     if nodes.dim < 3:
         require_upwards(nodes)
-    gaps = geometry.initial_gaps.copy()
-    if nodes.dim == 3:
-        gaps[:, ~nodes.free["u3"]] = np.inf
+        return gaps_at_points(geometry)
+    return gaps_at_points(geometry, nodes.free["u3"])
+
+
+def gaps_at_points(geometry: CornerGeometry, free: Flags | bool = True) -> Array:
+    """Returns the initial gaps of corners, array (corners, n): inf where no obstacle is above, or a point is
+    not `free`; raises BadArgument if all are.
+    """
+    gaps = np.where(free, geometry.initial_gaps, np.inf)
     touching = np.isfinite(gaps).any()
     require(touching, "obstacle", geometry.obstacle, "lies over no node of the contact boundary")
     return gaps

@@ -1,0 +1,134 @@
+"""Newton's method for forms of one's own that have a contact term."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import ngsolve as ng
+import numpy as np
+
+from ..errors import NotConverged, require, require_kind, require_positive, require_whole
+from ..model.progress import counted
+from ..model.types import Array
+from ..threads import bounded
+
+HALVINGS = 10  # of a step after which the form has values again
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """How an iteration ended.
+
+    Attributes
+    ----------
+    iterations : int
+        Steps, of which each solved one linear system.
+    change : float
+        Work of the residual on the last step, over that of the system on the state, its root: a relative
+        error in the norm of energy.
+    """
+
+    iterations: int
+    change: float
+
+
+@bounded
+def solve(
+    form: Any, state: Any, free: Any = None, rtol: float = 1e-10, most: int = 50, inverse: str = "umfpack"
+) -> NewtonResult:
+    """Solves ``form(state) = 0`` by the semismooth Newton method, which is an active-set method where the
+    form has the term of `ContactCorners`: each step takes the corners as closed or open by (40).
+
+    Parameters
+    ----------
+    form : ngsolve.BilinearForm
+        Not assembled; of energies by `Variation`, of works by integrals, or both.
+    state : ngsolve.GridFunction
+        On the same space: a first guess with the prescribed values, and the solution afterwards.
+    free : BitArray, optional
+        Unknowns that change; those that are free in the space without it.
+    rtol : float
+        Of the change by the last step.
+    most : int
+        Steps.
+    inverse : str
+        NGSolve's solver of linear systems.
+
+    Returns
+    -------
+    NewtonResult
+
+    Raises
+    ------
+    NotConverged
+        If a matrix is singular, a step leads where the form has no values, or `most` steps do not suffice;
+        the state is then that of the last step.
+    BadArgument
+        If an argument is of another kind or size.
+    """
+    require_kind(ng.BilinearForm, "an ngsolve.BilinearForm", form=form)
+    require_kind(ng.GridFunction, "an ngsolve.GridFunction", state=state)
+    require(form.space == state.space, "state", state, "must be on the space of the form")
+    require_positive(rtol=rtol)
+    require_whole(1, most=most)
+    free = form.space.FreeDofs() if free is None else free
+    residual = _residual(form, state.vec)
+    require(_finite(residual), "state", state, "must be a guess at which the form has finite values")
+    for iteration in range(1, most + 1):
+        counted()
+        form.AssembleLinearization(state.vec)
+        try:
+            step = (form.mat.Inverse(free, inverse) * residual).Evaluate()
+        except Exception as failure:
+            raise NotConverged(
+                f"no factorisation in step {iteration}: {failure}; is the body supported, and does each "
+                "corner that closes move by unknowns of its own?",
+                iterations=iteration,
+            ) from failure
+        work = _work(form.space, residual, step, free)
+        start = state.vec.Copy()
+        length = 1.0
+        for _ in range(HALVINGS):
+            state.vec.data = start - length * step
+            residual = _residual(form, state.vec)
+            if _finite(residual):
+                break
+            length /= 2
+        else:
+            raise NotConverged(
+                f"step {iteration} leads where the form has no finite values: take smaller steps of the load",
+                iterations=iteration,
+            )
+        scale = _work(form.space, (form.mat * state.vec).Evaluate(), state.vec, None)
+        change = math.sqrt(work / scale) if scale > 0 else math.inf * work if work else 0.0
+        if change <= rtol and length == 1.0:
+            return NewtonResult(iteration, change)
+    raise NotConverged(
+        f"after {most} steps the state still changes by {change:.1e}: take smaller steps of the load, "
+        "another rho, or a better first guess",
+        iterations=most,
+    )
+
+
+def _residual(form: Any, vector: Any) -> Any:
+    """Returns the form at a vector, a vector."""
+    residual = vector.CreateVector()
+    form.Apply(vector, residual)
+    return residual
+
+
+def _finite(vector: Any) -> bool:
+    return bool(np.isfinite(vector.FV().NumPy()).all())
+
+
+def _work(space: Any, forces: Any, displacements: Any, free: Any) -> float:
+    """Returns the work of forces on displacements, the sum of its sizes over the fields of a space: fields
+    have units of their own, their works have one.
+    """
+    works: Array = forces.FV().NumPy() * displacements.FV().NumPy()
+    if free is not None:
+        works = np.where(np.array(free), works, 0.0)
+    if not isinstance(space, ng.ProductSpace):
+        return abs(float(works.sum()))
+    ranges = [space.Range(number) for number in range(len(space.components))]
+    return float(sum(abs(works[part.start : part.stop].sum()) for part in ranges))
