@@ -3,8 +3,10 @@ The contact term in a form of your own
 ======================================
 Write the energy, add the term, step the load: a graded Cosserat layer under a cylinder.
 
+:Geometry:  a layer of thickness 3 on a rigid base, softer at depth, and a cylinder of radius 10
 :Equations: (10)-(12) with moduli that fall with depth, (20)-(22), (37)-(40)
 :Method:    quadratic H1 elements, a multiplier for each corner at the nodes of the contact boundary
+:Reference: the same layer with even moduli, which carries more; `microblock.Body` has the same digits there
 :Units:     stresses over the shear modulus at the surface
 """
 
@@ -14,13 +16,13 @@ from ngsolve import Grad, InnerProduct, Sym, Trace
 
 import microblock as mb
 from microblock.fem import meshes, semismooth
-from microblock.fem.contact_boundary import ContactBoundary
+from microblock.fem.contact_surface import ContactSurface
 
 
 def solve(ell=0.25, beta=1.0, depth=0.5, softer=4.0, size=0.1, approaches=(0.02, 0.05, 0.1)):
     """Points x1, and at each approach the pressures of the corners A and B."""
     mesh = meshes.uniform(meshes.Ground(far=3.0, reach=(-1.0, 1.0), half=False), size)
-    contact = ContactBoundary(mesh, "contact", order=2)
+    contact = ContactSurface(mesh, "contact", order=2)
     corners = contact.corners(mb.Microblock(), mb.Cylinder(R=10.0), ell)
     space = ng.VectorH1(mesh, order=2, dirichlet="bottom") * ng.H1(mesh, order=2)
     space = space * contact.multipliers * contact.multipliers

@@ -34,7 +34,7 @@ from ngsolve import (
 
 import microblock as mb
 from microblock.fem import semismooth
-from microblock.fem.contact_boundary import ContactBoundary
+from microblock.fem.contact_surface import ContactSurface
 
 LAMBDA = 8.0  # over mu: nu = 0.44
 
@@ -58,7 +58,7 @@ def solve(size=0.15, approaches=(0.01, 0.05, 0.1, 0.2)):
     face.edges.Min(occ.Y).name, face.edges.Max(occ.Y).name = "base", "contact"
     face.edges.Max(occ.Y).maxh = size / 3
     mesh = Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=size))
-    contact = ContactBoundary(mesh, "contact", order=2)
+    contact = ContactSurface(mesh, "contact", order=2)
     corners = contact.corners(mb.Unilateral(), mb.Cylinder(R=2.0))
     space = VectorH1(mesh, order=2, dirichlet="base") * contact.multipliers
     u, lam = space.TrialFunction()

@@ -9,7 +9,7 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 import microblock as mb
 from cases import own_form, rubber
 from microblock.fem import meshes, semismooth
-from microblock.fem.contact_boundary import ContactBoundary
+from microblock.fem.contact_surface import ContactSurface
 
 ELL = 0.1
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=ELL, beta=1)
@@ -32,7 +32,7 @@ def energy(solid, u, psi):
 
 def by_hand(mesh, law, solid=SOLID, order=2, held="", rho=None):
     """Contact, corners, state and pressures of a form that is written by hand."""
-    contact = ContactBoundary(mesh, "contact", order=order)
+    contact = ContactSurface(mesh, "contact", order=order)
     rotation = ng.H1(mesh, order=order, dirichlet=held)
     corners = contact.corners(law, CYLINDER, ELL, rotation)
     space = ng.VectorH1(mesh, order=order, dirichlet="bottom") * rotation
@@ -69,7 +69,7 @@ def test_functional_and_virtual_work_have_one_answer():
     functional lose digits, so that the last step is larger than rounding.
     """
     mesh = ground()
-    contact = ContactBoundary(mesh, "contact", order=2)
+    contact = ContactSurface(mesh, "contact", order=2)
     corners = contact.corners(mb.Microblock(), CYLINDER, ELL)
     space = ng.VectorH1(mesh, order=2, dirichlet="bottom") * ng.H1(mesh, order=2)
     space = space * contact.multipliers * contact.multipliers
@@ -93,7 +93,7 @@ def test_functional_and_virtual_work_have_one_answer():
 
 def test_the_penalty_functional_is_that_of_newton():
     mesh = ground()
-    contact = ContactBoundary(mesh, "contact", order=1)
+    contact = ContactSurface(mesh, "contact", order=1)
     corners = contact.corners(mb.Microblock(), CYLINDER, ELL)
     space = ng.VectorH1(mesh, order=1, dirichlet="bottom") * ng.H1(mesh, order=1)
     u, psi = space.TrialFunction()
@@ -113,7 +113,7 @@ def test_the_penalty_functional_is_that_of_newton():
 
 def test_the_load_may_be_given_and_the_approach_unknown():
     mesh = ground()
-    contact = ContactBoundary(mesh, "contact", order=2)
+    contact = ContactSurface(mesh, "contact", order=2)
     corners = contact.corners(mb.Unilateral(), CYLINDER)
     fields = ng.VectorH1(mesh, order=2, dirichlet="bottom") * contact.multipliers
     space = fields * ng.NumberSpace(mesh, definedon=contact.region)
@@ -144,7 +144,7 @@ def test_where_psi_is_held_the_nearest_corner_stands_alone():
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_form_in_space_has_the_pressures_of_a_body(order):
     mesh = MakeStructured3DMesh(hexes=False, nx=3, ny=3, nz=2, mapping=lambda x, y, z: (x, y, z - 1))
-    contact = ContactBoundary(mesh, "top", order=order)
+    contact = ContactSurface(mesh, "top", order=order)
     corners = contact.corners(mb.Unilateral(), mb.Sphere(R=2))
     space = ng.VectorH1(mesh, order=order, dirichlet="bottom") * contact.multipliers
     (u, lam), (v, mu) = space.TnT()
@@ -180,29 +180,26 @@ MESH = MakeStructured2DMesh(nx=2, ny=2)
 @pytest.mark.parametrize(
     "build, message",
     [
-        (lambda: ContactBoundary(MESH, "lid"), "boundary = 'lid': must name a boundary of bottom, left"),
-        (lambda: ContactBoundary(MESH, "top", order=0), "order = 0"),
-        (lambda: ContactBoundary("mesh", "top"), "mesh = 'mesh': must be an ngsolve.Mesh"),
+        (lambda: ContactSurface(MESH, "lid"), "boundary = 'lid': must name a boundary of bottom, left"),
+        (lambda: ContactSurface(MESH, "top", order=0), "order = 0"),
+        (lambda: ContactSurface("mesh", "top"), "mesh = 'mesh': must be an ngsolve.Mesh"),
+        (lambda: ContactSurface(MESH, "top").corners(mb.Microblock(), CYLINDER), "ell = None: must be given"),
+        (lambda: ContactSurface(MESH, "top").corners(mb.Microblock(), CYLINDER, -1.0), "ell = -1.0"),
         (
-            lambda: ContactBoundary(MESH, "top").corners(mb.Microblock(), CYLINDER),
-            "ell = None: must be given",
-        ),
-        (lambda: ContactBoundary(MESH, "top").corners(mb.Microblock(), CYLINDER, -1.0), "ell = -1.0"),
-        (
-            lambda: ContactBoundary(MESH, "top").corners(mb.Microblock(friction=0.3), CYLINDER, 0.1),
+            lambda: ContactSurface(MESH, "top").corners(mb.Microblock(friction=0.3), CYLINDER, 0.1),
             "friction = 0.3: must be 0",
         ),
         (
-            lambda: ContactBoundary(MESH, "top").corners(mb.Microblock(), CYLINDER, 0.1).gaps(ng.CF((0, 0))),
+            lambda: ContactSurface(MESH, "top").corners(mb.Microblock(), CYLINDER, 0.1).gaps(ng.CF((0, 0))),
             "psi = None: must be given",
         ),
         (
-            lambda: ContactBoundary(MESH, "top").corners(mb.Unilateral(), CYLINDER).gaps(ng.CF((0, 0, 0))),
+            lambda: ContactSurface(MESH, "top").corners(mb.Unilateral(), CYLINDER).gaps(ng.CF((0, 0, 0))),
             "must have 2 components",
         ),
         (
             lambda: (
-                ContactBoundary(MESH, "top")
+                ContactSurface(MESH, "top")
                 .corners(mb.Microblock(), CYLINDER, 0.1)
                 .lagrangian(ng.CF((0, 0)), ng.CF(0), [ng.CF(0)], rho=1)
             ),
@@ -218,7 +215,7 @@ def test_bad_arguments_are_named(build, message):
 
 
 def test_an_unsupported_body_is_said():
-    contact = ContactBoundary(MESH, "top")
+    contact = ContactSurface(MESH, "top")
     corners = contact.corners(mb.Unilateral(), mb.Plane(0.9))
     space = ng.VectorH1(MESH, order=1) * contact.multipliers
     (u, lam), (v, mu) = space.TnT()

@@ -24,7 +24,7 @@ from .facets import gaps_at_points
 from .meshes import elements_at
 
 
-class ContactBoundary(FacetNodes):
+class ContactSurface(FacetNodes):
     """The nodes of a named boundary of a mesh in the plane or in space.
 
     Parameters
@@ -51,9 +51,9 @@ class ContactBoundary(FacetNodes):
     --------
     >>> import ngsolve as ng
     >>> from ngsolve.meshes import MakeStructured2DMesh
-    >>> from microblock.fem.contact_boundary import ContactBoundary
+    >>> from microblock.fem.contact_surface import ContactSurface
     >>> mesh = MakeStructured2DMesh(nx=8, ny=8)
-    >>> boundary = ContactBoundary(mesh, "top", order=2)
+    >>> boundary = ContactSurface(mesh, "top", order=2)
     >>> corners = boundary.corners(mb.Microblock(), lambda x: (x - 0.5) ** 2 + 1, ell=0.1)
     >>> V, W, L = ng.VectorH1(mesh, order=2, dirichlet="bottom"), ng.H1(mesh, order=2), boundary.multipliers
     >>> u, psi, *lam = (V * W * L * L).TrialFunction()
@@ -109,11 +109,11 @@ class ContactBoundary(FacetNodes):
 
 
 class ContactCorners:
-    """The corners of a law at the nodes of a `ContactBoundary`, see `ContactBoundary.corners`.
+    """The corners of a law at the nodes of a `ContactSurface`, see `ContactSurface.corners`.
 
     Attributes
     ----------
-    boundary : ContactBoundary
+    boundary : ContactSurface
     names : tuple of str, of the corners
     initial_gaps : array (corners, n)
         Initial gaps along the normals (lengths), inf where nothing can touch.
@@ -131,7 +131,7 @@ class ContactCorners:
     """
 
     def __init__(
-        self, boundary: ContactBoundary, law: Law, obstacle: ObstacleLike, ell: float | None, rotation: Any
+        self, boundary: ContactSurface, law: Law, obstacle: ObstacleLike, ell: float | None, rotation: Any
     ) -> None:
         in_space = boundary.dim == 3
         laws.check(law, in_space)
