@@ -26,6 +26,7 @@ from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from unittest.mock import Mock, patch
 
+import ngsolve as ng
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -52,6 +53,7 @@ CONTRACT = (
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
+GRADED = mb.Cosserat(E=ng.x - 1.5, nu=0.3, beta=1, ell=0.1)  # negative in part of the meshes
 GROUND = mb.HalfPlane(SOLID)
 CYLINDER = mb.Cylinder(R=10)
 SPHERE = mb.Sphere(R=10)
@@ -296,7 +298,8 @@ LEFT_OUT = {
         # parts of solvers, which call them with what is checked
         "BodySpaces.boundary BodySpaces.scalar Body.bulk BodySpaces.unknowns_of BodySpaces.vectors "
         "BodySpaces.strains BodySpaces.integrated BodySpaces.once Body.on.changes State.noting "
-        "History.noting Cosserat.with_length Elastic.with_length "
+        "BodySpaces.by_region BodySpaces.field_space BodySpaces.require_psi "
+        "History.noting Cosserat.with_length Elastic.with_length Cosserat.at Elastic.at "
         "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_rotation Law.levers Law.places Microblock.angle "

@@ -129,7 +129,7 @@ class Body(BodySpaces):
         self.fixed = {name: pattern for name, pattern in patterns.items() if name in self.names}
         self._made_of = {
             "mesh": mesh,
-            "solid": solid,
+            "solid": solid if isinstance(solid, Cosserat) else dict(solid),
             "order": order,
             "order_psi": order_psi,
             "fixed": patterns,

@@ -43,7 +43,7 @@ def solids_of(mesh: Any, solid: Any) -> list[Cosserat]:
         return [solid] * len(materials)
     chosen: list[list[Cosserat]] = [[] for _ in materials]
     for pattern, part in solid.items():
-        require_kind(Cosserat, "a Cosserat", **{f"solid[{pattern!r}]": part})
+        require(isinstance(part, Cosserat), "solid", part, f"must be a Cosserat for {pattern}")
         mask = named_region(mesh.Materials, materials, pattern, "solid", "materials").Mask()
         for number in np.flatnonzero(mask):
             chosen[number].append(part)

@@ -1,6 +1,7 @@
 """Bodies of several solids and of graded ones: where each is, closed forms, layers, estimates, refusals."""
 
 import math
+import pickle
 
 import netgen.meshing as netgen
 import ngsolve as ng
@@ -11,6 +12,7 @@ from scipy.linalg import expm, schur
 
 import microblock as mb
 from microblock.fem import meshes, meshes3d
+from microblock.fem.body import Body
 from microblock.fem.loads import Loads
 from microblock.halfplane.kernels import plane_symbol
 
@@ -23,18 +25,24 @@ BLOCKS = mb.Microblock()
 LINE = mb.Unilateral()
 
 
-def layered(across, up, thickness, quads=True, names=("bottom", "side", "contact", "side")):
-    """Rectangles between lines, of the material "coating" above -thickness, else "bulk"."""
-    mesh = meshes.rectangles(np.asarray(across), np.asarray(up), quads, names).ngmesh
+def parted(mesh, is_coating):
+    """The mesh with the material "coating" where a function of the middles says so, else "bulk"."""
+    mesh = mesh.ngmesh
     mesh.SetMaterial(1, "bulk")
     coating = mesh.AddRegion("coating", dim=2)
     points = mesh.Coordinates()
     cells = mesh.Elements2D()
     for number in range(len(cells)):
         corners = list(cells[number].vertices)
-        if points[[corner.nr - 1 for corner in corners], 1].mean() > -thickness:
+        if is_coating(*points[[corner.nr - 1 for corner in corners], :2].mean(axis=0)):
             cells[number] = netgen.Element2D(coating, corners)
     return ng.Mesh(mesh)
+
+
+def layered(across, up, thickness, quads=True, names=("bottom", "side", "contact", "side")):
+    """Rectangles between lines, of the material "coating" above -thickness, else "bulk"."""
+    mesh = meshes.rectangles(np.asarray(across), np.asarray(up), quads, names)
+    return parted(mesh, lambda x1, x2: x2 > -thickness)
 
 
 SLAB = layered(np.linspace(-1, 1, 11), np.linspace(-1, 0, 6), 0.4)
@@ -199,3 +207,193 @@ def test_waves_of_pressure_on_a_layered_half_plane(coating, bulk):
     response = wave_response(k, coating, thickness, bulk)
     assert -fields.u2(mesh(0.0, 0.0)) == pytest.approx(response, rel=1e-5)
     assert -fields.u2(mesh(0.9, 0.0)) == pytest.approx(response * math.cos(k * 0.9), rel=1e-4)
+
+
+# --- thin layers, second bodies, estimates
+
+
+def thin_layer(a):
+    """Half-width of a layer of thickness 1, bonded to a base 1e5 times stiffer, under a cylinder that presses
+    with what makes Winkler's half-width `a`: p = (lambda + 2 mu) (a^2 - x^2)/(2 R), so that
+    P = 2 (lambda + 2 mu) a^3/(3 R).
+    """
+    across = np.concatenate((np.linspace(0, 0.9 * a, 12), np.linspace(0.9 * a, 1.2 * a, 25)[1:]))
+    across = np.concatenate((across, 1.2 * a + np.array([1.0, 3.0, 6.0])))
+    mesh = layered(across, [-2.0, -1.0, -0.5, 0.0], 1.0, names=("bottom", "side", "contact", "axis"))
+    base = mb.Elastic(E=1e5 * RUBBER.E, nu=0.2)
+    held = {"u1": "bottom|axis", "u2": "bottom"}
+    body = mb.Body(mesh, {"coating": RUBBER, "bulk": base}, 4, fixed=held)
+    radius = 100 * a
+    half_of_load = compression(RUBBER) * a**3 / (3 * radius)
+    state = mb.Contact(body, mb.Cylinder(R=radius), LINE, mb.Condensed()).solve(load=half_of_load)
+    return float(state.x[state.pressure > 0].max()), state.pressure.max() * 2 * radius / a**2
+
+
+def test_thin_compressible_layers_are_winklers_to_their_own_order():
+    """Pressures are those of uniaxial strain but within a thickness or so of the edges."""
+    halves = np.array((5.0, 10.0, 20.0))
+    widths, pressures = np.transpose([thin_layer(a) for a in halves])
+    assert np.all(np.abs(widths - halves) < 0.5)
+    assert np.all(np.abs(pressures / compression(RUBBER) - 1) < 1 / halves**2)
+
+
+def test_a_coated_second_body_is_the_coated_body_in_a_mirror():
+    """What presses the coating from above and does not give way, and a rigid cylinder on the coating."""
+    across = np.linspace(-1, 1, 21)
+    up = np.linspace(-1, 0, 6)
+    rigid = mb.Body(layered(across, up, 0.4), mb.Elastic(E=1e9, nu=0.3), 3, fixed="bottom")
+    below = mb.Body(layered(across, up, 0.4), {"coating": RUBBER, "bulk": STEEL}, 3, fixed="bottom")
+    lower = layered(across, up + 1, -0.4, names=("contact", "side", "top", "side"))
+    above = mb.Body(lower, {"bulk": RUBBER, "coating": STEEL}, 3, fixed="top")
+    coated = mb.Contact(below, CYLINDER, LINE).solve(load=0.2)
+    mirrored = mb.Contact(rigid, mb.Deformable(above, CYLINDER), LINE).solve(load=0.2)
+    # forces of corners are pressures, of which the second body takes the means
+    assert mirrored.approach == pytest.approx(coated.approach, rel=1e-3)
+    assert mirrored.pressure.max() == pytest.approx(coated.pressure.max(), rel=1e-2)
+
+
+def difference(coarse, fine):
+    """Relative L2 difference of pressures and micromoments over ell, of two states."""
+    x = fine.x
+    p = np.sqrt(fine.weights @ (coarse.pressure_at(x) - fine.pressure) ** 2)
+    M = np.sqrt(fine.weights @ (coarse.micromoment_at(x) - fine.micromoment) ** 2) / fine.solid.ell
+    return max(p, M) / np.sqrt(fine.weights @ fine.pressure**2)
+
+
+COARSE = layered(np.linspace(-1, 1, 7), np.linspace(-1, 0, 6), 0.2, quads=False)
+
+
+@pytest.mark.parametrize("law, coating", ((LINE, STEEL), (BLOCKS, SOLID)))
+def test_estimates_hold_over_layers(law, coating):
+    state = pressed({"coating": coating, "bulk": RUBBER}, None, COARSE, law, rtol=0.05)
+    finer = ng.Mesh(state.problem.body.mesh.ngmesh.Copy())
+    finer.Refine()
+    fine = mb.Contact(state.problem.body.on(finer.Curve(3)), CYLINDER, law).solve(load=1.0)
+    assert difference(state, fine) < state.error_estimate <= 0.05
+
+
+def test_interfaces_are_no_error(monkeypatch):
+    """Averages across the interface, the control, take its jumps for errors and cut the elements there."""
+    solid = {"coating": STEEL, "bulk": RUBBER}
+    state = pressed(solid, None, COARSE, LINE, rtol=0.05)
+    monkeypatch.setattr(Body, "by_region", lambda body, make: make(body.mesh.Materials(".*")))
+    smeared = pressed(solid, None, COARSE, LINE, rtol=0.05)
+    assert smeared.unknowns > 1.5 * state.unknowns
+
+
+# --- refusals and what goes on with a body
+
+
+@pytest.mark.parametrize(
+    "moduli, name, place",
+    (
+        ({"E": 0.5 + ng.x}, "E", "at (-0.9"),
+        ({"nu": 0.4 + 0.2 * ng.x}, "nu", "at (0.9"),
+        ({"ell": ng.x**2 - 0.5}, "ell", ""),
+        ({"ell": 0.2 + 0.1 * ng.x}, "ell", "one number"),
+        ({"beta": 2 + 0 * ng.x}, "beta", "2 is the couple-stress limit"),
+        ({"mu_c": ng.y}, "mu_c", "negative; it is so at"),
+        ({"curvature": ng.y**2 - 0.1}, "curvature", "gamma'"),
+        ({"alpha_prime": 4 * ng.y}, "alpha_prime", "alpha' + beta' + gamma'"),
+        ({"beta_prime": ng.log(ng.y)}, "beta_prime", "finite"),
+        ({"E": ng.CF((1.0, 2.0))}, "E", "one component"),
+        ({"E": ng.CF(1j)}, "E", "real"),
+        ({"E": 1 + ng.x**2, "nu": 0.6}, "nu", "1/2"),
+    ),
+)
+def test_functions_are_refused_by_argument_value_and_place(moduli, name, place):
+    arguments = {"E": 100.0, "nu": 0.3, "ell": 0.1} | moduli
+    if "mu_c" not in moduli:
+        arguments.setdefault("beta", 1.0)
+    solid = mb.Cosserat(**arguments)
+    with pytest.raises(mb.BadArgument) as refusal:
+        mb.Body(SLAB, solid, 2, fixed="bottom")
+    assert refusal.value.name == name and place in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "solid, words",
+    (
+        ({"coating": SOLID}, "missing: bulk"),
+        ({"coating": SOLID, ".*": SOFT}, "named twice: coating"),
+        ({"coating": SOLID, "bulk": SOFT, "steel": STEEL}, "none of the mesh's materials, bulk, coating"),
+        ({"(": SOLID}, "no regular expression"),
+        ({1: SOLID}, "name or pattern of bulk, coating"),
+        ({}, "missing: bulk, coating"),
+    ),
+)
+def test_each_material_has_one_solid(solid, words):
+    with pytest.raises(mb.BadArgument, match="solid = ") as refusal:
+        mb.Body(SLAB, solid)
+    assert words in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "call",
+    (
+        mb.HalfPlane,
+        mb.HalfSpace,
+        mb.Block,
+        lambda solid: mb.hertz_scales(solid, 1.0, 1.0),
+        lambda solid: mb.Contact(mb.HalfPlane(SOLID), CYLINDER, LINE).with_(solid=solid),
+    ),
+)
+def test_functions_are_for_bodies_on_a_mesh(call):
+    with pytest.raises(mb.BadArgument, match="E = .* must be a number: a function"):
+        call(GRADED)
+
+
+def test_other_solids_of_a_layered_body_are_refused_by_words():
+    body = mb.Body(SLAB, LAYERS, 2, fixed="bottom")
+    assert body.of(SOLID) is body
+    with pytest.raises(mb.BadArgument, match="another one elsewhere"):
+        mb.Contact(body, CYLINDER, BLOCKS).with_(solid=SOFT)
+    with pytest.raises(mb.BadArgument, match="Unilateral"):
+        mb.Contact(mb.Body(SLAB, {"coating": STEEL, "bulk": SOLID}, fixed="bottom"), CYLINDER, BLOCKS)
+
+
+@pytest.mark.parametrize("mesh", (SLAB, line(4)))
+def test_psi_and_couples_end_where_the_solid_is_elastic(mesh):
+    body = mb.Body(mesh, {"coating": SOLID, "bulk": STEEL}, 3, fixed=mesh.GetBoundaries()[0])
+    fields = body.solve(Loads(micromoment={"contact": 0.1}))
+    inside = (0.1, -0.9)[2 - mesh.dim :]
+    assert fields.psi(mesh(*inside)) == 0
+    for argument in ({"couple": 1.0}, {"micromoment": {mesh.GetBoundaries()[0]: 1.0}}):
+        with pytest.raises(mb.BadArgument, match="acts where the solid is Elastic"):
+            body.solve(Loads(**argument))
+    with pytest.raises(mb.BadArgument, match="acts where the solid is Elastic"):
+        body.on(mesh, prescribed={"psi": {mesh.GetBoundaries()[0]: 1.0}})
+
+
+def test_the_surface_has_the_stiffest_solid_and_no_blocks_on_elastic_parts():
+    names = ("bottom", "side", "contact", "side")
+    plain = meshes.rectangles(np.linspace(-1, 1, 5), np.linspace(-1, 0, 3), True, names)
+    beside = parted(plain, lambda x1, x2: x1 < 0)
+
+    def surface(left, right):
+        return mb.Body(beside, {"coating": left, "bulk": right}).solid
+
+    assert surface(SOLID, SOFT) == surface(SOFT, SOLID) == SOLID
+    assert surface(SOLID, STEEL) == STEEL
+    assert surface(RUBBER, SOLID) == mb.Elastic(E=100, nu=0.3)
+    assert abs(surface(GRADED, SOFT).E - 200.0) < 1e-9
+    with pytest.raises(
+        mb.BadArgument, match=r"ell = \(0.1, 0.2\): must be one number on the boundary contact"
+    ):
+        surface(SOLID, SOFT.with_length(0.2))
+
+
+def test_layered_states_are_copied_and_kept(tmp_path):
+    state = pressed({"coating": GRADED, "bulk": RUBBER}, mb.Condensed())
+    twin = pickle.loads(pickle.dumps(state))
+    for field in ("psi", "stress"):
+        assert np.array_equal(getattr(twin.fields(0.1, -0.3), field), getattr(state.fields(0.1, -0.3), field))
+    state.save(tmp_path / "state")
+    assert mb.load(tmp_path / "state").solid == state.solid
+    assert "2 solids" in repr(state.problem.body) and "E=function" in repr(GRADED)
+    assert state.problem.plan(load=1.0)
+
+
+def test_a_body_of_one_material_at_the_surface_has_its_very_solid():
+    assert mb.Body(SLAB, LAYERS).solid is SOLID
+    assert mb.Body(SLAB, {".*": RUBBER}).solid.ell == 2.0  # of the mesh: a classical solid has no length
