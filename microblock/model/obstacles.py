@@ -662,11 +662,11 @@ def returned(obstacle: Any, *x: Array) -> Array:
 
     def above(*x: Array) -> Array:
         shape = np.shape(x[0])
+        if not line:  # obstacles over a surface have no ends
+            return np.array(np.broadcast_to(real_numbers(offered.height(*x), masked=np.inf), shape))
         # an odd number of ends, those of its own piece, lies on the left; of a place, which height may change
         inside = sum(np.searchsorted(ends, x[0], side) % 2 for side in ("left", "right")) > 0
         found = real_numbers(offered.height(*x), masked=np.inf)
-        if not line:
-            return np.array(np.broadcast_to(found, shape))
         return np.where(inside, found, np.inf) if found.shape == shape else found
 
     return evaluated(

@@ -30,6 +30,7 @@ def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
     state.
     """
     require_choice(QUANTITIES, field=quantity)
+    drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)  # a wrong one before the fields
     contact = state.zones["contact"]
     left = contact[0][0]
     right = contact[-1][1]
@@ -40,7 +41,6 @@ def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
     field = _field(quantity, psi, stress)
     # edges of the contact and corners of a body may have no bound
     contours = _contour_values(quantity, field[x2 <= -FIRST_ROW * depth])
-    drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)
     for interval in contact:
         axis.plot(interval, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
     colours = "cividis"  # both are distinguished by the colour-blind
