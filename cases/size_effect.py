@@ -68,7 +68,7 @@ def by_panels(nu, beta):
     return (alpha, alpha * error / load / 2), [(alpha / order, alphas[order]) for order in ORDERS]
 
 
-def by_elements(nu, beta):
+def by_elements(nu, beta, orders=(8, 10), squares=(0.2, 0.1, 0.05, 0.025)):
     """((alpha_mid in the limit of elements and domain, its error), [(h over a_Hz, alpha_mid)]).
 
     The error is that of the interpolation and of the order of the elements. States lie farther from the load
@@ -77,12 +77,12 @@ def by_elements(nu, beta):
     that load.
     """
     near, _ = event_of(problems(1.0, nu, beta)[0])
-    orders = (mb.Fitted(order=order) for order in (8, 10))
     (coarse, _), (load, error) = (
-        meeting(problems(1.0, nu, beta, mb.Block, order)[0], near, step=1e-2) for order in orders
+        meeting(problems(1.0, nu, beta, mb.Block, mb.Fitted(order=order))[0], near, step=1e-2)
+        for order in orders
     )
     alpha = 1 / math.sqrt(2 * load / math.pi)
-    return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
+    return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta, squares)
 
 
 def event_of(problem):
@@ -103,7 +103,7 @@ def meeting(problem, near, step=3e-3):
     return float(cubic), float(abs(cubic - parabola))
 
 
-def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
+def bilinear(nu, beta, squares):
     """[(h over a_Hz, alpha_mid)] of bilinear elements on uniform meshes; a_Hz is that of the load."""
     square = partial(mb.Block, size=DOMAIN)
     meshes = {h: mb.Uniform(h=h, reach=2.0) for h in squares}

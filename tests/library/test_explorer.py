@@ -3,6 +3,7 @@
 import pytest
 
 import microblock as mb
+from microblock.view import plots
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 LAW, CYLINDER = mb.Microblock(0.001), mb.Cylinder(10.0)
@@ -18,6 +19,11 @@ class Sliders:
         *controls, self.failed, self.table = left.children
         self.controls = {widget.description: widget for widget in controls}
         (self.picture, self.below) = right.children
+
+
+def curves(drawing):
+    """The numbers of all lines of a figure, as bytes."""
+    return b"".join(line.get_xydata().tobytes() for axis in drawing.axes for line in axis.lines)
 
 
 def on_mesh(block):
@@ -51,7 +57,9 @@ KINDS = {  # problem of a mesh, load, rtol, sliders
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_slider_shows_the_state_of_the_problem_asked_afresh(kind, block):
+def test_each_slider_shows_the_state_of_the_problem_asked_afresh(kind, block, monkeypatch):
+    if kind not in ("panels", "half-space"):  # of the others the curves: layout and image take a second each
+        monkeypatch.setattr(plots.Drawing, "_repr_png_", curves)
     make, load, rtol, names = KINDS[kind]
     problem, sliders = make(block), Sliders(make(block), load, rtol)
     assert [*sliders.controls] == names.split()
