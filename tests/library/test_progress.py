@@ -101,7 +101,7 @@ def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
     panels = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels())
     complete = panels.states([0.5, 1.0])
     events = panels.path(1.0).events
-    interrupting(monkeypatch, PanelSolver, "at", 2)
+    interrupting(monkeypatch, PanelSolver, "solution_at", 2)
     with pytest.raises(mb.Interrupted, match=r"^states: interrupted, .*load=1") as stop:
         panels.states([0.5, 1.0, 2.0])
     assert [state.half_width for state in stop.value.reached] == [state.half_width for state in complete]
@@ -115,7 +115,7 @@ def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
     assert 0 < len(first_events) < len(events) and first_events == events[: len(first_events)]
     monkeypatch.undo()
     rubbed = mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3), mb.Cells())
-    interrupting(monkeypatch, EventDrivenContact, "to", 3)  # in the middle of the second level
+    interrupting(monkeypatch, EventDrivenContact, "follow", 3)  # in the middle of the second level
     with pytest.raises(mb.Interrupted, match="^history: interrupted, level=2") as stop:
         rubbed.history([(1.0, 0.0), (1.0, 0.1)], rtol=1e-3)
     loads = [(state.load, state.shear, state.error_estimate) for state in stop.value.reached.states]
