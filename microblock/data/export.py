@@ -241,6 +241,9 @@ def _write_mesh(fields: Any, path: Path) -> None:
         "stress": fields.stress.Reshape((fields.stress.dim,)),
         "couple_stress": fields.couple_stress.Reshape((fields.couple_stress.dim,)),
     }
+    if body.mesh.dim == 1:
+        _write_column(body.mesh, data, 2**pieces, path)
+        return
     ng.VTKOutput(
         body.mesh,
         list(data.values()),
@@ -249,6 +252,21 @@ def _write_mesh(fields: Any, path: Path) -> None:
         subdivision=pieces,
         same_type_subdivision=True,
     ).Do()
+
+
+def _write_column(mesh: Any, data: Mapping[str, Any], pieces: int, path: Path) -> None:
+    """Writes fields of a mesh of one dimension, whose coordinate is x2, on its elements, each in pieces:
+    NGSolve leaves the other coordinates of such points undefined.
+    """
+    import ngsolve as ng
+
+    rule = ng.IntegrationRule([(piece / pieces,) for piece in range(pieces + 1)], [0.0] * (pieces + 1))
+    places = mesh.MapToAllElements(rule, ng.VOL)
+    values = {name: np.reshape(field(places), (len(places), -1)) for name, field in data.items()}
+    points = np.zeros((len(places), 3))
+    points[:, 1] = np.ravel(ng.x(places))
+    first_points = np.arange(len(places)).reshape(mesh.ne, -1)[:, :-1].ravel()
+    _write(path, points, "line", np.column_stack((first_points, first_points + 1)), values)
 
 
 def _write(path: Path, points: Array, kind: str, cells: Integers, data: Mapping[str, Array]) -> None:

@@ -237,6 +237,29 @@ def test_fields_of_meshes_come_back(kind, tmp_path):
     assert back.point_data["stress"].shape[1] == mesh.dim**2
 
 
+def test_fields_of_a_line_come_back_at_depths_x2(tmp_path):
+    """NGSolve wrote the depth as x1, and as the other coordinates whatever the memory held."""
+    layers = mb.Body(
+        meshes.line(depth=1.0, elements=3), SOLID, 4, fixed={"u1": "middle", "u2": "middle", "psi": "middle"}
+    )
+    problem = mb.Contact(layers, mb.Plane(), mb.Microblock(psi0=0.01), mb.Newton())
+    state = problem.solve(load=0.5)
+    surface, back = map(meshio.read, mb.to_vtk(state, tmp_path / "state"))
+    assert np.array_equal(back.points[:, [0, 2]], np.zeros((len(back.points), 2)))
+    ends = back.points[back.cells_dict["line"], 1]
+    assert np.diff(ends) == pytest.approx(1 / 12)  # three elements, cut for order 4
+    assert (ends.min(), ends.max()) == (-1.0, surface.points[0, 1])
+    mesh = layers.mesh
+    fields = state.fields
+    inside = np.flatnonzero(np.abs(3 * back.points[:, 1] % 1 - 0.5) < 0.3)  # of an element
+    expected = {"u": ng.CF((fields.u1, fields.u2, 0)), "psi": fields.psi, "stress": fields.stress}
+    for name, field in expected.items():
+        values = np.reshape(field(mesh(back.points[inside, 1])), (len(inside), -1))
+        assert np.ptp(values) > 0
+        written = back.point_data[name].reshape(len(back.points), -1)[inside]
+        assert np.abs(written - values).max() < 1e-9 * np.abs(values).max(), name  # rounding
+
+
 def test_elements_are_cut_for_the_finer_of_displacement_and_rotation(tmp_path):
     mesh = SMALL.mesh
     counts = []
