@@ -11,7 +11,6 @@ from ..model.progress import counting
 from ..model.types import Array
 from .body import Body
 from .condensation import require_pressed
-from .facets import require_upwards
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
@@ -53,7 +52,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     @cached_property
     def system(self) -> tuple[Array, Array, Array]:
         """(flexibility, initial gaps, weights in the load) of the law's corners on both bodies."""
-        require_upwards(self.nodes)
+        self.nodes.require_upwards()
         flexibility, gaps, weights = super().system
         if self.counter is not None:
             flexibility = flexibility + self.counter.flexibility(gaps)

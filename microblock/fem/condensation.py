@@ -13,7 +13,7 @@ import ngsolve as ng
 import numpy as np
 from scipy.linalg import cho_solve
 from scipy.linalg.lapack import dpotri
-from scipy.sparse import csr_matrix, vstack
+from scipy.sparse import csr_matrix, identity, vstack
 from scipy.sparse.linalg import splu
 
 from .. import cost
@@ -28,7 +28,9 @@ from .body import Body
 from .body_fields import BodyFields
 from .bulk import Bulk
 from .contact_nodes import ContactNodes
+from .facet_rules import at_rules, rule_at
 
+LEAST = 1e-12  # squares of singular values of R over the largest: below, rows depend on others
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
 
 
@@ -99,7 +101,7 @@ class CondensedNodes(ContactNodes):
         """
         body = self.body
         parts = [csr_matrix((0, body.space.ndof))]
-        for name in set(body.names) & {"u3", "psi1", "psi2"}:
+        for name in self.touching:
             space = body.spaces[body.names.index(name)]
             start = body.unknowns_of(name).start
             vertices, rows = self.unseen(space)
@@ -115,7 +117,8 @@ class CondensedNodes(ContactNodes):
         count = len(self.weights)
         rows = body.space.FreeDofs(True).NumSet()
         if self.dim == 3:
-            needed = factor_bytes(rows, LINKED * body.order) + 8 * 3 * (3 * count) ** 2
+            seen = len(np.unique(self.onto.indices))
+            needed = factor_bytes(rows, LINKED * body.order) + 8 * 3 * seen**2
             if factors.usual is factors.SuperLU:
                 needed = max(needed, cost.predict("condensed in space by SuperLU", self.unknowns).memory)
             return needed
@@ -155,7 +158,7 @@ class Flexibility3D(MatrixFree):
 
     Parameters
     ----------
-    directions : array (corners, 3, n), (1, lever) of each corner
+    directions : array (corners, 3, n), (1, lever) of each corner, over n3 where forces are parts of the load
     nodes : CondensedNodes
     """
 
@@ -164,7 +167,10 @@ class Flexibility3D(MatrixFree):
         self.nodes = nodes
         rows = nodes.rows.tocsr()
         self._free: Flags = np.diff(rows.indptr) > 0  # not where supports hold a field
-        self._inverse = splu(vstack((rows[self._free], nodes.unseen_rows), format="csc"))
+        self._rows = vstack((rows[self._free], nodes.unseen_rows), format="csr")
+        square = (self._rows @ self._rows.T).tocsc()
+        # on curved surfaces some rows depend on others where supports hold psi
+        self._inverse = splu(square + LEAST * square.max() * identity(square.shape[0], format="csc"))
         self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
 
     def __matmul__(self, forces: Array) -> Array:
@@ -184,10 +190,10 @@ class Flexibility3D(MatrixFree):
             factor = self.nodes.factor
             surface = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._free]
             count = len(surface)
-            given = np.pad(surface, (0, len(factor) - count))
-            reactions = factor @ (factor.T @ self._inverse.solve(given))
+            given = np.pad(surface, (0, self._rows.shape[0] - count))
+            reactions = factor @ (factor.T @ (self._rows.T @ self._inverse.solve(given)))
             loads = np.zeros(len(self._free))
-            loads[self._free] = self._inverse.solve(reactions, trans="T")[:count]
+            loads[self._free] = self._inverse.solve(self._rows @ reactions)[:count]
             return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
 
         return precondition
@@ -233,8 +239,21 @@ def without_idle_rotation(body: Body, law: Law) -> Body:
 
 
 def clamped_on_contact(body: Body) -> Body:
-    """Returns a body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, made once."""
+    """Returns a body with psi = 0 on its contact boundary, made once; in space psi3 is free where it is
+    horizontal.
+    """
     fixed = dict(body.fixed)
-    for name in ("psi1", "psi2") if body.in_space else ("psi",):
+    for name in _clamped_names(body):
         fixed[name] = "|".join(filter(None, (body.fixed.get(name), body.contact)))
     return body.once("clamped", lambda: body.on(body.mesh, fixed=fixed))
+
+
+def _clamped_names(body: Body) -> tuple[str, ...]:
+    """Returns the components of psi that turn the sides of blocks on a contact boundary."""
+    if not body.in_space:
+        return ("psi",)
+    facets = list(body.boundary(body.contact, "contact").Elements())
+    normals = at_rules(body.mesh, facets, [rule_at([(1 / 3, 1 / 3)])] * len(facets))[2]
+    if normals[:, 2].min() > 1 - 1e-9:
+        return ("psi1", "psi2")
+    return ("psi1", "psi2", "psi3")

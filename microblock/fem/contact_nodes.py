@@ -12,14 +12,18 @@ from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 
 from ..errors import require, require_kind
+from ..model.law import side_directions
+from ..model.obstacles import STEEPEST
 from ..model.types import Array, Flags, Integers
 from . import supports
 from .body import Body
-from .body_spaces import COMPONENTS
+from .body_spaces import COMPONENTS, FIELDS3D
 from .facet_nodes import FacetNodes
 from .facet_polynomials import FacetPolynomials
-from .facet_rules import ROUNDED, TRIANGLE, at_rules, rule_at
+from .facet_rules import ROUNDED, at_rules, rule_at, units
 from .meshes import elements_at
+
+LEAST_FREE = 0.1  # part of n: where less of it is free forces would be a hundred times those beside them
 
 
 class ContactNodes(FacetNodes):
@@ -60,7 +64,7 @@ class ContactNodes(FacetNodes):
         if body.mesh.dim > 1:
             elements_at(body.mesh, region)  # which checks that there are some
         if body.in_space:
-            self._require_upwards(facets)
+            self._require_nodal_rule(facets)
         orders = [min(body.order, body.order_psi or body.order)] * len(facets)
         if body.element_orders is not None:
             orders = [len(body.spaces[0].GetDofNrs(facet)) - 1 for facet in facets]
@@ -68,8 +72,9 @@ class ContactNodes(FacetNodes):
         self._trace_fields()
         self.twins: Flags = np.zeros(len(self.points), bool)
         if body.in_space:
+            self.require_upwards()
             require(
-                self.free["u3"].any(),
+                self.moves.any(),
                 "contact",
                 body.contact,
                 f"is constrained in u3 by the supports on {body.fixed.get('u3')}: an obstacle cannot press "
@@ -83,7 +88,14 @@ class ContactNodes(FacetNodes):
         """A copy is made anew."""
         return type(self), self._made_of
 
-    def _require_upwards(self, facets: Sequence[Any]) -> None:
+    def require_upwards(self) -> None:
+        """Raises BadArgument where the contact boundary is too steep for any obstacle."""
+        upwards = min(self.normals[:, -1].max(), 1.0)  # which rounding exceeds
+        tilt = np.degrees(np.arccos(upwards))
+        words = f"must face upwards: it is tilted by {tilt:.0f} degrees, and from 60 on no surface can touch"
+        require(upwards > STEEPEST, "contact", self.body.contact, words)
+
+    def _require_nodal_rule(self, facets: Sequence[Any]) -> None:
         words = "must be the order of u on a body in space that is pressed"
         require(self.body.order_psi in (0, self.body.order), "order_psi", self.body.order_psi, words)
         require(
@@ -92,13 +104,6 @@ class ContactNodes(FacetNodes):
             self.body.order,
             "must be 1 or 2 where triangles are in contact: of higher orders they have no nodal rule with "
             "positive weights; take hexahedra, or prisms with quadrilaterals on top",
-        )
-        normals = at_rules(self.body.mesh, facets, [rule_at(TRIANGLE)] * len(facets))[2]
-        require(
-            normals[:, 2].min() > 1 - 1e-9,
-            "contact",
-            self.body.contact,
-            "must be horizontal and face upwards, its normal e3",
         )
 
     def _trace_fields(self) -> None:
@@ -123,14 +128,25 @@ class ContactNodes(FacetNodes):
         """{field: whether supports leave it free at a node, boolean array (n,)}."""
         return self.free_of(self.body)
 
+    @cached_property
+    def moves(self) -> Flags:
+        """Whether an obstacle can press a node in space, boolean array (n,): n has a part along components of
+        u that supports leave free.
+        """
+        free = np.array([self.free[name] for name in FIELDS3D[:3]]).T
+        return np.linalg.norm(self.normals * free, axis=1) > LEAST_FREE
+
     def motion(self, directions: Array, arms: Array) -> Any:
         """Returns the displacement u + psi x arm along directions, of arrays (n, dim): sparse (n,
         unknowns).
         """
         pad = ((0, 0), (0, 3 - directions.shape[1]))
         along = np.pad(directions, pad)
-        factors = np.hstack((along, np.cross(np.pad(arms, pad), along))).T
-        rows = csr_matrix((len(along), self.body.space.ndof))
+        return self._combined(np.hstack((along, np.cross(np.pad(arms, pad), along))).T)
+
+    def _combined(self, factors: Array) -> Any:
+        """Returns sums of factors, array (6, n), times the components of u and psi: sparse (n, unknowns)."""
+        rows = csr_matrix((factors.shape[1], self.body.space.ndof))
         for name in self.body.names:
             factor = factors[COMPONENTS[name]]
             if np.abs(factor).max() > ROUNDED:
@@ -140,13 +156,22 @@ class ContactNodes(FacetNodes):
     @cached_property
     def onto(self) -> Any:
         """R: (u.n, psi) at the nodes from all unknowns, in space (u, phi1, phi2), u into the body and phi =
-        (-psi2, psi1) ell/2; sparse (2 n or 3 n, unknowns).
+        (-psi2, psi1) ell/2, of the rotations about the sides of blocks; sparse (2 n or 3 n, unknowns).
         """
         if self.dim < 3:
             return vstack((self.motion(self.normals, 0 * self.normals), self.traces["psi"]), format="csr")
         half = self.body.solid.ell / 2
-        rows = (-self.traces["u3"], -half * self.traces["psi2"], half * self.traces["psi1"])
-        return vstack(rows, format="csr")
+        t1, t2 = side_directions(self.normals)
+        none = 0 * t1
+        factors = [(-self.normals, none), (none, -half * t2), (none, half * t1)]
+        return vstack([self._combined(np.hstack(pair).T) for pair in factors], format="csr")
+
+    @property
+    def touching(self) -> list[str]:
+        """Names of the fields that `onto` sees."""
+        seen = np.unique(self.onto.indices)
+        unknowns = {name: self.body.unknowns_of(name) for name in self.body.names}
+        return [name for name, part in unknowns.items() if np.any((seen >= part.start) & (seen < part.stop))]
 
     def moments_of(self, name: str, exerted: Array) -> Array:
         """Returns nodal moments, array (n,), that do the work of what is exerted, (unknowns,), on a psi."""
@@ -164,10 +189,16 @@ class ContactNodes(FacetNodes):
         return FacetPolynomials(self.points, self.normals, self.facets, self.body.solid, steepest)
 
     @cached_property
-    def vertices_beside(self) -> Integers:
-        """Vertices in space of facets beside the contact that face upwards, array (k,)."""
+    def vertices_beside(self) -> tuple[Integers, Array]:
+        """Vertices in space of facets beside the contact that an obstacle may meet, array (k,), and their
+        mean normals, (k, 3).
+        """
         beside = list((~self.region).Elements())
         normals = at_rules(self.body.mesh, beside, [rule_at([(1 / 3, 1 / 3)])] * len(beside))[2]
-        upper = {v.nr for facet, n in zip(beside, normals) if n[2] > 0.5 for v in facet.vertices}
-        pressed = {v.nr for facet in self.region.Elements() for v in facet.vertices}
-        return np.array(sorted(upper - pressed), int)
+        sums = np.zeros((self.body.mesh.nv, 3))
+        for facet, normal in zip(beside, normals):
+            if normal[2] > STEEPEST:
+                sums[[vertex.nr for vertex in facet.vertices]] += normal
+        sums[[vertex.nr for facet in self.region.Elements() for vertex in facet.vertices]] = 0.0
+        vertices = np.flatnonzero(sums.any(axis=1))
+        return vertices, units(sums[vertices])

@@ -12,12 +12,14 @@ from typing import Any
 
 import ngsolve as ng
 import numpy as np
-from scipy.sparse import csr_matrix, vstack
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..model.fields import squares
+from ..model.obstacles import STEEPEST
 from ..model.types import Array, Flags, Integers
-from .facet_rules import ROUNDED, at_rules, between_vertices, nodal_rule, nodal_shapes, shapes
+from .facet_rules import ROUNDED, at_rules, between_vertices, nodal_rule, nodal_shapes, shapes, units
 
 
 class FacetNodes:
@@ -47,14 +49,15 @@ class FacetNodes:
         self.orders = list(orders)
         self._space = space
         self.weights: Array
+        self.normals: Array
         self.shares: Array
         self._place_nodes(list(region.Elements()))
         self.joined: Integers = np.full(len(self.points) - 1, -1)
         for number, nodes in enumerate(self.facets):
             self.joined[nodes.min() : nodes.max()] = number
         self.interrupted: Flags = self.joined < 0
-        if self.dim == 3 and not all(self._between_vertices):
-            self.weights = self._areas()
+        if self.dim == 3:
+            self._take_areas()
 
     def scalar(self, order: int, **options: Any) -> Any:
         """Returns a scalar H1 space on the mesh."""
@@ -76,19 +79,16 @@ class FacetNodes:
             outward = np.pad(outward, ((0, 0), (1, 0)))
         points = np.full((numbers.max() + 1, places.shape[1]), np.inf)
         np.minimum.at(points, numbers, places)  # of a period its left end
-        normals = np.zeros_like(points)
-        np.add.at(normals, numbers, shares[:, None] * outward)
         if self.dim == 3:
             points = self._snapped(points)
             order = _order_in_rows(points)
         else:
             order = _order_along_surface(points, members)
         self.points: Array = points[order]
-        self.normals: Array = normals[order] / np.linalg.norm(normals[order], axis=1)[:, None]
         self.shares = np.asarray(np.bincount(numbers, shares)[order], float)
-        self.weights = self.shares
         rank = np.argsort(order)
         self.facets: list[Integers] = [rank[nodes] for nodes in members]
+        self._take_vectors(rank[numbers], shares[:, None] * outward)
 
     def _merged(self, facets: Sequence[Any]) -> list[Integers]:
         """Returns the nodes of each facet, numbered as they come; nodes are one where the functions of the
@@ -102,13 +102,41 @@ class FacetNodes:
             members.append(np.array([numbers.setdefault(key, len(numbers)) for key in keys]))
         return members
 
-    def _areas(self) -> Array:
-        """Returns integrals of the nodal polynomials, array (n,): the rule fails the patch test on skew
-        quadrilaterals.
+    def _take_areas(self) -> None:
+        """Takes integrals of the nodal polynomials times n as areas and normals of the nodes in space: the
+        rule fails the patch test on skew quadrilaterals.
         """
-        integral = self.multipliers.TestFunction() * ng.ds(definedon=self.region, bonus_intorder=2)
-        values = ng.LinearForm(integral).Assemble().vec.FV().NumPy()
-        return self._multiplier[1].solve(values, trans="T")
+        facets = list(self.region.Elements())
+        kinds = {facet.type for facet in facets}
+        rules = {kind: ng.IntegrationRule(kind, 2 * max(self.orders) + 2) for kind in kinds}
+        on_facets = [rules[facet.type] for facet in facets]
+        values = cache(lambda kind, order: nodal_shapes(kind, order, rules[kind]))
+        _, weights, normals = at_rules(self.mesh, facets, on_facets)
+        parts = np.split(weights[:, None] * normals, np.cumsum([len(rule) for rule in on_facets])[:-1])
+        elements = zip(facets, self.orders, parts)
+        areas = np.concatenate([values(facet.type, order).T @ part for facet, order, part in elements])
+        self._take_vectors(np.concatenate(self.facets), areas)
+
+    def _take_vectors(self, numbers: Integers, areas: Array) -> None:
+        """Takes weights and normals from the shares of facets in nodes, numbers (m,) and vectors along their
+        normals, (m, dim).
+
+        At an edge facets that no height can press, steeper than 60 degrees and as far from the most upward
+        facet there, do not count. In space weights are lengths of sums of vectors: of a constant pressure the
+        nodal forces are then those of weights and normals, whatever edges the surface has.
+        """
+        normals = units(areas)
+        order = np.argsort(normals[:, -1])
+        highest = np.empty((len(self.points), areas.shape[1]))
+        highest[numbers[order]] = normals[order]  # the last one of a node stays
+        counts = (normals[:, -1] > STEEPEST) | (np.sum(normals * highest[numbers], axis=1) > STEEPEST)
+        vectors = np.zeros_like(highest)
+        np.add.at(vectors, numbers[counts], areas[counts])
+        self.weights = np.linalg.norm(vectors, axis=1)
+        if self.dim < 3:
+            lengths = np.linalg.norm(areas[counts], axis=1)
+            self.weights = np.asarray(np.bincount(numbers[counts], lengths), float)
+        self.normals = units(vectors)
 
     def _snapped(self, points: Array) -> Array:
         """Returns points, (n, 3), with coordinates of vertices: no rounding decides whether a node lies below
@@ -208,8 +236,8 @@ class FacetNodes:
         return unknowns, csr_matrix(values - self.continued @ self.trace(space))
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
-        """Returns nodal values in space, array (m, n), at places, (k,): array (m, k), linear on triangles,
-        nan beyond.
+        """Returns nodal values in space, array (m, n), at places, (k,), seen from above: array (m, k), linear
+        on triangles, nan beyond.
         """
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
@@ -220,11 +248,10 @@ class FacetNodes:
         triangles = np.concatenate([*self._inside_facets(), *at_vertices])
         values = np.hstack((values, values @ self.continued.T))
         interpolated = np.full((len(values), *np.shape(x1)), np.nan)
-        levels = np.rint(points[triangles[:, 0], 2] / (ROUNDED * np.ptp(points)))
-        for level in np.unique(levels):  # at a step nodes lie one above the other
-            surface = Triangulation(points[:, 0], points[:, 1], triangles[levels == level])
-            on_level = [LinearTriInterpolator(surface, nodal)(x1, x2).filled(np.nan) for nodal in values]
-            interpolated = np.where(np.isnan(on_level), interpolated, on_level)
+        for piece in _pieces_from_above(points, triangles):  # at a step nodes lie one above the other
+            surface = Triangulation(points[:, 0], points[:, 1], piece)
+            on_piece = [LinearTriInterpolator(surface, nodal)(x1, x2).filled(np.nan) for nodal in values]
+            interpolated = np.where(np.isnan(on_piece), interpolated, on_piece)
         return interpolated
 
     @cached_property
@@ -267,18 +294,6 @@ class FacetNodes:
         components = [self.field(part) if part.any() else ng.CF(0) for part in values.T]
         return ng.CF((*components, 0)[:3])
 
-    def extended(self, values: Array) -> Any:
-        """Returns a function in the body with nodal values, array (n,), at the boundary: NGSolve finds
-        elements at places, and facets not.
-        """
-        function = ng.GridFunction(self.scalar(self.orders[0]))
-        rows = vstack((self.trace(function.space), self.unseen(function.space)[1]), format="csr")
-        used = np.unique(rows.indices)
-        given = np.zeros(len(used))
-        given[: len(values)] = values
-        function.vec.FV().NumPy()[used] = splu(rows[:, used].tocsc()).solve(given)
-        return function
-
     @cached_property
     def rules(self) -> dict[Any, Any]:
         """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
@@ -295,10 +310,25 @@ class FacetNodes:
         return nodal if expression.dim > 1 else nodal[:, 0]
 
     def integral(self, density: Any) -> Any:
-        """Returns the integral over the contact boundary by these rules; in space with `weights`."""
-        if self.weights is not self.shares:
-            density = density * self.field(self.weights / self.shares)
+        """Returns the integral over the contact boundary by these rules, with `weights`."""
+        ratio = self.weights / self.shares
+        if np.abs(ratio - 1).max() > ROUNDED:
+            density = density * self.field(ratio)
         return density * ng.ds(definedon=self.region, intrules=self.rules)
+
+
+def _pieces_from_above(points: Array, triangles: Integers) -> list[Integers]:
+    """Returns triangles, array (m, 3), that an obstacle may meet, by the connected pieces of the surface: arrays
+    (k, 3).
+    """
+    first, second, third = np.moveaxis(points[triangles], 1, 0)
+    normals = np.cross(second - first, third - first)
+    steep = np.abs(normals[:, 2]) <= STEEPEST * np.linalg.norm(normals, axis=1)
+    met = triangles[~steep]
+    ends = np.concatenate((met[:, :2], met[:, 1:])).T
+    links = csr_matrix((np.ones(len(ends[0])), ends), shape=2 * [len(points)])
+    pieces = connected_components(links, directed=False)[1][met[:, 0]]
+    return [met[pieces == piece] for piece in np.unique(pieces)]
 
 
 def _order_in_rows(points: Array) -> Integers:

@@ -94,6 +94,13 @@ def outward(mesh: Any) -> Any:
     return ng.IfPos(ng.InnerProduct(normal, from_middle), 1, -1) * normal
 
 
+def units(vectors: Array) -> Array:
+    """Returns unit vectors along vectors, arrays (n, dim), along an axis to the last digit."""
+    along = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    along[np.abs(along) < ROUNDED] = 0.0
+    return np.asarray(along / np.linalg.norm(along, axis=1)[:, None], float)
+
+
 def _place(dim: int) -> Any:
     """Returns the place as an expression."""
     return ng.CF((ng.x, ng.y, ng.z)[:dim])

@@ -13,7 +13,6 @@ from ..errors import require
 from ..model import law as laws
 from ..model.corner_geometry import Blocks, CornerGeometry
 from ..model.law import Law
-from ..model.obstacles import STEEPEST
 from ..model.types import Array, Flags, ObstacleLike
 from . import contact_term, supports
 from .body import Body
@@ -104,22 +103,14 @@ class ContactFacets(ContactNodes):
         return contact_term.contact(self, g0, self.arms, *vectors, multipliers, -approach * ng.CF(up), rho)
 
 
-def require_upwards(nodes: ContactNodes) -> None:
-    """Raises BadArgument where a contact boundary in the plane is too steep for any obstacle."""
-    upwards = min(nodes.normals[:, 1].max(), 1.0)  # which rounding exceeds
-    tilt = np.degrees(np.arccos(upwards))
-    words = f"must face upwards: it is tilted by {tilt:.0f} degrees, and from 60 on no surface can touch"
-    require(upwards > STEEPEST, "contact", nodes.body.contact, words)
-
-
 def gaps_at_nodes(geometry: CornerGeometry, nodes: ContactNodes) -> Array:
     """Returns the initial gaps of corners at nodes, array (corners, n): inf where no obstacle is above, and
-    in space where u3 is held; raises BadArgument if all are.
+    in space where supports hold a node along n; raises BadArgument if all are.
     """
+    nodes.require_upwards()
     if nodes.dim < 3:
-        require_upwards(nodes)
         return gaps_at_points(geometry)
-    return gaps_at_points(geometry, nodes.free["u3"])
+    return gaps_at_points(geometry, nodes.moves)
 
 
 def gaps_at_points(geometry: CornerGeometry, free: Flags | bool = True) -> Array:

@@ -124,7 +124,7 @@ class MonolithicNewton:
         space = ng.ProductSpace(*spaces, ng.NumberSpace(body.mesh, definedon=facets.region))
         self._systems: Direct | ConjugateGradients
         if body.in_space:
-            self._systems = body.once("systems", lambda: ConjugateGradients(body, space))
+            self._systems = body.once("systems", lambda: ConjugateGradients(body, space, facets.touching))
         else:
             self._systems = Direct(body, space)
         self.space = self._systems.space

@@ -1,6 +1,6 @@
 """Linear systems of Newton's method."""
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from functools import reduce
 from operator import add
 from typing import Any
@@ -67,17 +67,20 @@ class Direct:
 
 
 class ConjugateGradients:
-    """The same of positive definite systems in space, preconditioned by Cholesky factors of each field."""
+    """The same of positive definite systems in space, preconditioned by Cholesky factors of each field.
+
+    `touching` are the fields that move corners along n.
+    """
 
     rtol = 1e-9
     advice = "another rho, or Condensed()"
 
-    def __init__(self, body: Body, space: Any) -> None:
+    def __init__(self, body: Body, space: Any, touching: Container[str]) -> None:
         rows = body.unknowns
         linked = LINKED * body.order
         count = len(body.names)
-        touching = [number for number, name in enumerate(body.names) if name in ("u3", "psi1", "psi2")]
-        self._touching = [*touching, count]  # with the approach
+        numbers = [number for number, name in enumerate(body.names) if name in touching]
+        self._touching = [*numbers, count]  # with the approach
         needed = 3 * cost.ENTRY * rows * linked + count * factor_bytes(rows / count, linked / count)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.space = space

@@ -37,7 +37,12 @@ class Solver3D(OnGivenMesh):
     @cached_property
     def initial_gaps(self) -> Array:
         """Array (corners, n); inf where a corner cannot touch."""
-        return gaps_at_nodes(self.geometry(self.nodes.points), self.nodes)
+        return gaps_at_nodes(self.at_nodes, self.nodes)
+
+    @cached_property
+    def at_nodes(self) -> CornerGeometry:
+        """The corners of blocks at the nodes."""
+        return self.blocks.under(self.obstacle, self.nodes.points, self.nodes.normals)
 
     @cached_property
     def low_places(self) -> Array:
@@ -60,16 +65,19 @@ class Solver3D(OnGivenMesh):
         self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> OnMesh:
         self.require_given_mesh(rtol)
-        H = Flexibility3D(self.geometry(self.nodes.points).directions, self.nodes)
+        # unknowns are shares of the load, and gaps are along x3
+        share = np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
+        H = Flexibility3D(self.at_nodes.directions / share, self.nodes)
         residual = 1e-9
         contact = projected_gradients.solve_matrix_free(
-            H, self.initial_gaps, load=load, approach=approach, rtol=residual
+            H, self.initial_gaps / share, load=load, approach=approach, rtol=residual
         )
         require(contact.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(contact.forces)
         closed = contact.gaps <= 2 * max(contact.kkt, residual) * np.abs(surface[0]).max()
+        forces = contact.forces / share
         return self.solution(
-            contact.load, contact.approach, contact.forces, closed, surface, contact.kkt, contact.iterations
+            contact.load, contact.approach, forces, closed, surface, contact.kkt, contact.iterations
         )
 
     def solution(
@@ -101,12 +109,9 @@ class Solver3D(OnGivenMesh):
             closed=closed_corners(forces, closed),
             **fields,
         )
-        held = ~self.nodes.free["u3"]
-        inside = solution.inside(self.nodes.points[held], u[held], solution.psi[:, held])
-        words = f"reaches the rim of the contact boundary, where supports hold u3, by {inside:.3g}"
+        held = ~self.nodes.moves
+        rim = self.blocks.under(self.obstacle, self.nodes.points[held], self.nodes.normals[held])
+        inside = solution.inside(rim, u[held], solution.psi[:, held])
+        words = f"reaches the rim of the contact boundary, where supports hold it, by {inside:.3g}"
         require(inside <= SOLVED * np.abs(u).max(), "obstacle", self.obstacle, words)
         return solution
-
-    def geometry(self, points: Array) -> CornerGeometry:
-        """Returns the corners of blocks at points, array (n, 3)."""
-        return self.blocks.under(self.obstacle, points)

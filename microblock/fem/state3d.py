@@ -5,9 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ..model.corner_geometry import CornerGeometry
+from ..model.law import side_directions
 from ..model.solution import SpaceSolution
 from ..model.state import State
 from ..model.types import Array, Integers
+from .body_spaces import COMPONENTS, FIELDS3D
 from .mesh_solution import OnMesh
 
 
@@ -27,23 +30,27 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """Returns the State at the contact nodes."""
         points = self.nodes.points
         x1, x2 = points.T[:2]
-        return self.state_at(points, self.nodes.weights, x1=x1, x2=x2, triangles=self.nodes.triangles)
+        grid = {"x1": x1, "x2": x2, "triangles": self.nodes.triangles}
+        return self.state_at(points, self.nodes.normals, self.nodes.weights, **grid)
 
     @cached_property
     def micromoment(self) -> Array:
-        """M1 and M2, or the reaction to psi = 0, array (2, n) (stress x length)."""
+        """M about t1 and t2, or the reaction to psi = 0, array (2, n) (stress x length)."""
         nodes = self.nodes
         moments = np.array((self.loads[2], -self.loads[1])) * self.solver.solid.ell / 2
         if self.solver.law.clamps_rotation and nodes.body.rotates:  # not of planes of symmetry
             free = nodes.free_of(self.solver.body)
-            names = ("psi1", "psi2")
-            moments = np.array([nodes.moments_of(name, self.fields.forces) * free[name] for name in names])
+            names = [name for name in nodes.touching if name.startswith("psi")]
+            reactions = np.zeros((3, len(self.weights)))
+            for name in names:
+                reactions[COMPONENTS[name] - 3] = nodes.moments_of(name, self.fields.forces) * free[name]
+            moments = np.einsum("snd,dn->sn", side_directions(nodes.normals), reactions)
         return moments / self.weights * nodes.body.rotates
 
     @property
     def loads(self) -> Array:
         """Nodal forces, and moments in the measure of (-psi2, psi1) ell/2, array (3, n) (force)."""
-        return np.einsum("cin,cn->in", self.solver.geometry(self.points).directions, self.forces)
+        return np.einsum("cin,cn->in", self.solver.at_nodes.directions, self.forces)
 
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner at places, (k, 2) or (k, 3): array (k,)."""
@@ -84,41 +91,48 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         (2,).
         """
         nodes = self.nodes
-        blocks = self.solver.blocks
         low = self.solver.low_places
-        fields = [nodes.extended(values) for values in (self.displacement, *self.psi)]
+        values = np.vstack((nodes.points[:, 2], nodes.normals.T, self.displacement, self.psi))
         deepest = [(0.0, [np.nan, np.nan])]
-        for number, offset in enumerate(blocks.offsets):
-            x1, x2 = low[:2] - blocks.ell / 2 * offset[:, None]
-            (level,) = nodes.interpolated(nodes.points[None, :, 2], x1, x2)
-            corners = blocks.on_horizontal_surface(self.solver.obstacle, x1, x2).offsets_from_contact_point
-            depths = self.approach + level + corners[number, ..., 2] - low[2]
-            near = np.flatnonzero(depths > 0)  # nan beside the contact boundary
-            if len(near):
-                places = np.column_stack((x1, x2, level))[near]
-                points = nodes.body.mesh(*places.T)
-                displacement, *psi = [field(points).ravel() for field in fields]
-                added = displacement + self.solver.geometry(places).rotated(np.array(psi))
-                depths = depths[near] - added[number]
-                deepest.append((depths.max(), low[:2, near[np.argmax(depths)]].tolist()))
+        for corner in range(len(self.forces)):
+            # contact points of blocks with this corner below the places: blocks turn slowly along the surface
+            offset = self._blocks_below(low[:2], values)[0].offsets_from_contact_point[corner]
+            geometry, displacement, psi = self._blocks_below(low[:2] - offset.T[:2], values)
+            corners = geometry.points + geometry.offsets_from_contact_point[corner]
+            depths = (self.approach + corners[:, 2] - low[2]) * geometry.normals[:, 2]
+            depths -= displacement + geometry.rotated(psi)[corner]
+            inside = np.nan_to_num(depths, nan=0.0)  # beside the contact boundary
+            number = np.argmax(inside)
+            deepest.append((float(inside[number]), low[:2, number].tolist()))
         return max(deepest)
+
+    def _blocks_below(self, places: Array, values: Array) -> tuple[CornerGeometry, Array, Array]:
+        """Returns the corners of blocks at places, array (2, k), with displacement, (k,), and psi, (2, k),
+        from nodal values of x3, n, displacement and psi, (7, n); nan beside the contact boundary.
+        """
+        level, *normals, displacement, psi1, psi2 = self.nodes.interpolated(values, *places)
+        points = np.column_stack((*places, level))
+        units = np.column_stack(normals / np.linalg.norm(normals, axis=0))
+        geometry = self.solver.blocks.under(self.solver.obstacle, points, units)
+        return geometry, displacement, np.array((psi1, psi2))
 
     def _beside(self) -> float:
         """Returns how deep the obstacle reaches into the surface beside the contact boundary."""
-        vertices = self.nodes.vertices_beside
+        vertices, normals = self.nodes.vertices_beside
         places = self.nodes.body.mesh.ngmesh.Coordinates()[vertices]
+        blocks = self.solver.blocks.under(self.solver.obstacle, places, normals)
         still = np.zeros(len(vertices))
-        if not self.inside(places, still, np.array((still, still))) > 0:
+        if not self.inside(blocks, still, np.array((still, still))) > 0:
             return 0.0
         # an unknown of a vertex is the value there
-        fields = zip(self.nodes.body.names, self.fields)
-        values = {name: field.vec.FV().NumPy()[vertices] for name, field in fields}
-        psi = np.array((values.get("psi1", still), values.get("psi2", still)))
-        return self.inside(places, -values["u3"], psi)
+        moved = np.zeros((len(FIELDS3D), len(vertices)))
+        for name, field in zip(self.nodes.body.names, self.fields):
+            moved[COMPONENTS[name]] = field.vec.FV().NumPy()[vertices]
+        psi = np.einsum("snd,dn->sn", side_directions(normals), moved[3:])
+        return self.inside(blocks, -np.sum(normals.T * moved[:3], axis=0), psi)
 
-    def inside(self, places: Array, displacement: Array, psi: Array) -> float:
-        """Returns how deep the obstacle reaches into the surface at places, (k, 3), with displacement, (k,),
-        and psi, (2, k).
+    def inside(self, blocks: CornerGeometry, displacement: Array, psi: Array) -> float:
+        """Returns how deep the obstacle reaches into the surface at blocks with displacement, array (k,), and
+        psi, (2, k).
         """
-        gaps = self.solver.geometry(places).gaps(displacement, psi, self.approach)
-        return -float(gaps.min(initial=0.0))
+        return -float(blocks.gaps(displacement, psi, self.approach).min(initial=0.0))

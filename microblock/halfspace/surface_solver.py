@@ -74,7 +74,8 @@ class SurfaceCells(CellSolution, SpaceSolution):
         if len(grids) == 1:
             x1, x2 = grids[0].axes
             cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": float(grids[0].width)}
-        return self.state_at(points.reshape(-1, 3), areas, **cells)
+        normals = np.tile([0.0, 0.0, 1.0], (len(areas), 1))
+        return self.state_at(points.reshape(-1, 3), normals, areas, **cells)
 
     @property
     def touching(self) -> dict[str, Flags]:

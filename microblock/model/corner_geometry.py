@@ -2,8 +2,9 @@
 
     g = g0 + u + (ell/2) lever.phi + (w - d) n2,
 
-g0 the initial gap, u the displacement into the body, phi the microrotation (over a surface (-psi2, psi1)), d
-the approach, and w the displacement of a second body where the corner stands.
+g0 the initial gap, u the displacement into the body, phi the microrotation (over a surface (-psi2, psi1), of
+the rotations about the sides t1 and t2 of the block), d the approach, and w the displacement of a second body
+where the corner stands. Over a surface n3 stands for n2.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from .law import Law, exact_slopes, in_frame, is_uniform, upwards
-from .obstacles import gap, heights
+from .obstacles import along_normals, gap, heights
 from .types import Array, ObstacleLike
 
 
@@ -29,7 +30,7 @@ class Blocks:
     ell : float
         Side of a block (length).
     in_space : bool
-        Whether they lie on a surface, which is horizontal, not along a line.
+        Whether they lie on a surface, not along a line.
     """
 
     law: Law
@@ -144,7 +145,7 @@ class CornerGeometry:
     blocks : Blocks
     obstacle : obstacle or callable
     points, normals : arrays (..., dim)
-        Contact points (lengths) and outward unit normals, e3 over a surface.
+        Contact points (lengths) and outward unit normals.
     """
 
     blocks: Blocks
@@ -182,15 +183,15 @@ class CornerGeometry:
         """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
         offsets = self.offsets_from_contact_point
         if self.blocks.in_space:
-            return np.array([self._gaps_over_horizontal_surface(offset) for offset in offsets])
+            return np.array([self._gaps_over_surface(offset) for offset in offsets])
         return np.array([gap(self.obstacle, self.points + offset, self.normals) for offset in offsets])
 
-    def _gaps_over_horizontal_surface(self, offset: Array) -> Array:
-        """Returns the initial gaps along e3 of a corner with this offset, array (..., dim), axis by axis, as
-        arrays of points are slow to take apart.
+    def _gaps_over_surface(self, offset: Array) -> Array:
+        """Returns the initial gaps of a corner with this offset, array (..., dim), axis by axis, as arrays of
+        points are slow to take apart.
         """
         x1, x2, x3 = (self.points[..., axis] + offset[..., axis] for axis in range(3))
-        return heights(self.obstacle, x1, x2) - x3
+        return along_normals(heights(self.obstacle, x1, x2) - x3, self.normals)
 
     @cached_property
     def directions(self) -> Array:
@@ -216,7 +217,7 @@ class CornerGeometry:
         displacement : array (n,)
             -u.n (length).
         psi : array (n,), over a surface (2, n)
-            Microrotation (radians).
+            Microrotation (radians), over a surface about t1 and t2.
         approach : float
             Of the obstacle (length).
         second : callable, optional

@@ -29,6 +29,8 @@ ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 class Law:
     """Base of laws, also of a user's: it names corners, and says where on their blocks they are.
 
+    Over a surface blocks have sides along t1 and t2 of `side_directions`: e1 and e2 where it is horizontal.
+
     Attributes
     ----------
     corners : tuple of str
@@ -106,9 +108,9 @@ class Microblock(_Coulomb):
     Parameters
     ----------
     psi0 : float, callable or pair
-        Initial rotation of the blocks (radians, counterclockwise), or a function of x1. On a `HalfSpace` a
-        number is the rotation about -e2; a pair holds those about x1 and x2, each a number or a function of
-        (x1, x2).
+        Initial rotation of the blocks (radians, counterclockwise), or a function of x1. In space a number is
+        the rotation about -e2; a pair holds those about x1 and x2, each a number or a function of (x1, x2).
+        On a tilted surface they are about the sides t1 and t2 of the blocks in its place (docs/theory).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts (docs/differences.md, "Initial rotation of Fig. 9").
     friction : float
@@ -303,11 +305,29 @@ def exact_slopes(law: Law, points: Array) -> Array | None:
 
 def in_frame(normals: Array, along: Array, up: Array) -> Array:
     """Returns vectors from their components along the surface, array (corners, axes, n), and along its unit
-    normals, array (corners, n): array (corners, n, dim). Over a surface normals are e3.
+    normals, array (corners, n): array (corners, n, dim).
     """
-    if normals.shape[-1] == 3:
+    if normals.shape[-1] == 3 and np.all(normals[..., 2] == 1):  # as of half-spaces, which have many blocks
         return np.stack((along[:, 0], along[:, 1], up), axis=-1)
-    return along[:, 0, ..., None] * tangents(normals) + up[..., None] * normals
+    vectors = up[..., None] * normals
+    for axis, side in enumerate(side_directions(normals)):
+        vectors = vectors + along[:, axis, ..., None] * side
+    return vectors
+
+
+def side_directions(normals: Array) -> tuple[Array, ...]:
+    """Returns the directions of the sides of blocks at unit normals, arrays (..., dim): along a line the
+    tangent, over a surface t1 and t2.
+
+    t1 and t2 are e1 and e2 turned with the surface, by the rotation that takes e3 to n the shortest way:
+    ``t_i = e_i - n_i (n + e3)/(1 + n3)``. So t1 is the direction of x1 in the tangent plane where n1 or n2 is
+    0, and a scene that is turned about e3 by a quarter has the same blocks. Where n = -e3 they are e1 and e2.
+    """
+    if normals.shape[-1] == 2:
+        return (tangents(normals),)
+    axes = np.eye(3)
+    bisector = (normals + axes[2]) / np.maximum(1 + normals[..., [2]], np.finfo(float).tiny)
+    return tuple(axis - normals[..., [i]] * bisector for i, axis in enumerate(axes[:2]))
 
 
 def horizontal_surface(x: Array) -> tuple[Array, Array]:

@@ -697,16 +697,20 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     """Returns the initial gap along the unit normals of points of a surface (lengths), arrays (..., dim):
-    ``(height(x1) - x2) n2``, for n = e2 that of section 4.2; ``inf`` where there is no obstacle above, or the
-    surface is steeper than 60 degrees.
+    ``(height(x1) - x2) n2``, for n = e2 that of section 4.2, or ``(height(x1, x2) - x3) n3``; ``inf`` where
+    there is no obstacle above, or the surface is steeper than 60 degrees.
     """
     *places, ordinate = np.moveaxis(points, -1, 0)
     if len(places) == 1:
         places = [_moved_to_ends(obstacle, places[0])]
-    above = heights(obstacle, *places)
+    return along_normals(heights(obstacle, *places) - ordinate, normals)
+
+
+def along_normals(clearance: Array, normals: Array) -> Array:
+    """Returns gaps along unit normals, arrays (..., dim), from vertical ones, array (...) (lengths)."""
     upwards = normals[..., -1]
     can_touch = upwards > STEEPEST
-    return np.where(can_touch, (above - ordinate) * np.where(can_touch, upwards, 1.0), np.inf)
+    return np.where(can_touch, clearance * np.where(can_touch, upwards, 1.0), np.inf)
 
 
 def _moved_to_ends(obstacle: ObstacleLike, x: Array) -> Array:

@@ -352,9 +352,9 @@ class SpaceSolution(Solution):
     `displacement` and `closed` (...) at n points, and ``between(values, places)`` of values (...).
     """
 
-    def state_at(self, points: Array, weights: Array, **grid: Any) -> State:
-        """Returns the State at points, array (n, 3), that stand for areas, array (n,), with what is known of
-        their grid: `squares`, `shape`, `x1`, `x2`, `width`, `seen_width`, `triangles`.
+    def state_at(self, points: Array, normals: Array, weights: Array, **grid: Any) -> State:
+        """Returns the State at points with normals, arrays (n, 3), that stand for areas, array (n,), with
+        what is known of their grid: `squares`, `shape`, `x1`, `x2`, `width`, `seen_width`, `triangles`.
         """
         pressures = self.pressures.reshape(-1, len(points))
         closed = self.closed.ravel()
@@ -363,7 +363,7 @@ class SpaceSolution(Solution):
             **self._of_problem(),
             **in_the_plane,
             points=points,
-            normals=np.tile([0.0, 0.0, 1.0], (len(points), 1)),
+            normals=normals,
             weights=weights,
             pressure=pressures.sum(axis=0),
             pressures=Named(zip(self.solver.blocks.names, map(read_only, pressures)), "corner"),
