@@ -34,7 +34,8 @@ class FacetNodes:
     Attributes
     ----------
     points, normals : arrays (n, 2), in space (n, 3); in 1D (0, x2) and e2
-        Points (lengths) and outward unit normals, of a node of several facets their weighted mean.
+        Points (lengths) and outward unit normals, of a node of several facets their mean weighted by area;
+        but see `_take_vectors`.
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet from end to end, of a quadrilateral row by row
     joined : array (n - 1,), in the plane the number of the facet that joins a node and the next, or -1
@@ -318,7 +319,7 @@ class FacetNodes:
 
 
 def _pieces_from_above(points: Array, triangles: Integers) -> list[Integers]:
-    """Returns triangles, array (m, 3), that an obstacle may meet, by the connected pieces of the surface: arrays
+    """Returns triangles, array (m, 3), that an obstacle may meet, by connected pieces of the surface: arrays
     (k, 3).
     """
     first, second, third = np.moveaxis(points[triangles], 1, 0)

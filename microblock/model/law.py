@@ -110,7 +110,7 @@ class Microblock(_Coulomb):
     psi0 : float, callable or pair
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1. In space a number is
         the rotation about -e2; a pair holds those about x1 and x2, each a number or a function of (x1, x2).
-        On a tilted surface they are about the sides t1 and t2 of the blocks in its place (docs/theory).
+        On a tilted surface they are about the sides t1 and t2 of blocks (`Body`).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts (docs/differences.md, "Initial rotation of Fig. 9").
     friction : float

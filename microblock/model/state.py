@@ -121,9 +121,11 @@ class State(PlainData):
     points, normals : arrays (n, 3)
         Centres of cells, row after row, or nodes of the contact boundary, and unit normals.
     weights : array (n,)
-        Areas: ``weights @ pressure`` is the load (on a part of a symmetric body that of the part).
+        Areas: ``weights @ pressure`` is the load (on a part of a symmetric body that of the part; of a tilted
+        surface with n3 as a factor).
     micromoment, psi : arrays (n, 2)
-        M1 and M2, and microrotations about x1 and x2.
+        M1 and M2, and microrotations about x1 and x2; of a tilted surface about the sides t1 and t2 of the
+        blocks, see `Body`.
     pressures : dict of arrays (n,)
         Of the corners `--`, `-+`, `+-`, `++` (signs of x1 and x2), or {"C": ...}. Where all four are closed
         they are those of least norm; `pressure` and `micromoment` are unique.
@@ -285,7 +287,7 @@ class State(PlainData):
         Parameters
         ----------
         x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
-            Abscissae x1, or x1 and x2 (lengths).
+            Abscissae x1, or x1 and x2 of places seen from above (lengths).
         corner : str, optional
             Name of the corner.
 

@@ -290,7 +290,7 @@ def test_an_arch_in_space_is_that_of_the_plane(law, method):
 
 
 def test_a_ball_of_curved_elements_on_a_rigid_plane_is_that_of_hertz():
-    """A quarter, with 6 elements along the radius of the contact: the error is that of the mesh."""
+    """A quarter, with 3 elements of order 2 along the radius of contact: the error is that of the mesh."""
     ball = occ.Sphere(occ.Pnt(0, 0, -1), 1.0) * occ.Box(occ.Pnt(0, 0, -0.6), occ.Pnt(2, 2, 1))
     for face in ball.faces:
         face.name = "contact"
@@ -298,17 +298,17 @@ def test_a_ball_of_curved_elements_on_a_rigid_plane_is_that_of_hertz():
         ball.faces.Min(axis).name = name
     sizes = netgen.MeshingParameters(maxh=0.4, grading=0.5)
     for x, y in np.ndindex(6, 6):
-        sizes.RestrictH(0.05 * x, 0.05 * y, -0.01, 0.05)
+        sizes.RestrictH(0.05 * x, 0.05 * y, -0.01, 0.07)
     mesh = ng.Mesh(occ.OCCGeometry(ball).GenerateMesh(mp=sizes)).Curve(2)
     solid = mb.Elastic(E=100, nu=0.3)
-    body = mb.Body(mesh, solid, 1, fixed=meshes3d.supports("bottom", x1="x1", x2="x2"))
+    body = mb.Body(mesh, solid, 2, fixed=meshes3d.supports("bottom", x1="x1", x2="x2"))
     state = mb.Contact(body, lambda x1, x2: 0 * x1, UNILATERAL).solve(load=0.25)
     radius = (3 / (4 * solid.E_star)) ** (1 / 3)
     r = np.hypot(state.x1, state.x2)
     hertz = 1.5 / (np.pi * radius**2) * np.sqrt(np.maximum(1 - (r / radius) ** 2, 0))
     missed = np.sqrt(state.weights @ (state.pressure - hertz) ** 2 / (state.weights @ hertz**2))
-    assert missed < 0.2
-    assert 4 * state.contact_area == pytest.approx(np.pi * radius**2, rel=0.2)
+    assert missed < 0.1
+    assert 4 * state.contact_area == pytest.approx(np.pi * radius**2, rel=0.05)
     assert state.reaction("bottom").force[2] == pytest.approx(0.25, rel=1e-8)
 
 
