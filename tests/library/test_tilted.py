@@ -376,3 +376,39 @@ def test_boundaries_that_no_height_can_press_are_refused():
         body = mb.Body(meshes3d.block(x, x, x - 1), SOLID, 1, fixed="contact", contact=contact)
         with pytest.raises(mb.BadArgument, match="^contact.*must face upwards"):
             mb.Contact(body, mb.Sphere(1.0), UNILATERAL).solve(load=1.0)
+
+
+# --- interference: an obstacle that overlaps the body before it moves
+
+
+@METHODS
+@pytest.mark.parametrize("law", [mb.Microblock(0.02), mb.Microclamped()], ids=str)
+@pytest.mark.parametrize("dim", [2, 3])
+def test_an_overlap_is_an_initial_gap_below_0(dim, law, method):
+    """On tilted surfaces, at no approach and at one away from the body: as from an obstacle farther away."""
+
+    def arched(x, height):
+        return height * (1 + 0.3 * x)
+
+    if dim == 2:
+        mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, z: (x, arched(x, z)))
+    else:
+        mesh = MakeStructured3DMesh(nx=2, ny=2, nz=1, mapping=lambda x, y, z: (x, y, arched(x, z)))
+    body = mb.Body(mesh, SOLID, 1, fixed="bottom", contact="top")
+
+    def overlapping(lift):
+        def height(*x):
+            return lift - 0.02 + arched(x[0], 1.0) + sum((along - 0.4) ** 2 for along in x) / 20
+
+        return mb.Contact(body, height, law, method)
+
+    for approach in (0.0, -0.01):
+        state = overlapping(0.0).solve(approach=approach)
+        expected = overlapping(0.5).solve(approach=approach + 0.5)
+        assert state.load > 0.1
+        assert state.load == pytest.approx(expected.load, rel=1e-9)
+        assert state.pressure == pytest.approx(expected.pressure, abs=1e-8 * expected.pressure.max())
+    again = overlapping(0.0).solve(load=state.load)
+    assert again.approach == pytest.approx(-0.01, abs=1e-9)
+    with pytest.raises(mb.BadArgument, match="^approach.*touches no node"):
+        overlapping(0.0).solve(approach=-0.03)
