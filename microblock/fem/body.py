@@ -30,7 +30,7 @@ class Body(BodySpaces):
     degrees touch no obstacle. In three dimensions they consist of quadrilaterals of any order or of triangles
     of order 1 or 2. Obstacles are those over a surface, or any ``height(x1, x2)``, counted from x3 = 0.
     Blocks have sides t1 and t2 in the tangent plane: e1 and e2, turned as e3 is to n the shortest way.
-    `Microclamped` holds psi1 and psi2 on a level boundary, and psi3 as well on others.
+    `Microclamped` holds psi1 and psi2 on a horizontal boundary, and psi3 as well on others.
 
     Parameters
     ----------
