@@ -7,6 +7,7 @@ import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 import pytest
+from ngsolve.meshes import MakeStructured2DMesh
 from scipy.integrate import quad
 from scipy.linalg import expm, schur
 
@@ -129,6 +130,14 @@ def test_columns_in_uniaxial_strain_give_way_as_the_integral_of_their_compliance
         assert fields.energy() == pytest.approx(rise / 2 * (2 if dim == 2 else 1), rel=1e-6)
 
 
+def test_functions_are_integrated_beyond_the_order_of_the_fields():
+    """A linear element has the mean of its moduli, here of an E of the fourth degree: twice that at the surface."""
+    solid = mb.Elastic(E=100 * (1 + 5 * ng.x**4), nu=0.3)
+    mesh = meshes.line(depth=1.0, elements=1)
+    fields = mb.Body(mesh, solid, 1, fixed="middle").solve(Loads(traction={"contact": (0, -1)}))
+    assert fields.u2(mesh(0.0)) == pytest.approx(-1 / compression(mb.Elastic(E=200, nu=0.3)), rel=1e-12)
+
+
 # --- layers on a half-plane: waves of pressure, by transfer matrices
 
 
@@ -207,6 +216,23 @@ def test_waves_of_pressure_on_a_layered_half_plane(coating, bulk):
     response = wave_response(k, coating, thickness, bulk)
     assert -fields.u2(mesh(0.0, 0.0)) == pytest.approx(response, rel=1e-5)
     assert -fields.u2(mesh(0.9, 0.0)) == pytest.approx(response * math.cos(k * 0.9), rel=1e-4)
+
+
+def test_waves_of_pressure_on_a_periodic_layered_body():
+    k = 2.0
+    thickness = 0.3
+    up = np.concatenate((np.linspace(-3 * math.pi, -thickness, 9), [0.0]))
+
+    def place(x, y):
+        return 2 * math.pi / k * x, np.interp(y, np.linspace(0, 1, len(up)), up)
+
+    mesh = MakeStructured2DMesh(nx=6, ny=len(up) - 1, periodic_x=True, mapping=place)
+    mesh = parted(meshes.named(mesh, "bottom", "right", "contact", "left"), lambda x1, x2: x2 > -thickness)
+    solids = {"coating": SOLID, "bulk": RUBBER}
+    body = mb.Body(mesh, solids, 6, fixed="bottom", periodic=True)
+    fields = body.solve(Loads(traction={"contact": (0, -ng.cos(k * ng.x))}))
+    response = wave_response(k, SOLID, thickness, RUBBER)
+    assert -fields.u2(mesh(0.0, 0.0)) == pytest.approx(response, rel=1e-4)
 
 
 # --- thin layers, second bodies, estimates
