@@ -131,7 +131,7 @@ def test_columns_in_uniaxial_strain_give_way_as_the_integral_of_their_compliance
 
 
 def test_functions_are_integrated_beyond_the_order_of_the_fields():
-    """A linear element has the mean of its moduli, here of an E of the fourth degree: twice that at the surface."""
+    """A linear element has the mean of its moduli, here of an E of the fourth degree whose mean is 200."""
     solid = mb.Elastic(E=100 * (1 + 5 * ng.x**4), nu=0.3)
     mesh = meshes.line(depth=1.0, elements=1)
     fields = mb.Body(mesh, solid, 1, fixed="middle").solve(Loads(traction={"contact": (0, -1)}))
