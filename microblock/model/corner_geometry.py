@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from .law import Law, exact_slopes, in_frame, is_uniform, upwards
-from .obstacles import along_normals, gap, heights
+from .obstacles import along_normals, as_obstacle, gap, heights
 from .types import Array, ObstacleLike
 
 
@@ -182,7 +182,7 @@ class CornerGeometry:
     def initial_gaps(self) -> Array:
         """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
         offsets = self.offsets_from_contact_point
-        if self.blocks.in_space:
+        if self.blocks.in_space and as_obstacle(self.obstacle).normal_gap is None:
             return np.array([self._gaps_over_surface(offset) for offset in offsets])
         return np.array([gap(self.obstacle, self.points + offset, self.normals) for offset in offsets])
 

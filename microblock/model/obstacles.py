@@ -35,7 +35,8 @@ from ..errors import (
 from .intervals import runs
 from .types import AnyArray, Array, Flags, Interval, ObstacleLike
 
-STEEPEST = 0.5  # n2 of the steepest surface that can touch
+STEEPEST = 0.5  # n2 of the steepest surface that a height can touch
+SIDEWAYS = 0.05  # of a normal gap, which an approach along x2 hardly changes beyond it
 
 
 class RigidObstacle:
@@ -47,6 +48,9 @@ class RigidObstacle:
        jumps of the slope there; places that it does not name are looked for.
     3. At its ends the height is finite, beyond them there is no obstacle.
     4. What it says of itself holds: `Contact` checks `even` and `jumps`.
+    5. ``normal_gap(points, normals)``, if it has one, returns the gaps (lengths), array (n,), along the unit
+       normals of points of a body, arrays (n, dim), inf where nothing is there. It stands for the rule of
+       heights, `gap`, where the surface turns through more than 60 degrees, as of a pin in a hole.
 
     Attributes
     ----------
@@ -70,6 +74,7 @@ class RigidObstacle:
     formulas: Any = False
     even: Any = False
     period: Any = None
+    normal_gap: Any = None
 
     if TYPE_CHECKING:
 
@@ -105,6 +110,7 @@ class GivenObstacle(StandsFor, RigidObstacle):
     formulas = _of_given("formulas")
     even = _of_given("even")
     period = _of_given("period")
+    normal_gap = _of_given("normal_gap")
 
     @property
     def height(self) -> Callable[..., ArrayLike]:
@@ -698,12 +704,35 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     """Returns the initial gap along the unit normals of points of a surface (lengths), arrays (..., dim):
     ``(height(x1) - x2) n2``, for n = e2 that of section 4.2, or ``(height(x1, x2) - x3) n3``; ``inf`` where
-    there is no obstacle above, or the surface is steeper than 60 degrees.
+    there is no obstacle above, or the surface is steeper than 60 degrees. An obstacle may have a `normal_gap`
+    of its own.
     """
+    if as_obstacle(obstacle).normal_gap is not None:
+        return _normal_gap(obstacle, points, normals)
     *places, ordinate = np.moveaxis(points, -1, 0)
     if len(places) == 1:
         places = [_moved_to_ends(obstacle, places[0])]
     return along_normals(heights(obstacle, *places) - ordinate, normals)
+
+
+def _normal_gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
+    """Returns the gap of an obstacle with a rule of its own, as `gap`: ``inf`` also where the surface faces
+    sideways or downwards; raises BadArgument where it overlaps there.
+    """
+    rule = as_obstacle(obstacle).normal_gap
+    shape = points.shape[:-1]
+    words = "its normal_gap(points, normals) must return one number (or inf) for each of the points (n, dim)"
+
+    def returned_gaps(_: Array) -> Array:
+        flat = np.array((points, normals)).reshape(2, -1, points.shape[-1])
+        return real_numbers(rule(*flat), masked=np.inf).reshape(shape)
+
+    gaps = evaluated(returned_gaps, points[..., 0], name="obstacle", given=obstacle, allowed=words)
+    require(not np.any(np.isnan(gaps) | (gaps == -np.inf)), "obstacle", obstacle, words)
+    upwards = normals[..., -1] > SIDEWAYS
+    words = "must not overlap a body where its surface faces sideways or downwards: no load holds it there"
+    require(not np.any(gaps[~upwards] < 0), "obstacle", obstacle, words)
+    return np.where(upwards, gaps, np.inf)
 
 
 def along_normals(clearance: Array, normals: Array) -> Array:

@@ -18,7 +18,7 @@ from .deformable import body_of
 from .interpolant import Response, read_only
 from .intervals import contact_zones, over_the_end
 from .material import Elastic
-from .obstacles import gap, returned
+from .obstacles import as_obstacle, gap, returned
 from .sharp import of_samples
 from .state import State
 from .surface import Surface
@@ -433,7 +433,8 @@ def _beyond_small_strain(state: State, solution: PlaneSolution) -> list[str]:
     width = float(np.ptp(edges)) if len(edges) else math.inf
     sides = 1e-6 * np.array((-1, 1))[:, None] * max(width, 1e-6 * state.solid.ell)
     heights = returned(solution.problem.obstacle, np.ravel(edges + sides)).reshape(2, -1)
-    faced = np.isfinite(heights).all(axis=0)
+    # with a rule of its own the gap says how far surfaces are from parallel, and not the height
+    faced = np.isfinite(heights).all(axis=0) & (as_obstacle(solution.problem.obstacle).normal_gap is None)
     slope = np.abs(np.diff(heights[:, faced], axis=0) / np.diff(sides, axis=0)).max(initial=0.0)
     sentences = []
     if angle > 10:  # where the small-angle form misses 1.5 %

@@ -11,6 +11,7 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 import microblock as mb
 from microblock.fem import meshes3d
+from microblock.fem.bore import Bore
 from microblock.fem.contact_nodes import ContactNodes
 from microblock.model.corner_geometry import Blocks
 from microblock.model.law import side_directions
@@ -412,3 +413,76 @@ def test_an_overlap_is_an_initial_gap_below_0(dim, law, method):
     assert again.approach == pytest.approx(-0.01, abs=1e-9)
     with pytest.raises(mb.BadArgument, match="^approach.*touches no node"):
         overlapping(0.0).solve(approach=-0.03)
+
+
+# --- gaps by a rule of the obstacle: a pin in a hole
+
+
+def pin(maxh=0.15, order=4):
+    """A ring of radius 1 around a rigid core, whose upper half may touch."""
+    ring = occ.Circle((0, 0), 1.0).Face() - occ.Circle((0, 0), 0.3).Face()
+    upper = ring * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+    lower = ring * occ.WorkPlane().MoveTo(-2, -2).Rectangle(4, 2).Face()
+    for half, name in ((upper, "contact"), (lower, "lower")):
+        for edge in half.edges:
+            r = np.hypot(edge.center.x, edge.center.y)
+            edge.name = "cut"
+            if abs(edge.center.y) > 0.01:
+                edge.name = name if r > 0.4 else "core"
+    mesh = occ.OCCGeometry(occ.Glue([upper, lower]), dim=2).GenerateMesh(maxh=maxh)
+    return mb.Body(ng.Mesh(mesh).Curve(order), mb.Elastic(E=100, nu=0.3), order, fixed="core")
+
+
+def test_a_pin_in_a_wide_hole_is_hertz():
+    """On a refined mesh, whose nodes leave 5 % of the edge; the square of the half-width over R is 2 %."""
+    state = mb.Contact(pin(), Bore(2.0, (0.0, -1.0)), UNILATERAL).solve(load=1.0, rtol=0.01)
+    half_width = np.sqrt(4 * 2.0 / (np.pi * 100 / (1 - 0.3**2)))
+    assert state.half_width == pytest.approx(half_width, rel=0.05)
+    assert state.pressure.max() == pytest.approx(2 / (np.pi * half_width), rel=0.03)
+
+
+def test_a_pin_in_a_narrow_hole_is_pressed_up_to_its_sides():
+    """Load and reaction balance; the load is the slope of the energy, which knows nothing of gaps."""
+    body = pin()
+    problem = mb.Contact(body, Bore(1.001, (0.0, -0.001)), UNILATERAL)
+    low, state, high = (problem.solve(approach=0.02 + step) for step in (-1e-5, 0.0, 1e-5))
+    assert (high.fields.energy() - low.fields.energy()) / 2e-5 == pytest.approx(state.load, rel=1e-7)
+    assert state.reaction("core").force[1] == pytest.approx(state.load, rel=1e-9)
+    assert state.half_width > np.sin(np.radians(75))  # heights end at 60 degrees
+    assert not any("slope" in words for words in state.warnings)
+    newton = problem.with_(method=mb.Newton()).solve(load=state.load)
+    assert newton.pressure == pytest.approx(state.pressure, abs=1e-8 * state.pressure.max())
+
+
+def test_without_clearance_pressures_grow_with_the_load():
+    """Nothing has a length then but the pin: one place stays in contact, and all is linear."""
+    problem = mb.Contact(pin(0.3), Bore(1.0), UNILATERAL)
+    one, two = (problem.solve(load=load) for load in (1.0, 2.0))
+    closed = one.pressure > 1e-6 * one.pressure.max()
+    assert 5 < np.count_nonzero(closed) < len(closed)
+    assert two.pressure == pytest.approx(2 * one.pressure, abs=1e-3 * two.pressure.max())  # of curves
+
+
+def test_gaps_of_ones_own_are_taken_and_checked():
+    """A horizontal wall has the gap of heights; what overlaps a side or returns nothing is refused."""
+
+    class Wall(mb.Plane):
+        def normal_gap(self, points, normals):
+            return (self.level - points[:, 1]) * normals[:, 1]
+
+    class Nothing(mb.Plane):
+        def normal_gap(self, points, normals):
+            return None
+
+    mesh = MakeStructured2DMesh(nx=6, ny=3, mapping=arch)
+    body = mb.Body(mesh, SOLID, 1, fixed="bottom", contact="top")
+    expected, state = (
+        mb.Contact(body, wall(1.0), mb.Microblock(0.02)).solve(load=1.0) for wall in (mb.Plane, Wall)
+    )
+    assert state.pressure == pytest.approx(expected.pressure, abs=1e-12 * expected.pressure.max())
+    with pytest.raises(mb.BadArgument, match="^obstacle.*normal_gap"):
+        mb.Contact(body, Nothing(1.0), UNILATERAL).solve(load=1.0)
+    with pytest.raises(mb.BadArgument, match="^obstacle.*sideways"):
+        mb.Contact(pin(0.3, 2), Bore(0.99), UNILATERAL).solve(approach=0.0)
+    with pytest.raises(mb.BadArgument, match="^centre"):
+        Bore(1.0, (0.0, 1.0, 2.0))
