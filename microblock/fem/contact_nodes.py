@@ -65,7 +65,7 @@ class ContactNodes(FacetNodes):
             elements_at(body.mesh, region)  # which checks that there are some
         if body.in_space:
             self._require_nodal_rule(facets)
-        orders = [min(body.order, body.order_psi or body.order)] * len(facets)
+        orders = [self._facet_order()] * len(facets)
         if body.element_orders is not None:
             orders = [len(body.spaces[0].GetDofNrs(facet)) - 1 for facet in facets]
         super().__init__(region, body.spaces[0], orders)
@@ -95,6 +95,17 @@ class ContactNodes(FacetNodes):
         words = f"must face upwards: it is tilted by {tilt:.0f} degrees, and from 60 on no surface can touch"
         require(upwards > STEEPEST, "contact", self.body.contact, words)
 
+    def _facet_order(self) -> int:
+        """Returns the lower one of the orders of u and psi; raises BadArgument in the plane where the rule of
+        such nodes does not integrate u: an even pressure would not pass.
+        """
+        body = self.body
+        order = min(body.order, body.order_psi or body.order)
+        least = (body.order + 2) // 2  # the rule is exact up to twice the order less one
+        words = f"must be at least {least} on a body whose u has order {body.order} and is pressed"
+        require(body.mesh.dim != 2 or order >= least, "order_psi", body.order_psi, words)
+        return order
+
     def _require_nodal_rule(self, facets: Sequence[Any]) -> None:
         words = "must be the order of u on a body in space that is pressed"
         require(self.body.order_psi in (0, self.body.order), "order_psi", self.body.order_psi, words)
@@ -105,6 +116,9 @@ class ContactNodes(FacetNodes):
             "must be 1 or 2 where triangles are in contact: of higher orders they have no nodal rule with "
             "positive weights; take hexahedra, or prisms with quadrilaterals on top",
         )
+        kinds = {facet.type for facet in facets}
+        words = "must be 1 where triangles and quadrilaterals are in contact: of order 2 they share no nodes"
+        require(self.body.order == 1 or len(kinds) == 1, "order", self.body.order, words)
 
     def _trace_fields(self) -> None:
         """Fills `traces`."""

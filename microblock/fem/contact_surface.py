@@ -21,7 +21,7 @@ from ..model.types import Array, Flags, ObstacleLike
 from . import contact_term
 from .facet_nodes import FacetNodes
 from .facets import gaps_at_points
-from .meshes import elements_at
+from .meshes import elements_beside
 
 
 class ContactSurface(FacetNodes):
@@ -33,7 +33,8 @@ class ContactSurface(FacetNodes):
     boundary : str
         Name or pattern of the boundary that an obstacle may touch.
     order : int
-        Order of the displacement, and of the multipliers: the rule of a facet has the nodes of this order.
+        That of the displacement, and no other: the rule of a facet has the nodes of this order, and
+        integrates u exactly. It is the order of the multipliers, too.
     periodic : bool
         Whether the spaces are `ngsolve.Periodic`.
 
@@ -45,7 +46,7 @@ class ContactSurface(FacetNodes):
     Raises
     ------
     BadArgument
-        For an unknown boundary, a facet without a nodal rule of this order, or one between two bodies.
+        For an unknown boundary, a facet without a nodal rule of this order, or one within the mesh.
 
     Examples
     --------
@@ -67,13 +68,19 @@ class ContactSurface(FacetNodes):
         require_whole(1, order=order)
         require_flag(periodic=periodic)
         names = sorted(set(mesh.GetBoundaries()))
-        region = mesh.Boundaries(boundary)
-        require(any(region.Mask()), "boundary", boundary, f"must name a boundary of {', '.join(names)}")
-        elements_at(mesh, region)  # which checks that each facet has one element
+        words = f"must name a boundary of {', '.join(names)}"
+        try:
+            region = mesh.Boundaries(boundary)
+        except RuntimeError as failure:  # no regular expression
+            raise BadArgument("boundary", boundary, words) from failure
+        require(any(region.Mask()), "boundary", boundary, words)
+        alone = all(len(beside) == 1 for beside in elements_beside(mesh, region))
+        require(alone, "boundary", boundary, "must have the mesh on one side, not on both")
         triangles = any(facet.type == ng.ET.TRIG for facet in region.Elements())
         words = "must be 1 or 2 where facets are triangles, which have no nodal rule of higher orders"
         require(not triangles or order <= 2, "order", order, words)
         self.periodic = periodic
+        self.order = order
         space = ng.H1(mesh, order=order)
         if periodic:
             space = ng.Periodic(space)
@@ -155,7 +162,7 @@ class ContactCorners:
     def _keep_nearest(self, rotation: Any) -> None:
         """Leaves the nearest corner alone at nodes where psi is held."""
         words = "must be the scalar H1 space of psi on the mesh, in the plane"
-        plane = self.boundary.dim == 2 and isinstance(rotation, ng.FESpace)
+        plane = self.boundary.dim == 2 and isinstance(rotation, (ng.H1, ng.Periodic))
         require(plane and rotation.mesh is self.boundary.mesh, "rotation", rotation, words)
         free = np.array(rotation.FreeDofs())
         held = abs(self.boundary.trace(rotation)) @ free == 0
@@ -180,6 +187,8 @@ class ContactCorners:
     def _vectors(self, u: Any, psi: Any) -> tuple[Any, Any]:
         """Returns u and psi with three components; raises BadArgument for others than those of the mesh."""
         dim = self.boundary.dim
+        require_kind(ng.CoefficientFunction, "an NGSolve function", u=u)
+        self._require_order(u)
         require(u.dim == dim, "u", u, f"must have {dim} components on a mesh of {dim} dimensions")
         components = [u[axis] for axis in range(dim)]
         u = ng.CF((*components, 0)[:3])
@@ -188,9 +197,21 @@ class ContactCorners:
                 not self.arms.any(), "psi", psi, f"must be given: {self.law} has corners beside the centre"
             )
             return u, ng.CF((0, 0, 0))
-        expected = 1 if dim == 2 else 3
-        require(psi.dim == expected, "psi", psi, f"must have {expected} components in {dim} dimensions")
+        require_kind(ng.CoefficientFunction, "an NGSolve function", psi=psi)
+        words = "must have one component in the plane, and three in space"
+        require(psi.dim == (1 if dim == 2 else 3), "psi", psi, words)
         return u, psi if dim == 3 else ng.CF((0, 0, psi))
+
+    def _require_order(self, u: Any) -> None:
+        """Raises BadArgument for a trial function or a grid function of another order than the surface."""
+        if isinstance(u, (ng.comp.ProxyFunction, ng.GridFunction)):
+            parts = getattr(u.space, "components", None) or [u.space]
+            vectors = [part for part in (u.space, *parts) if "VectorH1" in part.type]
+            orders = {part.globalorder for part in vectors}
+            allowed = ", ".join(map(str, sorted(orders)))
+            words = f"must be the order of u, {allowed}, which the rule integrates exactly"
+            order = self.boundary.order
+            require(not orders or order in orders, "order", order, words)
 
     def penalty(self, u: Any, psi: Any = None, *, rho: float, approach: Any = 0.0) -> Any:
         """Returns the penalty functional of (31), the integral of rho/2 <g>_-^2 of all corners, for
@@ -257,6 +278,8 @@ class ContactCorners:
             if np.ndim(values) == 0 and not isinstance(values, Sequence):
                 raise BadArgument(name, values, words)
             require(len(values) == len(self.names), name, values, words)
+            for value in values:
+                require(value.dim == 1, name, values, f"{words}, from the space `multipliers`")
 
     def pressures(self, multipliers: Sequence[Any]) -> Array:
         """Returns the pressures of the corners at the nodes, array (corners, n) (stress), from multipliers,

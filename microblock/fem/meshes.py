@@ -60,10 +60,15 @@ def locking(solid: Cosserat, order: int, depth: float, half_width: float) -> lis
     ]
 
 
+def elements_beside(mesh: Any, region: Any) -> list[Any]:
+    """Returns the elements beside each facet of a boundary."""
+    facets = [(facet.faces or facet.edges or facet.vertices)[0] for facet in region.Elements()]
+    return [mesh[facet].elements for facet in facets]
+
+
 def elements_at(mesh: Any, region: Any) -> Integers:
     """Returns the numbers of the elements at the facets of a boundary, array (facets,)."""
-    facets = [(facet.faces or facet.edges or facet.vertices)[0] for facet in region.Elements()]
-    elements = [mesh[facet].elements for facet in facets]
+    elements = elements_beside(mesh, region)
     require(all(elements), "mesh", mesh, "has facets in its boundary that belong to no element")
     return np.array([beside[0].nr for beside in elements])
 

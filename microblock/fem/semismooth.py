@@ -7,12 +7,18 @@ from typing import Any
 import ngsolve as ng
 import numpy as np
 
-from ..errors import NotConverged, require, require_kind, require_positive, require_whole
+from ..errors import NotConverged, require, require_choice, require_kind, require_positive, require_whole
 from ..model.progress import counted
 from ..model.types import Array
 from ..threads import bounded
 
 HALVINGS = 10  # of a step after which the form has values again
+ROUNDING = 1e-14  # of a step: no smaller change can be asked for
+CAUSES = (
+    "are rigid motions of the body constrained, does the obstacle touch it where it is free to move, are the "
+    "multipliers those of the contact surface, none of them where u is constrained, and is the term added by "
+    "Variation(lagrangian) or as virtual_work?"
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ def solve(
     most : int
         Steps.
     inverse : str
-        NGSolve's solver of linear systems.
+        NGSolve's solver of linear systems, one for indefinite matrices: "umfpack", "pardiso" or "mumps".
 
     Returns
     -------
@@ -69,9 +75,15 @@ def solve(
     require_kind(ng.BilinearForm, "an ngsolve.BilinearForm", form=form)
     require_kind(ng.GridFunction, "an ngsolve.GridFunction", state=state)
     require(form.space == state.space, "state", state, "must be on the space of the form")
+    require(not form.condense, "form", form, "must not be condensed")
     require_positive(rtol=rtol)
+    require(ROUNDING <= rtol < 1, "rtol", rtol, f"must be at least {ROUNDING} and below 1")
     require_whole(1, most=most)
+    require_choice(("umfpack", "pardiso", "mumps"), inverse=inverse)
     free = form.space.FreeDofs() if free is None else free
+    require_kind(ng.BitArray, "an ngsolve.BitArray", free=free)
+    words = f"must have {form.space.ndof} entries, one set at least"
+    require(len(free) == form.space.ndof and free.NumSet() > 0, "free", free, words)
     residual = _residual(form, state.vec)
     require(_finite(residual), "state", state, "must be a guess at which the form has finite values")
     for iteration in range(1, most + 1):
@@ -81,9 +93,7 @@ def solve(
             step = (form.mat.Inverse(free, inverse) * residual).Evaluate()
         except Exception as failure:
             raise NotConverged(
-                f"no factorisation in step {iteration}: {failure}; is the body supported, and does each "
-                "corner that closes move by unknowns of its own?",
-                iterations=iteration,
+                f"no factorisation in step {iteration}: {failure}; {CAUSES}", iterations=iteration
             ) from failure
         work = _work(form.space, residual, step, free)
         start = state.vec.Copy()

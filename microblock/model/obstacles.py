@@ -33,6 +33,7 @@ from ..errors import (
     shortened,
 )
 from .intervals import runs
+from .material import Varying
 from .types import AnyArray, Array, Flags, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that a height can touch
@@ -659,6 +660,9 @@ def check_lowest(obstacle: ObstacleLike) -> None:
 def returned(obstacle: Any, *x: Array) -> Array:
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
+    if isinstance(obstacle, Varying):
+        words = "must be a function of arrays, lambda x: x**2; NGSolve's functions take points of a mesh"
+        raise BadArgument("obstacle", obstacle, words)
     line = len(x) == 1
     places = "x" if line else "x1, x2"
     words = f"must have a method height({places}), or be a callable height({places})"

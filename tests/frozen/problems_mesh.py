@@ -24,9 +24,9 @@ STATES = [
     on_mesh("approach al", "al", approach=0.02),
     on_mesh("approach penalty rho", "penalty", approach=0.02, rho=3e4),
     on_mesh("approach condensed", approach=0.02, law=VARYING),
-    on_mesh("psi of order 1", orders=(2, 1), law=ROTATED, below=((0.1, -0.1),)),
+    on_mesh("psi of order 2", orders=(3, 2), law=ROTATED, below=((0.1, -0.1),)),
     on_mesh("psi of order 3", orders=(2, 3), law=MICROCLAMPED),
-    on_mesh("psi of order 1 al", "al", orders=(3, 1)),
+    on_mesh("psi of order 3 al", "al", orders=(5, 3)),
     on_mesh("orders of elements", orders="graded", law=ROTATED, below=((0.1, -0.1),)),
     on_mesh("curved al", "al", ("Plane", {"level": 1.0}), ROTATED, mesh="bent", at=(0.05,), orders=(2, 2)),
     on_mesh(

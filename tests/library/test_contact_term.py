@@ -260,3 +260,22 @@ def test_at_gauss_points_multipliers_would_pull():
         tension[name] = np.max(multipliers) / -np.min(multipliers)
     assert tension["nodal"] < 1e-12
     assert tension["gauss"] > 0.1
+
+
+@pytest.mark.parametrize("orders", [(2, 2), (3, 2), (5, 3), (2, 3), (2, 1), (3, 1), (4, 2)])
+def test_an_even_pressure_passes_whatever_the_order_of_psi_or_it_is_refused(orders):
+    """Uniaxial strain of a block: M = lambda + 2 mu = 120, the strain 0.01. The nodes are those of the lower
+    order, whose rule is exact up to twice this order less one: with orders 2 and 1 the force was 4 % low.
+    """
+    order, order_psi = orders
+    mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, y: (x, y - 1))
+    solid = Cosserat(E=100, nu=0.25, ell=0.1, beta=1)
+    fixed = {"u1": "left|right", "u2": "bottom", "psi": "left|right|bottom"}
+    body = Body(mesh, solid, order, order_psi=order_psi, fixed=fixed, contact="top")
+    problem = mb.Contact(body, lambda x: 0 * x, Microblock())
+    if order > 2 * order_psi - 1:
+        with pytest.raises(mb.BadArgument, match="order_psi = .*must be at least"):
+            problem.solve(approach=0.01)
+    else:
+        state = problem.solve(approach=0.01)
+        assert state.pressure == pytest.approx(1.2, rel=1e-9)  # rounding of the condensation

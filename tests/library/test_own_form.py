@@ -1,5 +1,6 @@
 """The contact term in forms of one's own: the answers of `Body`, in any units, and what is refused."""
 
+import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
@@ -177,6 +178,31 @@ def test_the_examples():
 MESH = MakeStructured2DMesh(nx=2, ny=2)
 
 
+def glued():
+    """Two rectangles with a boundary between them."""
+    lower = occ.MoveTo(0, 0).Rectangle(1, 1).Face()
+    upper = occ.MoveTo(0, 1).Rectangle(1, 1).Face()
+    both = occ.Glue([lower, upper])
+    for edge in both.edges:
+        edge.name = "inner" if abs(edge.center.y - 1) < 1e-9 else "outer"
+    return ng.Mesh(occ.OCCGeometry(both, dim=2).GenerateMesh(maxh=1.0))
+
+
+def of_order(surface, displacement):
+    """The term on a surface of one order, of a displacement of another: an even pressure would not pass."""
+    contact = ContactSurface(MESH, "top", order=surface)
+    space = ng.VectorH1(MESH, order=displacement) * contact.multipliers
+    u, lam = space.TrialFunction()
+    return contact.corners(mb.Unilateral(), mb.Plane(0.9)).lagrangian(u, None, [lam], rho=1)
+
+
+def solved(**options):
+    space = ng.VectorH1(MESH, order=1)
+    form = ng.BilinearForm(space)
+    form += ng.Variation(InnerProduct(space.TrialFunction(), space.TrialFunction()) * ng.dx)
+    return semismooth.solve(form, ng.GridFunction(space), **options)
+
+
 @pytest.mark.parametrize(
     "build, message",
     [
@@ -206,6 +232,22 @@ MESH = MakeStructured2DMesh(nx=2, ny=2)
             "must be 2, one for each of the corners A, B",
         ),
         (lambda: semismooth.solve(None, None), "form = None"),
+        (lambda: ContactSurface(MESH, "t(op"), "boundary = 't(op': must name a boundary"),
+        (lambda: ContactSurface(glued(), "inner"), "boundary = 'inner': must have the mesh on one side"),
+        (lambda: of_order(1, 2), "order = 1: must be the order of u, 2"),
+        (lambda: of_order(2, 1), "order = 2: must be the order of u, 1"),
+        (
+            lambda: ContactSurface(MESH, "top").corners(mb.Unilateral(), ng.x * ng.x),
+            "must be a function of arrays",
+        ),
+        (
+            lambda: mb.Contact(mb.HalfPlane(SOLID), ng.x * ng.x, mb.Unilateral()),
+            "must be a function of arrays",
+        ),
+        (lambda: solved(rtol=1.0), "rtol = 1.0"),
+        (lambda: solved(rtol=1e-30), "rtol = 1e-30"),
+        (lambda: solved(inverse="sparsecholesky"), "inverse = 'sparsecholesky'"),
+        (lambda: solved(free=ng.BitArray(3)), "must have"),
     ],
 )
 def test_bad_arguments_are_named(build, message):
