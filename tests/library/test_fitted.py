@@ -83,33 +83,43 @@ def narrow(x):
 SCENES = [  # solid, obstacle, law, load, rtol, number of contacts
     (solid_of(0.25), ONE, BLOCKS, P, 1e-3, 1),
     (solid_of(1.0), ONE, BLOCKS, P, 1e-4, 2),
-    (solid_of(0.02), ONE, BLOCKS, P, 1e-3, 1),
-    (solid_of(0.5), ONE, LINE, P, 1e-4, 1),
     (solid_of(0.3), ONE, Microblock(0.02), P, 1e-3, 1),
     (solid_of(0.3), Wedge(0.5), BLOCKS, P, 1e-2, 1),
-    # towards couple stresses low orders beside the edges lock: refused as `zones still changing`; in the last
-    # one a node without pressure made a gap of no width, on whose edges no rung ever agreed
-    (solid_of(0.0813, 0.4976, 1.99889), ONE, LINE, P, 3e-3, 1),
-    (solid_of(0.325, 0.4991, 1.98719), ONE, LINE, P, 3e-3, 1),
+    # towards couple stresses low orders beside the edges lock; here a node without pressure made a gap of no
+    # width, on whose edges no rung ever agreed
     (solid_of(0.10159691, 0.4994271252, 1.9959574068), ONE, LINE, P, 1.2e-3, 1),
     # one of two was returned, without a word: the other lay beyond the contact boundary, or between nodes
-    *((HARD, shape, law, 1.0, 1e-2, 2) for shape in (two, beside, hill) for law in (LINE, BLOCKS)),
+    (HARD, two, LINE, 1.0, 1e-2, 2),
+    (HARD, beside, LINE, 1.0, 1e-2, 2),
+    (HARD, hill, BLOCKS, 1.0, 1e-2, 2),
     # a rounded punch was refused at 1e-3 unless its kinks were named
     (HARD, rounded, LINE, 1.0, 1e-3, None),
-    (HARD, rounded, BLOCKS, 1.0, 1e-2, None),
     # a pit of .015 half-widths: error 0.25 under an estimate of 7e-4
     (HARD, narrow, LINE, 1.0, 1e-2, None),
-    (HARD, narrow, BLOCKS, 1.0, 1e-2, None),
     # blocks as wide as the contact: edges that all levels read alike, off by 5e-5 of the width
-    *((WIDE, Cylinder(10.0), law, 1.0, 1e-4, None) for law in (LINE, CLAMPED, BLOCKS)),
+    (WIDE, Cylinder(10.0), CLAMPED, 1.0, 1e-4, None),
     # psi = 0 on all of the surface converges slowly, and with one order for all elements to 1e-5
-    *((WIDE, Cylinder(10.0), law, 1.0, 1e-5, None) for law in (LINE, CLAMPED, BLOCKS)),
+    (WIDE, Cylinder(10.0), BLOCKS, 1.0, 1e-5, None),
+]
+SCENES_ALIKE = [  # of the same kinds, under the other laws
+    (solid_of(0.02), ONE, BLOCKS, P, 1e-3, 1),
+    (solid_of(0.5), ONE, LINE, P, 1e-4, 1),
+    # towards couple stresses, refused as `zones still changing`
+    (solid_of(0.0813, 0.4976, 1.99889), ONE, LINE, P, 3e-3, 1),
+    (solid_of(0.325, 0.4991, 1.98719), ONE, LINE, P, 3e-3, 1),
+    (HARD, two, BLOCKS, 1.0, 1e-2, 2),
+    (HARD, beside, BLOCKS, 1.0, 1e-2, 2),
+    (HARD, hill, LINE, 1.0, 1e-2, 2),
+    (HARD, rounded, BLOCKS, 1.0, 1e-2, None),
+    (HARD, narrow, BLOCKS, 1.0, 1e-2, None),
+    *((WIDE, Cylinder(10.0), law, 1.0, 1e-4, None) for law in (LINE, BLOCKS)),
+    *((WIDE, Cylinder(10.0), law, 1.0, 1e-5, None) for law in (LINE, CLAMPED)),
 ]
 
 
 @pytest.mark.parametrize(
     "scene",
-    SCENES,
+    [*SCENES, *(pytest.param(scene, marks=pytest.mark.nightly) for scene in SCENES_ALIKE)],
     ids=lambda scene: f"{scene[3]:.0f} {scene[4]:g} {getattr(scene[1], '__name__', scene[1])} {scene[2]}"[
         :60
     ],
@@ -123,6 +133,23 @@ def test_estimates_hold_and_no_contact_is_missed(scene):
     assert state.residual < 1e-11 and state.weights @ state.pressure == pytest.approx(load, rel=1e-11)
 
 
+def test_a_block_without_a_size_is_cut_off_farther_away_for_a_smaller_rtol(monkeypatch):
+    """The images of the load displace by some 1.5 of (contact over distance) squared."""
+    distances = []
+
+    class Unmade(fitted.FittedMesh):
+        def __init__(self, solver, *_):
+            distances.append(solver.far)
+            raise NotConverged("no mesh is made")
+
+    monkeypatch.setattr(fitted, "FittedMesh", Unmade)
+    for rtol in (1e-3, 1e-6):
+        with pytest.raises(NotConverged, match="no mesh is made"):
+            on_block(WIDE, Cylinder(10.0), CLAMPED).solve(load=1.0, rtol=rtol)
+        assert 1.5 / distances[-1] ** 2 < rtol / 5
+
+
+@pytest.mark.nightly  # of where it is cut off `test_a_block_without_a_size_is_cut_off_farther_away...`
 def test_a_block_without_a_size_is_cut_off_where_rtol_allows_it():
     """A thousand times the contact away that alone makes 1.5e-6, and 1e-6 was refused."""
     problem = on_block(WIDE, Cylinder(10.0), CLAMPED)
@@ -153,15 +180,19 @@ def test_three_meshes_are_held_at_a_time(monkeypatch):
     assert max(counts) <= 3 < len(counts)
 
 
-def test_what_no_orders_reach_is_refused_by_the_first(monkeypatch):
+@pytest.mark.parametrize(
+    "obstacle",
+    [pytest.param(Wedge(slope=0.05), marks=pytest.mark.nightly), mb.Punch(half_width=0.3)],
+    ids=str,
+)
+def test_what_no_orders_reach_is_refused_by_the_first(obstacle, monkeypatch):
     """The levels at a peak or an end leave 1e-5, whatever the orders: 1e-6 took three times as long."""
     tried, refined = [], FittedSolver._refined
     monkeypatch.setattr(FittedSolver, "_refined", lambda *args: (tried.append(args[-2]), refined(*args))[1])
-    for obstacle in (Wedge(slope=0.05), mb.Punch(half_width=0.3)):
-        problem = on_block(HARD, obstacle, LINE, 4.0)
-        with pytest.raises(NotConverged) as caught:
-            problem.solve(load=0.5, rtol=1e-6)
-        assert problem.solve(load=0.5, rtol=caught.value.rtol_reached).error_estimate < 5e-5
+    problem = on_block(HARD, obstacle, LINE, 4.0)
+    with pytest.raises(NotConverged) as caught:
+        problem.solve(load=0.5, rtol=1e-6)
+    assert problem.solve(load=0.5, rtol=caught.value.rtol_reached).error_estimate < 5e-5
     assert not any(tried)
 
 
@@ -232,8 +263,8 @@ def test_a_contact_at_the_end_of_a_block_says_where_it_is_looked_for(centre):
     """At the end, beyond it, and of one corner alone; what is advised helps."""
     problem = on_block(HARD, lambda x: (x - centre) ** 2 / 2, BLOCKS, size=2.0)
     with pytest.raises(mb.BadArgument, match=r"size = 2.0: must be larger: .* up to \|x1\| = 1.94"):
-        problem.solve(load=1e-3)
-    assert problem.with_(body=mb.Block(HARD, 4.0)).solve(load=1e-3).error_estimate < 1e-3
+        problem.solve(load=1e-3, rtol=1e-2)
+    assert problem.with_(body=mb.Block(HARD, 4.0)).solve(load=1e-3, rtol=1e-2).error_estimate < 1e-2
 
 
 def test_first_touch_is_that_of_the_nearer_corner():
@@ -242,7 +273,7 @@ def test_first_touch_is_that_of_the_nearer_corner():
         problem = on_block(HARD, Cylinder(10.0), Microblock(psi0=psi0), size=2.0)
         with pytest.raises(mb.BadArgument, match="must be larger: the obstacle touches no node"):
             problem.solve(approach=-0.00043)  # first touch is at -0.000425
-        assert problem.solve(approach=-0.00042).load > 0
+        assert problem.solve(approach=-0.00042, rtol=0.05).load > 0
 
 
 def test_a_neighbour_without_the_second_contact_does_not_hide_it():
@@ -265,7 +296,7 @@ GRID = np.linspace(-2, 2, 2001)
         (mb.Obstacle.from_samples(GRID, GRID**2 / 20), BLOCKS, "contact nodes"),
     ],
 )
-@pytest.mark.parametrize("size", [math.inf, 20.0])
+@pytest.mark.parametrize("size", [math.inf, pytest.param(20.0, marks=pytest.mark.nightly)])
 def test_what_is_too_rough_is_refused_before_it_is_assembled(obstacle, law, match, size, forms):
     """It ran for more than two minutes, or out of memory."""
     with pytest.raises(mb.MicroblockError, match=match):
@@ -289,7 +320,9 @@ def test_a_mesh_with_a_hole_is_none(monkeypatch):
 NAMED = {"microblock": mb.Microblock, "unilateral": mb.Unilateral}
 
 
-@pytest.mark.parametrize("law, alpha", [("unilateral", 0.34), ("microblock", 0.24)])
+@pytest.mark.parametrize(
+    "law, alpha", [("unilateral", 0.34), pytest.param("microblock", 0.24, marks=pytest.mark.nightly)]
+)
 def test_kinks_are_graded_as_deep_as_the_error_asks(law, alpha):
     """On refinement levels of equal depth the logarithm between two nodes is the same: 3.8 rtol without a
     warning; on the axis it was not graded.
