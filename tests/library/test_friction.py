@@ -216,11 +216,17 @@ def test_events_have_an_error_where_two_levels_agree_on_them():
         assert with_errors(finer, coarser) == finer
 
 
-@pytest.mark.parametrize("radii", [(1000, 1e-2), pytest.param((10, 1e-4), marks=pytest.mark.nightly)])
-def test_a_narrow_hill_is_not_missed(radii):
-    """Of two, it carries a fifth to a third of the load. Cells as wide as it saw nothing of it at an estimate
-    of .018, and the last one was pressed beyond the cells. Without friction panels have its share to 1e-3;
-    friction changes it by 2 %.
+@pytest.mark.parametrize(
+    "radii, rtol",
+    [
+        ((1000, 1e-2), 0.2),
+        *(pytest.param(radii, 0.05, marks=pytest.mark.nightly) for radii in ((1000, 1e-2), (10, 1e-4))),
+    ],
+)
+def test_a_narrow_hill_is_not_missed(radii, rtol):
+    """Of two, it carries a fifth to a third of the load. Cells as wide as it saw nothing of it at an
+    estimate of .018, and the last one was pressed beyond the cells. Without friction panels have its share to
+    1e-3; friction changes it by 2 %.
     """
     body = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085))
 
@@ -228,15 +234,19 @@ def test_a_narrow_hill_is_not_missed(radii):
         return np.minimum((x + 3) ** 2 / radii[0], (x - 3) ** 2 / radii[1]) / 2
 
     plain = mb.Contact(body, hills, mb.Unilateral()).solve(load=1.0, rtol=1e-3)
-    pressed = mb.Contact(body, hills, mb.Unilateral(friction=0.4)).history([(1, 0)], rtol=5e-2).states[0]
+    pressed = mb.Contact(body, hills, mb.Unilateral(friction=0.4)).history([(1, 0)], rtol=rtol).states[0]
     shares = [float(state.weights[state.x > 0] @ state.pressure[state.x > 0]) for state in (plain, pressed)]
-    assert len(pressed.zones["contact"]) == 2 and pressed.error_estimate < 0.05
+    assert len(pressed.zones["contact"]) == 2 and pressed.error_estimate < rtol
     assert shares[0] > 0.2 and shares[1] == pytest.approx(shares[0], rel=0.03)
 
 
-@pytest.mark.parametrize("obstacle, law", [
-    (mb.Cylinder(R=10), mb.Microclamped(friction=0.3)), (mb.Punch(1.0), mb.Unilateral(friction=0.3)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "obstacle, law",
+    [
+        pytest.param(mb.Cylinder(R=10), mb.Microclamped(friction=0.3), marks=pytest.mark.nightly),
+        (mb.Punch(1.0), mb.Unilateral(friction=0.3)),
+    ],
+)
 def test_what_is_advised_soon_is_obtained(obstacle, law):
     """After the fourth level errors may fall no more: 3.2e-4 was advised of the first one; 5.6e-4 is all."""
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -464,8 +474,10 @@ def cylinder(f, body, method=None, coupled=True):
     return mb.Contact(body, mb.Cylinder(1.0), law, method).history(pairs, coupled=coupled, rtol=RTOL[method])
 
 
-def test_a_mesh_on_which_no_way_goes_on_says_so():
+def test_a_mesh_on_which_no_way_goes_on_says_so(monkeypatch):
     """Blocks three times as long as the contact: from a friction of 5 on no rates hold somewhere."""
+    # a tenth of the exchanges, which are enough for what it advises
+    monkeypatch.setattr(event_driven, "BUDGET", event_driven.BUDGET // 10)
     tall = on_ground(TALL, 0.4, 1, far=4.0, reach=1.6)
     with pytest.raises(mb.NotConverged, match="no rates"):
         cylinder(6.0, tall, NEWTON)
