@@ -25,7 +25,9 @@ from microblock import (
     Unilateral,
     Wedge,
 )
+from microblock.contact_solvers.cell_path import _GridPath
 from microblock.halfplane.kernels import LineKernels, clamped, plane_symbol
+from microblock.model.events import Event
 from tests import closed_forms
 
 DIGITS = 60
@@ -375,3 +377,18 @@ def test_slope_discontinuities_and_edges_give_a_state_or_say_why_not(solid, law,
         assert "load" in str(failure)
     else:
         is_a_state(state, load * solid.E)
+
+
+def test_places_and_chains_of_events_on_cells():
+    """An event lies in the middle of its cells, on a period by the shorter way; and what vanishes elsewhere
+    does not undo a birth.
+    """
+    grid = SimpleNamespace(axes=(np.linspace(-0.95, 0.95, 20),), width=0.1, count=20)
+    line, ring = (_GridPath(SimpleNamespace(period=period), grid) for period in (None, 2.0))
+    assert line.middle(np.array([[3], [6]])) == pytest.approx(-0.5)
+    assert ring.middle(np.array([[19], [0]])) == pytest.approx(1.0)
+    born = Event(1.0, 0.0, "born", "A", 0.0)
+    beside = Event(1.01, 0.0, "vanished", "A", 0.2)
+    elsewhere = Event(1.01, 0.0, "vanished", "A", 5.0)
+    assert line.steady([born, elsewhere]) == [born, elsewhere]
+    assert line.steady([born, beside]) == []
