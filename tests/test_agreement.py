@@ -10,6 +10,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from microblock.fem import meshes, meshes3d
+from tests.choice import params
 from tests.states import apart
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
@@ -63,11 +64,19 @@ def state(method, shape, law):
     return mb.Contact(body, SHAPES[shape], LAWS[law], chosen).solve(load=1.0, rtol=rtol)
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("method", ["cells", "fitted"])
+PAIRS = {
+    (method, shape, law): {f"{method} {shape}", f"{method} {law}"}
+    for method in ("cells", "fitted")
+    for shape in SHAPES
+    for law in LAWS
+}
+
+
+@pytest.mark.parametrize("method, shape, law", params(PAIRS))
 def test_methods_have_the_pressures_of_panels(method, shape, law):
-    """By as much as both estimates allow, in L2 of pressure and moment; and as many zones of each kind."""
+    """By as much as both estimates allow, in L2 of pressure and moment; and as many zones of each kind. Each
+    method with each shape and with each law; with each of both by `-m nightly`.
+    """
     found, panels = state(method, shape, law), state("panels", shape, law)
     assert found.method == method and panels.method == "panels"
     own = {name: len(zones) for name, zones in found.zones.items()}
@@ -191,12 +200,18 @@ LINES = {  # law of the half-plane, of the half-space along x1, and along x2 (ro
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("second", [None, OTHER], ids=["rigid", "two bodies"])
-@pytest.mark.parametrize("name", LINES)
-def test_a_height_of_one_direction_is_contact_of_the_half_plane(name, second):
-    """By two programs on the same cells, to the residual of both; corners of a second body stand on cells."""
-    period, count = 3.0, 48
-    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.25, alpha_prime=0.3, beta_prime=-0.2)
+BODIES = {"rigid": None, "two bodies": OTHER}
+LINES_OF_BODIES = {(name, bodies): {name, bodies} for name in LINES for bodies in BODIES}
+
+
+@pytest.mark.parametrize("name, bodies", params(LINES_OF_BODIES))
+def test_a_height_of_one_direction_is_contact_of_the_half_plane(name, bodies):
+    """By two programs on the same cells, to the residual of both; corners of a second body stand on cells.
+    Each law once; with and without a second body by `-m nightly`.
+    """
+    period, count = 3.0, 32
+    second = BODIES[bodies]
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.375, alpha_prime=0.3, beta_prime=-0.2)
     cells = mb.Cells(nodes=count, residual=1e-11)
 
     def solved(body, height, law, load):
@@ -245,7 +260,7 @@ SPACE = mb.HalfSpace(SOLID)
 LEVELS = {  # problems with a level of the approach, and an approach
     "mesh": (mb.Contact(BLOCK, SHAPES["wedge"], mb.Microblock(), uniform(AL)), 0.03),
     "half-space": (
-        mb.Contact(SPACE, mb.Sphere(10), mb.Microblock(), mb.Cells(nodes=48, window=(-0.7, 0.7))), 0.015,
+        mb.Contact(SPACE, mb.Sphere(10), mb.Microblock(), mb.Cells(nodes=32, window=(-0.7, 0.7))), 0.015,
     ),
     "two half-spaces": (
         mb.Contact(
@@ -301,10 +316,15 @@ def moved(method, modulus=1.0, length=1.0, sign=1):
     return values / modulus, found.gap_at("AB"[::sign][0], x) / length
 
 
-@pytest.mark.parametrize("method", UNITS)
+LONG = {"friction on cells"}  # as long as all the others
+
+
+@pytest.mark.parametrize(
+    "method", [pytest.param(name, marks=[pytest.mark.nightly] * (name in LONG)) for name in UNITS]
+)
 def test_units_and_mirror_images_change_nothing(method):
     """In other units to 1e-5, as edges are driven to less than rtol from starts that rounding moves; mirrored
-    by the accuracy of the method.
+    by the accuracy of the method. Friction on cells by `-m nightly`.
     """
     pressure, gap = moved(method)
     for change, close in (({"modulus": 1e9, "length": 1e-3}, 1e-5), ({"sign": -1}, UNITS[method][2])):

@@ -20,7 +20,7 @@ from scipy.special import ellipe, ellipk
 import microblock as mb
 from microblock.fem import meshes3d
 from microblock.fem.loads import Loads
-from tests import closed_forms
+from tests import choice, closed_forms
 
 UNILATERAL = mb.Unilateral()
 
@@ -44,9 +44,12 @@ class Row:
     reason: str
     scale: float | None = None
 
+    def name(self) -> str:
+        """Returns the name of the problem, which rows share."""
+        return getattr(self.problem, "__name__", str(self.problem))
+
     def __str__(self) -> str:
-        named = getattr(self.problem, "__name__", self.problem)
-        return f"{named}: {self.figure.__name__}"
+        return f"{self.name()}: {self.figure.__name__}"
 
 
 @cache
@@ -911,8 +914,26 @@ ROUGHNESS = [
 ROWS = [*ROLLERS, *PROFILES, *WAVES, *DATA, *LOOPS, *LAYERS, *PATCHES, *SHAPES, *ROUGHNESS]
 
 
-@pytest.mark.parametrize("row", ROWS, ids=str)
+ALIKE = {  # shapes in space of one kind, a second or more each
+    "indented cube": {"sphere"},
+    "ball": {"sphere"},
+    "raceway": {"ellipsoid"},
+    "crowned roller": {"ellipsoid"},
+    "gel": {"function"},
+    "quartic in space": {"function"},
+    "rounded punch in space": {"profile that turns"},
+    "truncated cone": {"profile that turns"},
+}
+LEFT_OUT = {*ALIKE} - choice.part(ALIKE)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [pytest.param(row, marks=[pytest.mark.nightly] * (row.name() in LEFT_OUT)) for row in ROWS],
+    ids=str,
+)
 def test_public_problem(row: Row) -> None:
+    """All problems, but of shapes in space that are alike one of each kind; `-m nightly` has the others."""
     value = row.figure(solved(row.problem))
     right = row.right() if callable(row.right) else row.right
     assert abs(value - right) <= row.tolerance * (row.scale or abs(right)), row.reason

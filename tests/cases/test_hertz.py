@@ -145,6 +145,7 @@ def test_the_fitted_mesh_of_fig7_has_nodes_at_both_edges():
     assert state.unknowns < 130_000 / 15 and state.error_estimate <= 1e-4
 
 
+@pytest.mark.nightly
 def test_the_alpha_mid_of_the_paper_is_that_of_its_mesh():
     """Squares approach the limit like h^(2 zeta): at a_Hz/50 they have the 0.8874 of the paper, to 0.002 as
     the line is drawn from squares that are three times as large.

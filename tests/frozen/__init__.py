@@ -1,7 +1,8 @@
 """Numbers of the library that a change of its shape must not change.
 
 `rooms/NAME.csv` holds the numbers of a room, a row each, and `rooms/NAME.py` computes them: its function
-`rows()` yields (name, value, kind) or, of an estimate, (name, value, "estimated", tolerance).
+`rows(choice)` yields (name, value, kind) or, of an estimate, (name, value, "estimated", tolerance), of the
+problems that a Choice of `tests.frozen.choice` takes.
 `python -m tests.frozen [ROOM ...]` computes them anew and says how well they agree; with `--write` it
 writes the files, in which a row that agrees keeps its value.
 
@@ -29,6 +30,8 @@ for name in ("OPENBLAS", "OMP"):  # before numpy: sums are taken in one order
     os.environ.setdefault(f"{name}_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
+
+from .choice import Choice  # noqa: E402
 
 FOLDER = Path(__file__).with_name("rooms")
 COLUMNS = ("name", "value", "kind", "tolerance", "reason")
@@ -99,10 +102,11 @@ class Row:
 
 
 class Room:
-    """The rows of a file, as they are written and as they are now."""
+    """The rows of a file, as they are written and as they are now: of all problems, or of a tenth of them."""
 
-    def __init__(self, name):
+    def __init__(self, name, whole=True):
         self.name, self.file = name, FOLDER / f"{name}.csv"
+        self._choice = Choice(whole)
 
     @cached_property
     def known(self):
@@ -127,19 +131,22 @@ class Room:
     def now(self):
         """{name: Row} as computed, with the tolerance of its kind."""
         rows = {}
-        for name, value, kind, *tolerance in importlib.import_module(f"{__name__}.rooms.{self.name}").rows():
+        room = importlib.import_module(f"{__name__}.rooms.{self.name}")
+        for name, value, kind, *tolerance in room.rows(self._choice):
             if name in rows:
                 raise ValueError(f"two rows are called {name}")
             rows[name] = Row(name, written(value), kind, *(tolerance or [TOLERANCES[kind]]))
         return rows
 
     def compared(self):
-        """A Row for each of the file and for what is new."""
+        """A Row for each that is computed, each of the file that should be, and for what is new."""
+        not_computed = [name for name in self.known if name not in self.now]
+        missing = [name for name in not_computed if not self._choice.leaves_out(name)]
         return [
             Row(**{**vars(self.known[name]), "now": self.now[name].value if name in self.now else "nothing"})
             if name in self.known
             else Row(name, "missing in the file", self.now[name].kind, 0.0, self.now[name].value)
-            for name in self.known | self.now
+            for name in (*self.now, *missing)
         ]
 
     def write(self):

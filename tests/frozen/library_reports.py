@@ -259,24 +259,42 @@ def room_of(body):
     return "bodies3d" if body is IN_A_CUBE else "fem"
 
 
-def of_room(problems, room):
-    """Those of the named problems whose body belongs to a room."""
-    return ((name, *problem) for name, problem in problems.items() if room_of(problem[0]) == room)
+def computed(problems, begin, choice):
+    """(how the rows of a problem begin, what it is) of those of the named problems that are computed."""
+    named = {f"{begin}{name}": problem for name, problem in problems.items()}
+    names = choice.named({name: traits_of(*problem[:4]) for name, problem in named.items()})
+    return ((name, *problem) for name, problem in named.items() if name in names)
 
 
-def reports(room):
+def traits_of(body, obstacle, law, method):
+    """What a problem shows: its bodies, its obstacle, and its law with its method."""
+    kinds = {type(body).__name__, f"{type(law).__name__} {type(method).__name__}"}
+    shape = obstacle
+    if isinstance(obstacle, mb.Deformable):
+        kinds.add(f"second {type(obstacle.body).__name__}")
+        shape = obstacle.shape
+    return kinds | {type(shape).__name__}
+
+
+def of_room(problems, room, begin, choice):
+    """Those of the named problems whose body belongs to a room, as of `computed`."""
+    of_bodies = {name: problem for name, problem in problems.items() if room_of(problem[0]) == room}
+    return computed(of_bodies, begin, choice)
+
+
+def reports(room, choice):
     """Rows of what the states and load paths of a room say of themselves."""
-    for name, *problem, rtol in of_room(TO_RTOL, room):
-        yield from of_state(f"to rtol {name}", mb.Contact(*problem).solve(1.0, rtol=rtol))
-    for name, *problem in of_room(WARNED, room):
+    for name, *problem, rtol in of_room(TO_RTOL, room, "to rtol ", choice):
+        yield from of_state(name, mb.Contact(*problem).solve(1.0, rtol=rtol))
+    for name, *problem in of_room(WARNED, room, "warned ", choice):
         for load in (1.0, 0.05):
             state = mb.Contact(*problem).solve(load)
-            yield from of_state(f"warned {name} {load}", state, FIXED)
-            yield from table(f"warned {name} {load}", {"words": words(state)})
-    for name, *problem in of_room(ON_NODES, room):
+            yield from of_state(f"{name} {load}", state, FIXED)
+            yield from table(f"{name} {load}", {"words": words(state)})
+    for name, *problem in of_room(ON_NODES, room, "", choice):
         yield from of_shown_state(name, mb.Contact(*problem).solve(1.0))
-    for name, *problem, rtol in of_room(PATHS, room):
-        yield from of_path(f"path {name}", mb.Contact(*problem).path(1.0, rtol=rtol))
+    for name, *problem, rtol in of_room(PATHS, room, "path ", choice):
+        yield from of_path(name, mb.Contact(*problem).path(1.0, rtol=rtol))
 
 
 def of_shown_state(name, state):
@@ -305,16 +323,16 @@ def of_path(name, path):
         yield f"{row} load_error", event.load_error, "doubt", tolerance
 
 
-def histories():
+def histories(choice):
     """Rows of histories, the estimates of their states and their events."""
-    for name, (*problem, rtol) in HISTORIES.items():
+    for name, *problem, rtol in computed(HISTORIES, "history ", choice):
         history = mb.Contact(*problem).history(SHEARED, rtol=rtol)
-        yield from of_figure(f"history {name} figure", history.plot(), READ)
+        yield from of_figure(f"{name} figure", history.plot(), READ)
         for number, state in enumerate(history.states):
-            yield from of_state(f"history {name} state {number}", state)
+            yield from of_state(f"{name} state {number}", state)
         for number, event in enumerate(history.events):
             numbers = {part: getattr(event, part) for part in ("kind", "shear", "load")}
-            yield from table(f"history {name} event {number}", numbers, DOUBT)
+            yield from table(f"{name} event {number}", numbers, DOUBT)
 
 
 def seen(name, law, load=1.0):

@@ -7,10 +7,10 @@ SOLVED = 2e-8  # twenty times the residual of solvers of bodies: without it rows
 NOTHING = 1e-9  # what balances or vanishes by symmetry, but for that residual
 
 
-def rows():
+def rows(choice):
     numbers = [
         (f"{problem['name']} {quantity}", value)
-        for problem in problems_space.BODIES
+        for problem in choice.of(problems_space.BODIES)
         for quantity, value in library_space.measured(library_space.solve(problem), problem).items()
     ]
     for row in (*numbers, *library_space.that_travel("body").items()):
@@ -19,4 +19,4 @@ def rows():
         yield (name, value, kind) if exact else (name, value * (abs(value) >= NOTHING), kind, SOLVED)
     yield from rows_of("discrete", library_space.of_bodies)
     yield from rows_refused(library_space.refusals_of_bodies)
-    yield from library_reports.reports("bodies3d")
+    yield from library_reports.reports("bodies3d", choice)

@@ -6,8 +6,10 @@ from .. import library, of_kind, problems
 from ..states import leaves
 
 
-def rows():
-    for words, (wanted, kind, tolerance) in problems.COMMANDS.items():
+def rows(choice):
+    computed = choice.named({f"cases {words}:": traits_of(words) for words in problems.COMMANDS})
+    commands = {words: kept for words, kept in problems.COMMANDS.items() if f"cases {words}:" in computed}
+    for words, (wanted, kind, tolerance) in commands.items():
         status, printed = library.answered(words)
         yield f"cases {words}: exit status", status, "outcome"
         numbers = dict(leaves(json.loads(printed)))
@@ -20,3 +22,9 @@ def rows():
         yield f"cases {words}: exit status", library.answered(words)[0], "outcome"
     for name, value in library.of_studies().items():
         yield name, value, "estimated", 1e-3
+
+
+def traits_of(words):
+    """What a command line shows: its command, and its model."""
+    command, _, options = words.partition(" ")
+    return {command, *(f"{command} {model}" for model in ("column", "fe") if f"--model {model}" in options)}

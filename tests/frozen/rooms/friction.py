@@ -7,12 +7,12 @@ from ..states import rows_refused
 LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
 
 
-def rows():
-    for problem in problems.HISTORIES:
+def rows(choice):
+    for problem in choice.of(problems.HISTORIES):
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
     yield from rows_refused(library_friction.refusals)
-    yield from library_reports.histories()
+    yield from library_reports.histories(choice)
 
 
 def rows_of_history(problem):

@@ -6,11 +6,11 @@ from ..states import rows_of, rows_refused
 AGREED = 1e-3  # approach and energy are second order in errors of a state, of which the estimates are 0.05
 
 
-def rows():
-    for problem in problems_space.SPACES:
+def rows(choice):
+    for problem in choice.of(problems_space.SPACES):
         for quantity, value in library_space.measured(library_space.solve(problem), problem).items():
             yield of_kind(f"{problem['name']} {quantity}", value, "discrete")
-    for problem in problems_space.ESTIMATED:
+    for problem in choice.of(problems_space.ESTIMATED):
         state = library_space.solve(problem)
         yield f"{problem['name']} approach", state.approach, "estimated", AGREED
         yield f"{problem['name']} energy", state.energy, "estimated", AGREED
@@ -20,5 +20,5 @@ def rows():
     yield from rows_of("definition", *(getattr(library_space, f"of_{name}") for name in names))
     yield from rows_of("discrete", lambda: library_space.that_travel("cells"), library_space.warned)
     yield from rows_refused(library_space.refusals_of_spaces)
-    yield from library_reports.reports("halfspace")
+    yield from library_reports.reports("halfspace", choice)
     yield from library_reports.candidates_in_space()

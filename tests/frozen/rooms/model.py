@@ -4,7 +4,7 @@ from .. import library
 from ..states import rows_of
 
 
-def rows():
+def rows(_):
     yield from rows_of(
         "definition",
         library.of_materials,

@@ -8,7 +8,7 @@ from ..states import rows_of, rows_refused
 ROUNDING_OF_SUMS = 1e-11
 
 
-def rows():
+def rows(choice):
     for part in (library_plane.of_shear_kernels, library_plane.of_averages, library_plane.of_products):
         yield from ((name, value, "definition", ROUNDING_OF_SUMS) for name, value in part().items())
     for part in (library_plane.of_second_bodies, library_plane.of_memories, library_plane.of_others):
@@ -18,15 +18,15 @@ def rows():
     yield from rows_of("discrete", library_plane.of_gradients)
     names = "of_pictures", "of_intervals", "of_edges", "of_ways"
     yield from (row for name in names for row in getattr(library_plane, name)())
-    yield from states()
+    yield from states(choice)
     yield from rows_refused(library_plane.refusals)
     yield from library_reports.parts()
     yield from library_reports.candidates_in_the_plane()
 
 
-def states():
+def states(choice):
     """Rows of states between two half-planes."""
-    for problem in problems.BETWEEN:
+    for problem in choice.of(problems.BETWEEN):
         contact = library_friction.contact_of(problem)
         rtol = {"rtol": problem["rtol"]} if "rtol" in problem else {}
         state = contact.solve(problem["load"], **rtol)

@@ -4,7 +4,7 @@ from .. import library_two, problems_two
 from ..states import rows_of_paths, rows_of_states, rows_refused
 
 
-def rows():
-    yield from rows_of_states(problems_two.STATES, library_two)
-    yield from rows_of_paths(problems_two.PATHS, library_two)
+def rows(choice):
+    yield from rows_of_states(choice.of(problems_two.STATES), library_two)
+    yield from rows_of_paths(choice.of(problems_two.PATHS), library_two)
     yield from rows_refused(library_two.refusals)
