@@ -22,6 +22,7 @@ import microblock as mb
 from cases.__main__ import cases
 from microblock.model.results import PlainData
 from tests.bodies import on_ground, quarter
+from tests.choice import params
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -308,11 +309,13 @@ FEATURES = {  # rows of that table: what a problem of the column must do, or ref
 }
 
 
-@pytest.mark.parametrize("column", BODIES)
-@pytest.mark.parametrize("feature", FEATURES)
+CELLS = {(feature, column): {feature, column} for feature in FEATURES for column in BODIES}
+
+
+@pytest.mark.parametrize("feature, column", params(CELLS))
 def test_a_body_can_do_what_readme_says(feature, column):
     """ "yes" computes, "no" raises BadArgument or has no such attribute; a half-plane has an approach with a
-    period alone.
+    period alone. Each row and each column of the table has a cell here, and the others with `-m nightly`.
     """
     said = dict(zip(table(README)["feature"], table(README)[feature]))[column]
     if said == "no":

@@ -263,8 +263,8 @@ def spence(friction, nu=0.3):
     [pytest.param(0.2, marks=pytest.mark.nightly), pytest.param(2 / 7, marks=pytest.mark.nightly), 0.5],
 )
 def test_pressed_alone_a_cylinder_sticks_as_spence_says(friction):
-    """Stick grows, so that f p - |q| is a power 3/2 at its edge; cells as above. One of three coefficients, of
-    which `-m nightly` has the others.
+    """Stick grows, so that f p - |q| is a power 3/2 at its edge; cells as above. One of three coefficients;
+    `-m nightly` has the others.
     """
     state = classical(False, mb.Unilateral(friction=friction)).history(
         [(np.pi / 4, 0.0)], coupled=False, rtol=1e-3

@@ -34,10 +34,10 @@ class Choice:
         return [problem for problem in problems if problem["name"] in computed]
 
     def named(self, traits):
-        """Return the names that are computed of {how the rows of a problem begin: what it shows}."""
-        names = {*traits} if self._whole else part(traits)
-        self._computed |= {name: name in names for name in traits}
-        return names
+        """Return the names that are computed, in order, of {how rows of a problem begin: what it shows}."""
+        chosen = {*traits} if self._whole else part(traits)
+        self._computed |= {name: name in chosen for name in traits}
+        return [name for name in traits if name in chosen]
 
     def leaves_out(self, row):
         """Return whether a row belongs to a problem that is left out: that whose name is the longest."""

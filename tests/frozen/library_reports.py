@@ -263,7 +263,7 @@ def computed(problems, begin, choice):
     """(how the rows of a problem begin, what it is) of those of the named problems that are computed."""
     named = {f"{begin}{name}": problem for name, problem in problems.items()}
     names = choice.named({name: traits_of(*problem[:4]) for name, problem in named.items()})
-    return ((name, *problem) for name, problem in named.items() if name in names)
+    return ((name, *named[name]) for name in names)
 
 
 def traits_of(body, obstacle, law, method):
@@ -365,19 +365,27 @@ def candidates_in_the_plane():
         yield from table(f"seen {name} {number}", {"counts": counts} | attributes | numbers, CLOSE)
 
 
-def candidates_in_space():
+def candidates_in_space(choice):
     """Rows of what is seen of obstacles over a surface before anything is solved."""
-    for name, shape in IN_SPACE.items():
-        for law, window in ((TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))):
-            contact = mb.Contact(mb.HalfSpace(SOLID), shape, law, mb.Cells(nodes=32, window=window))
-            for load, approach in ((1.0, None), (None, 0.02)):
-                squares = contact.solver._candidates(load, approach, contact.solver.given_window())
-                numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
-                numbers |= {
-                    "samples": squares.samples[:, :2],
-                    "separate": np.unique(np.round(squares.separate_valleys(squares.bound), 6), axis=0),
-                }
-                yield from table(f"seen {name} {law.corners[0]} {window} {load}", numbers, CLOSE)
+    laws = (TURNED, None), (LINE, None), (TURNED, (-0.5, 0.5))
+    levels = (1.0, None), (None, 0.02)
+    asked = {
+        f"seen {name} {law.corners[0]} {window} {level[0]}": (name, law, window, level)
+        for name, (law, window), level in product(IN_SPACE, laws, levels)
+    }
+    traits = {
+        row: {name, f"{law.corners[0]} {window}", level} for row, (name, law, window, level) in asked.items()
+    }
+    for row in choice.named(traits):
+        name, law, window, (load, approach) = asked[row]
+        contact = mb.Contact(mb.HalfSpace(SOLID), IN_SPACE[name], law, mb.Cells(nodes=32, window=window))
+        squares = contact.solver._candidates(load, approach, contact.solver.given_window())
+        numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
+        numbers |= {
+            "samples": squares.samples[:, :2],
+            "separate": np.unique(np.round(squares.separate_valleys(squares.bound), 6), axis=0),
+        }
+        yield from table(row, numbers, CLOSE)
 
 
 def trials():

@@ -7,9 +7,10 @@ from ..states import leaves
 
 
 def rows(choice):
-    computed = choice.named({f"cases {words}:": traits_of(words) for words in problems.COMMANDS})
-    commands = {words: kept for words, kept in problems.COMMANDS.items() if f"cases {words}:" in computed}
-    for words, (wanted, kind, tolerance) in commands.items():
+    commands = {f"cases {words}:": words for words in problems.COMMANDS}
+    for name in choice.named({name: traits_of(words) for name, words in commands.items()}):
+        words = commands[name]
+        wanted, kind, tolerance = problems.COMMANDS[words]
         status, printed = library.answered(words)
         yield f"cases {words}: exit status", status, "outcome"
         numbers = dict(leaves(json.loads(printed)))

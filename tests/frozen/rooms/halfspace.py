@@ -21,4 +21,4 @@ def rows(choice):
     yield from rows_of("discrete", lambda: library_space.that_travel("cells"), library_space.warned)
     yield from rows_refused(library_space.refusals_of_spaces)
     yield from library_reports.reports("halfspace", choice)
-    yield from library_reports.candidates_in_space()
+    yield from library_reports.candidates_in_space(choice)
