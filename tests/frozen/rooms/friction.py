@@ -12,6 +12,8 @@ def rows(choice):
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
     yield from rows_refused(library_friction.refusals)
+    if choice.named({"refused friction of no unique answer": set()}):
+        yield from rows_refused(library_friction.refused_at_length)
     yield from library_reports.histories(choice)
 
 
