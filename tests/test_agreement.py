@@ -260,7 +260,7 @@ SPACE = mb.HalfSpace(SOLID)
 LEVELS = {  # problems with a level of the approach, and an approach
     "mesh": (mb.Contact(BLOCK, SHAPES["wedge"], mb.Microblock(), uniform(AL)), 0.03),
     "half-space": (
-        mb.Contact(SPACE, mb.Sphere(10), mb.Microblock(), mb.Cells(nodes=32, window=(-0.7, 0.7))), 0.015,
+        mb.Contact(SPACE, mb.Sphere(10), mb.Microblock(), mb.Cells(nodes=48, window=(-0.7, 0.7))), 0.015,
     ),
     "two half-spaces": (
         mb.Contact(
