@@ -1,7 +1,7 @@
 """Contact of a body on a mesh, as it is or refined to an rtol."""
 
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.nodal import NodalPath, NodalSolver
@@ -74,7 +74,3 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     @property
     def compliance(self) -> Compliance:
         return self.nodes.compliance
-
-    def on(self, mesh: Any) -> "BodySolver":
-        """Returns the solver of the same problem on another mesh."""
-        return cast(BodySolver, self.contact.with_(body=self.body.on(mesh)).solver)

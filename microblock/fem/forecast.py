@@ -80,12 +80,20 @@ class OnGivenMesh(Solver):
         """Raises BadArgument for an rtol that no mesh is refined to."""
         require(rtol is None or self.refines, "rtol", rtol, self.no_rtol)
 
+    def on(self, mesh: Any) -> Any:
+        """Returns the solver of the same problem on another mesh."""
+        return self.contact.with_(body=self.body.on(mesh)).solver
+
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         self.require_given_mesh(rtol)
+        if rtol is None:
+            return cost.predict(self.rate, self.body.unknowns)
+        return self.refined_cost(rtol)
+
+    def refined_cost(self, rtol: float) -> cost.Cost:
+        """Returns the Cost of meshes that are refined to an rtol, in the plane."""
         body = self.body
         order = body.order
-        if rtol is None:
-            return cost.predict(self.rate, body.unknowns)
         # elements at slope discontinuities are cut again and again, and those at ends of each corner more
         ends = len(self.obstacle.ends)
         sharp = len(self.obstacle.kinks) + 3 * len(self.law.corners) * ends

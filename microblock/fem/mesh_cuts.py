@@ -1,4 +1,4 @@
-"""Cuts of the triangles of a mesh in the plane."""
+"""Cuts of the triangles or tetrahedra of a mesh."""
 
 from typing import Any
 
@@ -14,13 +14,14 @@ def too_small(mesh: Any) -> Flags:
     digits.
     """
     points = mesh.ngmesh.Coordinates()
-    corners = points[mesh.ngmesh.Elements2D().NumPy()["nodes"][:, :3] - 1]
+    cells = mesh.ngmesh.Elements3D() if mesh.dim == 3 else mesh.ngmesh.Elements2D()
+    corners = points[cells.NumPy()["nodes"][:, : mesh.dim + 1] - 1]
     sizes = np.ptp(corners, axis=1).max(axis=1)
     return sizes <= 1e4 * np.finfo(float).eps * np.abs(points).max()
 
 
 def cut(mesh: Any, chosen: Flags) -> None:
-    """Cuts the chosen triangles of a mesh, boolean array (elements,), but for those that are `too_small`."""
+    """Cuts the chosen simplices of a mesh, boolean array (elements,), but for those that are `too_small`."""
     mesh.SetRefinementFlags((chosen & ~too_small(mesh)).tolist())
     mesh.Refine()
 

@@ -21,7 +21,7 @@ from .supports import pressed
 class NewtonSolver(FollowsFriction, OnGivenMesh):
     """States of a body of one or two dimensions."""
 
-    no_rtol = "needs a condensed plane body or a mesh that the program makes; Newton() takes it as it is"
+    no_rtol = "needs a condensed body or a mesh that the program makes; Newton() takes it as it is"
     rate = "newton"
 
     def set_up(self) -> None:
@@ -90,6 +90,7 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
+    refines = False
     rate = "newton in space"
     time_factor = 1.0  # its states are those of Condensed()
 

@@ -1,10 +1,12 @@
 """Contact of a body in space with a rigid obstacle by projected gradients."""
 
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
+import ngsolve as ng
 import numpy as np
 
+from .. import cost
 from ..contact_solvers import projected_gradients
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..errors import NOT_YET, require
@@ -17,6 +19,7 @@ from .condensation import Flexibility3D
 from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
 from .mesh_solution import OnMesh
+from .recovery import refine_until
 from .state3d import SurfaceNodes
 
 ROWS = 1024  # of heights of the obstacle that are looked at for what lies between nodes
@@ -28,11 +31,24 @@ class Solver3D(OnGivenMesh):
 
     most_corners = None
     in_space = "nodes"
-    no_rtol = "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh"
+    no_rtol = (
+        "needs a mesh of tetrahedra, which NGSolve cuts where the error is; other elements it would cut "
+        "everywhere, so that their mesh is taken as it is, with its error estimate"
+    )
 
     @property
     def rate(self) -> str:
         return "condensed in space" + " by SuperLU" * (factors.usual is factors.SuperLU)
+
+    @property
+    def refines(self) -> bool:
+        return all(element.type == ng.ET.TET for element in self.body.mesh.Elements())
+
+    def refined_cost(self, rtol: float) -> cost.Cost:
+        # of a sphere on tetrahedra: the error falls like the length of facets along the edge of the contact
+        body = self.body
+        needed = body.unknowns + 400 * len(body.names) * (3 - body.order) / rtol
+        return cost.predict(self.rate, needed, times=2)
 
     @cached_property
     def initial_gaps(self) -> Array:
@@ -65,6 +81,12 @@ class Solver3D(OnGivenMesh):
         self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> OnMesh:
         self.require_given_mesh(rtol)
+        if rtol is not None:
+            return cast(OnMesh, refine_until(self, load, approach, rtol))
+        return self.solution_at(load, approach)
+
+    def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> SurfaceNodes:
+        """Returns the solution on the mesh as it is."""
         # unknowns are shares of the load, and gaps are along x3
         share = np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
         H = Flexibility3D(self.at_nodes.directions / share, self.nodes)

@@ -10,8 +10,11 @@ from ..model.law import side_directions
 from ..model.solution import SpaceSolution
 from ..model.state import State
 from ..model.types import Array, Integers
+from . import recovery
 from .body_spaces import COMPONENTS, FIELDS3D
 from .mesh_solution import OnMesh
+
+FEW = 25  # nodes in contact
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -64,36 +67,59 @@ class SurfaceNodes(OnMesh, SpaceSolution):
     def gaps(self) -> Array:
         return self.solver.initial_gaps
 
+    @cached_property
+    def error_estimate(self) -> float:
+        """That of `recovery`."""
+        return recovery.estimate(self).total
+
     def remarks(self) -> list[str]:
-        """Returns sentences on what the state has no estimate for."""
+        """Returns sentences on what the estimate does not say, or why it is large."""
         count = np.count_nonzero(self.closed)
         moved = np.abs(self.displacement).max()
         remarks = []
-        if count < 25:
-            remarks.append(f"only {count} nodes in contact and no error estimate: take a finer mesh")
+        if count < FEW and self.error_estimate > 0.1:
+            remarks.append(f"only {count} nodes in contact: {self._finer}")
         remarks += self.coarse(float(np.sqrt(self.nodes.weights[self.closed > 0].sum() / np.pi)))
-        beside = self._beside()
-        if beside > 1e-3 * moved:
-            remarks.append(
-                f"beside the contact boundary the obstacle reaches {beside:.2g} into the surface: name all "
-                "that it may touch"
-            )
+        remarks += self.beyond()
         between, (x1, x2) = self._between_nodes()
         if between > 0.05 * moved:
             remarks.append(
                 f"between nodes, at x1 = {x1:.4g} and x2 = {x2:.4g}, the obstacle reaches {between:.2g} into "
-                "the surface: take a finer mesh"
+                f"the surface: {self._finer}"
             )
         return remarks
+
+    def beyond(self) -> list[str]:
+        """Returns a sentence where the obstacle reaches into the surface beside the contact boundary."""
+        beside = self._beside()
+        if beside <= 1e-3 * np.abs(self.displacement).max():
+            return []
+        words = f"beside the contact boundary the obstacle reaches {beside:.2g} into the surface: "
+        return [words + "name all that it may touch"]
+
+    @property
+    def _finer(self) -> str:
+        return "take a finer mesh" + ", or ask for rtol=" * self.solver.refines
 
     def _between_nodes(self) -> tuple[float, list[float]]:
         """Returns how deep a low place of the obstacle reaches into the contact boundary, and this place,
         (2,).
         """
+        deepest = [(0.0, [np.nan, np.nan])]
+        for places, depths in self.overlaps:
+            number = np.argmax(depths)
+            deepest.append((float(depths[number]), places[:, number].tolist()))
+        return max(deepest)
+
+    @cached_property
+    def overlaps(self) -> list[tuple[Array, Array]]:
+        """Of each corner low places of the obstacle, (2, k), and how deep they reach into the contact
+        boundary, (k,), 0 beside it.
+        """
         nodes = self.nodes
         low = self.solver.low_places
         values = np.vstack((nodes.points[:, 2], nodes.normals.T, self.displacement, self.psi))
-        deepest = [(0.0, [np.nan, np.nan])]
+        overlaps = []
         for corner in range(len(self.forces)):
             # contact points of blocks with this corner below the places: blocks turn slowly along the surface
             offset = self._blocks_below(low[:2], values)[0].offsets_from_contact_point[corner]
@@ -101,10 +127,8 @@ class SurfaceNodes(OnMesh, SpaceSolution):
             corners = geometry.points + geometry.offsets_from_contact_point[corner]
             depths = (self.approach + corners[:, 2] - low[2]) * geometry.normals[:, 2]
             depths -= displacement + geometry.rotated(psi)[corner]
-            inside = np.nan_to_num(depths, nan=0.0)  # beside the contact boundary
-            number = np.argmax(inside)
-            deepest.append((float(inside[number]), low[:2, number].tolist()))
-        return max(deepest)
+            overlaps.append((low[:2], np.nan_to_num(depths, nan=0.0)))
+        return overlaps
 
     def _blocks_below(self, places: Array, values: Array) -> tuple[CornerGeometry, Array, Array]:
         """Returns the corners of blocks at places, array (2, k), with displacement, (k,), and psi, (2, k),

@@ -21,6 +21,7 @@ from microblock.fem import mesh_cuts, meshes, meshes3d, recovery
 from microblock.fem.condensation import CondensedNodes
 from microblock.fem.loads import Loads
 from microblock.fem.meshes import Ground
+from microblock.fem.plane_boundary import PlaneBoundary, pressed_beyond_ends
 from microblock.model.corner_geometry import Blocks
 from microblock.model.law import horizontal_surface
 from tests.states import apart
@@ -323,7 +324,7 @@ def test_an_obstacle_deep_in_a_body_says_so_wherever_it_was_at_first(height):
 
 def test_an_rtol_out_of_reach_names_one_that_is_near_to_the_best(monkeypatch):
     """All elements were cut alike for it: 2e-4 was said to be the smallest where 6e-6 was in reach."""
-    monkeypatch.setattr(recovery, "MOST_UNKNOWNS", 10_000)  # so that it does not take long
+    monkeypatch.setattr(PlaneBoundary, "most_unknowns", 10_000)  # so that it does not take long
     problem = mb.Contact(mb.Body(ground(6.0), UNIT, 5, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
     with pytest.raises(mb.NotConverged) as far:
         problem.solve(load=P, rtol=1e-9)
@@ -378,7 +379,7 @@ def test_pressure_beyond_the_end_of_an_obstacle_is_wrong_of_either_corner():
     sampled = SimpleNamespace(ends=ends, pieces_of=lambda corner: np.reshape(ends[corner], (-1, 2)))
     blocks = Blocks(BLOCKS, SOLID.ell)
     x = np.array([-1.2, -1.0, 0.0, 1.0, 1.2])
-    squares = recovery.pressed_beyond_ends(blocks, sampled, np.array([[3.0], [5.0]]), x)
+    squares = pressed_beyond_ends(blocks, sampled, np.array([[3.0], [5.0]]), x)
     assert squares[0].tolist() == [34, 9, 0, 25, 34] and squares[1] == pytest.approx(squares[0] / 4)
 
 
