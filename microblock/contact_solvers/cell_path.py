@@ -54,14 +54,14 @@ class CellPath(SeenTwice):
         window = solver.window_of(self.last)
         fine = solver.options.nodes or solver.followed
         grids = [window.with_count(count) for count in (fine // 2, fine)]
-        return [_GridPath(solver, grid).down_from(self.last) for grid in grids]
+        return [GridPath(solver, grid).down_from(self.last) for grid in grids]
 
     def judged(self, coarse: Event, fine: Event) -> Event:
         missing = GeometricSeries(2**0.5).error([abs(fine.load - coarse.load)])
         return replace(fine, load_error=fine.load_error + coarse.load_error + missing)
 
 
-class _GridPath:
+class GridPath:
     """Zones at loads on one grid.
 
     Attributes

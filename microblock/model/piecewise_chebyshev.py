@@ -159,9 +159,10 @@ def _rough(
     error = np.abs(values[:, :CHEBYSHEV_NODES] @ _between.T - values[:, CHEBYSHEV_NODES:]).max(axis=1)
     error[~finite.all(axis=1)] = np.inf
     change = np.ptp(values, axis=1)
-    length = right - left
+    farthest = np.maximum(np.abs(left), np.abs(right))
+    length = np.maximum(right - left, np.spacing(farthest))
     eps = np.finfo(float).eps
-    place = np.maximum(np.abs(left), np.abs(right)) / length
+    place = farthest / length
     allowed = (1e-8 + 4 * eps * place) * change + 40 * eps * np.abs(values).max(axis=1) + floor * length
     piece = np.maximum(np.searchsorted(left, x, side="right") - 1, 0)
     inside = (error <= allowed)[piece] & (left[piece] <= x) & (x <= right[piece]) & np.isfinite(h)
@@ -183,6 +184,7 @@ def _pinned(function: Function, left: Array, right: Array, least: float) -> list
         lower, upper = _rough(function, starts, stops, empty, empty).reshape(2, -1)
         # where no half is rough the middle is singular, or rounding hides the rest
         settled |= (np.maximum(lower, upper) <= 1) | (right - left < least)
+        settled |= (middle <= left) | (middle >= right)  # no number lies between
         if settled.all():
             return list(zip(right - left, middle))
         left = np.where(~settled & (lower < upper), middle, left)

@@ -27,6 +27,7 @@ from . import problems_space as given
 from .library import copies, material, with_contact
 
 WARNINGS = {  # kinds of warnings, by words that a text of the kind has
+    "rough": "pressures and edges are rough",
     "few nodes": "nodes in contact: take a finer mesh",
     "long elements": "do not resolve the layer",
     "beside": "beside the contact boundary",
