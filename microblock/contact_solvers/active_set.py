@@ -27,6 +27,8 @@ from .event_driven import EventDrivenContact
 from .frictional_contact import FrictionalContact
 from .rounding import EPS_PIVOT, EPS_SUM, EPS_TERM
 
+PATIENCE = 5  # sets in a row that are no better, after which corners are exchanged one by one
+MOST_SETS = 500  # of a load; of an approach for each corner
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 
 
@@ -300,7 +302,7 @@ def block_pivoting(H: Array, g0: Array, closed: Flags, load: float | None) -> tu
 
     1. H f = d - g0 of closed corners is solved, at a load with the d that makes sum f = P;
     2. closed corners with f < 0 and open ones with g < 0 are wrong;
-    3. all of them are exchanged, or after `patience` sets with no fewer the first one alone.
+    3. all of them are exchanged, or after PATIENCE sets with no fewer the first one alone.
 
     Parameters
     ----------
@@ -312,12 +314,11 @@ def block_pivoting(H: Array, g0: Array, closed: Flags, load: float | None) -> tu
     Raises NotConverged if the sets do not settle, or H is singular to rounding.
     """
     # at a load its path is faster by then
-    budget = 500 * (len(g0) if load is None else 1)
+    budget = MOST_SETS * (len(g0) if load is None else 1)
     closed = closed.copy()
     diagonal = H.diagonal()
     fewest = len(g0) + 1
-    patience = 5
-    sets_left = patience
+    sets_left = PATIENCE
     for count in range(1, budget + 1):
         if not closed.any():
             closed[np.argmin(g0)] = True
@@ -342,7 +343,7 @@ def block_pivoting(H: Array, g0: Array, closed: Flags, load: float | None) -> tu
         if not wrong.any():
             return np.maximum(forces, 0.0), closed, count
         wrong_count = int(np.count_nonzero(wrong))
-        sets_left = patience if wrong_count < fewest else sets_left - 1
+        sets_left = PATIENCE if wrong_count < fewest else sets_left - 1
         fewest = min(fewest, wrong_count)
         if sets_left < 0:
             wrong = np.arange(len(wrong)) == np.argmax(wrong)

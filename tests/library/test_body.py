@@ -422,7 +422,8 @@ def test_a_flat_punch_ends_at_its_nodes():
 def test_states_say_what_they_cannot_estimate(reach, step, ell, words):
     x = meshes3d.graded(reach=0.6, step=step, far=2.0, growth=3.0)
     body = quarter(x, [-2.0, -0.5, -0.2, 0.0], reach=reach, ell=ell)
-    warnings = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
+    said = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
+    warnings = [text for text in said if "the error estimate is" not in text]
     assert words in " ".join(warnings) and bool(words) == bool(warnings)
 
 

@@ -72,7 +72,8 @@ def test_panels_tell_a_coarse_state_and_a_wrong_one():
     assert residual < 1e-10 and first > 1e-8 and second < first / 5 and third < second / 5
     read = states[-1].pressure_at
     wrong = {
-        name: getattr(states[-1], name) for name in ("law", "zones", "solid", "obstacle", "error_estimate")
+        name: getattr(states[-1], name)
+        for name in ("problem", "law", "zones", "solid", "obstacle", "error_estimate")
     }
     for changed in (
         lambda x, c: 1.001 * read(x, c),
