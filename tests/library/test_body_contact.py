@@ -730,31 +730,33 @@ def test_triangles_at_a_vertex_are_cut_down_to_rounding_and_no_further(squares):
 BLOCKY = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2)
 
 
-@pytest.fixture(scope="module")
-def merging():
-    """Loads before and after two contacts merge under the cylinder, of fitted blocks of the same size."""
-    loads = (0.485, 0.5)
-    problem = mb.Contact(mb.Block(BLOCKY, 2.0), mb.Cylinder(R=10), BLOCKS)
-    zones = [problem.solve(load=load, rtol=1e-2).zones["contact"] for load in loads]
-    assert [len(contact) for contact in zones] == [2, 1]
-    return loads
+# load at which two contacts merge under a cylinder of R = 10 on a block of height 2: a cubic through states
+# of fitted blocks to rtol 1e-5, at loads 0.43, 0.46, 0.54 and 0.57
+MERGER = 0.4997
 
 
 @pytest.mark.parametrize("squares", [8, 16, 32, 64])
-def test_events_on_coarse_meshes_say_how_far_they_may_be_off(squares, merging):
+def test_events_on_coarse_meshes_say_how_far_they_may_be_off(squares):
     """A full zone was born at load 0, with an error of 0 and without a warning, on the coarsest of them."""
     body = mb.Body(slab(squares), BLOCKY, order=2, fixed="bottom")
     path = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
     (full,) = [event for event in path.events if event.zone == "full"]
-    before, after = merging
-    assert full.load - full.load_error <= before
-    assert full.load + full.load_error >= after
+    assert abs(full.load - MERGER) <= full.load_error
     first = [event for event in path.events if event.load == 0 and event.zone != "full"]
     assert first and all(event.load_error == 0 for event in first)
     (words,) = path.warnings
     last = float(words.split("up to load ")[1].split()[0])
-    assert last >= after
+    assert last >= MERGER
     assert squares > 16 or last == 1
+
+
+def test_the_merger_of_two_contacts_on_a_block_lies_within_its_error():
+    """Two meshes agreed by chance on 0.4770, and the error was 0.0017."""
+    path = mb.Contact(mb.Block(BLOCKY, 2.0), mb.Cylinder(R=10), BLOCKS, mb.Fitted()).path(load=2.0)
+    events = path.events[-2:]
+    assert {(event.kind, event.zone) for event in events} == {("merged", "contact"), ("born", "full")}
+    for event in events:
+        assert abs(event.load - MERGER) <= event.load_error < 0.25 * MERGER
 
 
 @pytest.mark.nightly(40)
