@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-import ngsolve as ng
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
@@ -20,7 +19,7 @@ from .body import Body
 from .body_spaces import COMPONENTS, FIELDS3D
 from .facet_nodes import FacetNodes
 from .facet_polynomials import FacetPolynomials
-from .facet_rules import ROUNDED, at_rules, rule_at, units
+from .facet_rules import ROUNDED, at_rules, require_nodal_rule, rule_at, units
 from .meshes import elements_at
 
 LEAST_FREE = 0.1  # part of n: where less of it is free forces would be a hundred times those beside them
@@ -109,13 +108,7 @@ class ContactNodes(FacetNodes):
     def _require_nodal_rule(self, facets: Sequence[Any]) -> None:
         words = "must be the order of u on a body in space that is pressed"
         require(self.body.order_psi in (0, self.body.order), "order_psi", self.body.order_psi, words)
-        require(
-            self.body.order <= 2 or all(facet.type != ng.ET.TRIG for facet in facets),
-            "order",
-            self.body.order,
-            "must be 1 or 2 where triangles are in contact: of higher orders they have no nodal rule with "
-            "positive weights; take hexahedra, or prisms with quadrilaterals on top",
-        )
+        require_nodal_rule(facets, self.body.order)
         kinds = {facet.type for facet in facets}
         words = "must be 1 where triangles and quadrilaterals are in contact: of order 2 they share no nodes"
         require(self.body.order == 1 or len(kinds) == 1, "order", self.body.order, words)

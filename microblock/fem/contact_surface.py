@@ -20,8 +20,10 @@ from ..model.law import Law
 from ..model.types import Array, Flags, ObstacleLike
 from . import contact_term
 from .facet_nodes import FacetNodes
+from .facet_rules import require_nodal_rule
 from .facets import gaps_at_points
 from .meshes import elements_beside
+from .regions import named_region
 
 
 class ContactSurface(FacetNodes):
@@ -64,21 +66,12 @@ class ContactSurface(FacetNodes):
     def __init__(self, mesh: Any, boundary: str = "contact", order: int = 1, periodic: bool = False) -> None:
         require_kind(ng.Mesh, "an ngsolve.Mesh", mesh=mesh)
         require(mesh.dim > 1, "mesh", mesh, "must be of two or three dimensions")
-        require_kind(str, "the name of a boundary", boundary=boundary)
         require_whole(1, order=order)
         require_flag(periodic=periodic)
-        names = sorted(set(mesh.GetBoundaries()))
-        words = f"must name a boundary of {', '.join(names)}"
-        try:
-            region = mesh.Boundaries(boundary)
-        except RuntimeError as failure:  # no regular expression
-            raise BadArgument("boundary", boundary, words) from failure
-        require(any(region.Mask()), "boundary", boundary, words)
+        region = named_region(mesh.Boundaries, mesh.GetBoundaries(), boundary, "boundary", "boundaries")
         alone = all(len(beside) == 1 for beside in elements_beside(mesh, region))
         require(alone, "boundary", boundary, "must have the mesh on one side, not on both")
-        triangles = any(facet.type == ng.ET.TRIG for facet in region.Elements())
-        words = "must be 1 or 2 where facets are triangles, which have no nodal rule of higher orders"
-        require(not triangles or order <= 2, "order", order, words)
+        require_nodal_rule(region.Elements(), order)
         self.periodic = periodic
         self.order = order
         space = ng.H1(mesh, order=order)

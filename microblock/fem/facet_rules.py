@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import roots_jacobi
 
+from ..errors import require
 from ..model.types import Array
 
 ROUNDED = (
@@ -25,6 +26,13 @@ def lobatto(order: int) -> tuple[Array, Array]:
     points = np.concatenate(([-1.0], inner, [1.0]))
     legendre: Array = np.polynomial.legendre.Legendre.basis(order)(points)
     return (points + 1) / 2, 1 / (order * (order + 1) * legendre**2)
+
+
+def require_nodal_rule(facets: Iterable[Any], order: int) -> None:
+    """Raises BadArgument where triangles are among facets of an order that has no nodal rule for them."""
+    words = "must be 1 or 2 where triangles are in contact: of higher orders they have no nodal rule with "
+    words += "positive weights; take hexahedra, or prisms with quadrilaterals on top"
+    require(order <= 2 or all(facet.type != ng.ET.TRIG for facet in facets), "order", order, words)
 
 
 def between_vertices(kind: Any, order: int) -> bool:

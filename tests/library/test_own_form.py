@@ -206,7 +206,10 @@ def solved(**options):
 @pytest.mark.parametrize(
     "build, message",
     [
-        (lambda: ContactSurface(MESH, "lid"), "boundary = 'lid': must name a boundary of bottom, left"),
+        (
+            lambda: ContactSurface(MESH, "lid"),
+            "boundary = 'lid': is none of the mesh's boundaries, bottom, left, right, top",
+        ),
         (lambda: ContactSurface(MESH, "top", order=0), "order = 0"),
         (lambda: ContactSurface("mesh", "top"), "mesh = 'mesh': must be an ngsolve.Mesh"),
         (lambda: ContactSurface(MESH, "top").corners(mb.Microblock(), CYLINDER), "ell = None: must be given"),
@@ -232,7 +235,19 @@ def solved(**options):
             "must be 2, one for each of the corners A, B",
         ),
         (lambda: semismooth.solve(None, None), "form = None"),
-        (lambda: ContactSurface(MESH, "t(op"), "boundary = 't(op': must name a boundary"),
+        (lambda: ContactSurface(MESH, "t(op"), "boundary = 't(op': is no regular expression"),
+        (
+            lambda: ContactSurface(MESH, "top|lid"),
+            "boundary = 'top|lid': lid is none of the mesh's boundaries",
+        ),
+        (
+            lambda: ContactSurface(MESH, 3),
+            "boundary = 3: must be a name or pattern of bottom, left, right, top",
+        ),
+        (
+            lambda: ContactSurface(MakeStructured3DMesh(hexes=False, nx=1, ny=1, nz=1), "top", order=3),
+            "order = 3: must be 1 or 2 where triangles are in contact",
+        ),
         (lambda: ContactSurface(glued(), "inner"), "boundary = 'inner': must have the mesh on one side"),
         (lambda: of_order(1, 2), "order = 1: must be the order of u, 2"),
         (lambda: of_order(2, 1), "order = 2: must be the order of u, 1"),
