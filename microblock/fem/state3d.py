@@ -105,11 +105,14 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """Returns how deep a low place of the obstacle reaches into the contact boundary, and this place,
         (2,).
         """
-        deepest = [(0.0, [np.nan, np.nan])]
-        for places, depths in self.overlaps:
-            number = np.argmax(depths)
-            deepest.append((float(depths[number]), places[:, number].tolist()))
-        return max(deepest)
+        places = np.hstack([places for places, _ in self.overlaps])
+        depths = np.concatenate([depths for _, depths in self.overlaps])
+        deepest = float(depths.max(initial=0.0))
+        if deepest == 0.0:
+            return deepest, [np.nan, np.nan]
+        # symmetric scenes have several as deep as each other but for rounding: the first of them, in any order of nodes
+        first = np.argmax(depths > 0.99 * deepest)
+        return deepest, places[:, first].tolist()
 
     @cached_property
     def overlaps(self) -> list[tuple[Array, Array]]:
