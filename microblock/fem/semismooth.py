@@ -14,7 +14,7 @@ from ..threads import bounded
 
 HALVINGS = 10  # of a step after which the form has values again
 ROUNDING = 1e-14  # of a step: no smaller change can be asked for
-RECOVERED = 0.05  # relative error of a drawn vector: 2e-3 in systems of badly scaled fields, above .3 in singular ones
+RECOVERED = 0.05  # relative error of a drawn vector: 2e-3 where fields are badly scaled, above .3 if singular
 DRAWS = 3  # of such vectors, since any may lie well
 CAUSES = (
     "are rigid motions of the body constrained, does the obstacle touch it where it is free to move, are the "
@@ -116,7 +116,9 @@ def solve(
         change = math.sqrt(work / scale) if scale > 0 else math.inf * work if work else 0.0
         if change <= rtol and length == 1.0:
             if not _is_regular(form, factors, state.vec, free):
-                raise NotConverged(f"the matrix of step {iteration} is singular; {CAUSES}", iterations=iteration)
+                raise NotConverged(
+                    f"the matrix of step {iteration} is singular; {CAUSES}", iterations=iteration
+                )
             return NewtonResult(iteration, change)
     raise NotConverged(
         f"after {most} steps the state still changes by {change:.1e}: take smaller steps of the load, "
@@ -126,8 +128,9 @@ def solve(
 
 
 def _is_regular(form: Any, factors: Any, state: Any, free: Any) -> bool:
-    """Returns whether factors of a matrix recover drawn vectors from their products with it: a rigid motion that
-    nothing constrains adds to them what rounding leaves of it, and solvers do not always see its pivot of 0.
+    """Returns whether factors of a matrix recover drawn vectors from their products with it: a rigid motion
+    that nothing constrains adds to them what rounding leaves of it, and solvers do not always see its pivot
+    of 0.
     """
     rng = np.random.default_rng(0)
     ranges = _ranges(form.space)

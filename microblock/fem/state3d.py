@@ -110,7 +110,7 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         deepest = float(depths.max(initial=0.0))
         if deepest == 0.0:
             return deepest, [np.nan, np.nan]
-        # symmetric scenes have several as deep as each other but for rounding: the first of them, in any order of nodes
+        # symmetric scenes have several, as deep but for rounding: the first of them
         first = np.argmax(depths > 0.99 * deepest)
         return deepest, places[:, first].tolist()
 

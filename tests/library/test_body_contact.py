@@ -481,8 +481,13 @@ PROBLEMS = {
 }
 COPIED = {"pickle": lambda one: pickle.loads(pickle.dumps(one)), "deepcopy": copy.deepcopy}
 
+# a body of each shape, and a method of each kind; the others nightly
+SHARE = ("fitted", "uniform al", "condensed", "prescribed psi", "curved al", "drum", "space al")
 
-@pytest.mark.parametrize("name", PROBLEMS)
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in SHARE else pytest.mark.nightly) for name in PROBLEMS]
+)
 def test_what_was_asked_before_changes_nothing(name):
     """One problem asked in a shuffled order, by other methods on the same body, from other states, and of its
     copies, answers as a fresh one does. NGSolve numbers the edges of a refined mesh anew in a copy, and mixes

@@ -516,7 +516,11 @@ def test_events_are_the_same_whatever_was_read_before():
     "psi0, known",
     [
         (0.005, {("A", "born"): 0.0792991279, ("contact", "merged"): 0.0835511056}),
-        (0.02, {("contact", "born"): 8.734073, ("contact", "merged"): 8.734558, ("A", "merged"): 8.876673}),
+        pytest.param(
+            0.02,
+            {("contact", "born"): 8.734073, ("contact", "merged"): 8.734558, ("A", "merged"): 8.876673},
+            marks=pytest.mark.nightly,
+        ),
     ],
 )
 def test_errors_of_events_hold_where_one_follows_hard_on_another(psi0, known):

@@ -346,8 +346,15 @@ ASKED = {  # body, obstacle, method, and the tolerances that are asked for
 }
 
 
-@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()], ids=str)
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize(
+    "name, law",
+    # each name with one of two laws by default
+    [
+        pytest.param(name, law, id=f"{name} {law}", marks=() if number % 2 == rest else pytest.mark.nightly)
+        for number, name in enumerate(ASKED)
+        for rest, law in enumerate((mb.Microblock(), mb.Unilateral()))
+    ],
+)
 def test_what_was_asked_before_changes_no_answer(name, law):
     """In shuffled order, after copies, pickles and other laws exactly; from any state by both estimates."""
     body, obstacle, method, tolerances = ASKED[name]

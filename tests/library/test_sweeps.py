@@ -88,7 +88,7 @@ from test_sweeps import called, partial
 if __name__ == "__main__":
     more = {"executor": ThreadPoolExecutor(1)} if sys.argv[1] == "threads" else {"workers": 2}
     points = {"x": [float(x) for x in range(12)]}
-    mb.sweep(partial(called, "log", wait=0.3), points, records="r", **more)
+    mb.sweep(partial(called, "log", wait=0.15), points, records="r", **more)
 """
 
 

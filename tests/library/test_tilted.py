@@ -403,7 +403,7 @@ def test_an_overlap_is_an_initial_gap_below_0(dim, law, method):
 
         return mb.Contact(body, height, law, method)
 
-    for approach in (0.0, -0.01):
+    for approach in (0.0, -0.01)[3 - dim :]:  # in space, which takes longer, the second alone
         state = overlapping(0.0).solve(approach=approach)
         expected = overlapping(0.5).solve(approach=approach + 0.5)
         assert state.load > 0.1

@@ -277,7 +277,7 @@ def test_the_code_of_friction_tells_a_wrong_state():
         assert friction.error(line, state.fields, line.x, line.width, np.array(wrong)) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("k", [2, 0])
+@pytest.mark.parametrize("k", [2, pytest.param(0, marks=pytest.mark.nightly)])
 def test_history_holds_its_estimate(k):
     row = judging.outcome(friction.case(k, cells=20))
     assert row["class"] in ("right", "warned") and row["ratio"] <= 1, row
