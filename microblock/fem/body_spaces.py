@@ -160,7 +160,8 @@ class BodySpaces:
     def scalar(self, order: int, **options: Any) -> Any:
         """Returns a scalar H1 space, periodic or of the elements' own orders as the body is."""
         if self.element_orders is None:
-            space = ng.H1(self.mesh, order=order, **options)
+            # of multigrid the coarse unknowns are those of vertices
+            space = ng.H1(self.mesh, order=order, wb_withedges=False, **options)
             return ng.Periodic(space) if self.periodic else space
         usual = int(np.bincount(self.element_orders).argmax())
         space = ng.H1(self.mesh, order=usual, **options)

@@ -20,6 +20,7 @@ from ..model.types import Array, Flags
 from ..threads import bounded
 from . import supports
 from .body_fields import BodyFields
+from .body_spaces import COMPONENTS
 from .facet_rules import ROUNDED
 from .facets import ContactFacets
 from .mesh_solution import MeshSolution
@@ -124,7 +125,7 @@ class MonolithicNewton:
         space = ng.ProductSpace(*spaces, ng.NumberSpace(body.mesh, definedon=facets.region))
         self._systems: Direct | ConjugateGradients
         if body.in_space:
-            self._systems = body.once("systems", lambda: ConjugateGradients(body, space, facets.touching))
+            self._systems = body.once("systems", lambda: ConjugateGradients(body, space, facets))
         else:
             self._systems = Direct(body, space)
         self.space = self._systems.space
@@ -206,7 +207,7 @@ class MonolithicNewton:
                     break
                 factorised = active
                 self._contact.AssembleLinearization(unknowns.vec)
-                self._systems.add(self._contact.mat, self.free)
+                self._systems.add(self._contact.mat, self.free, self._springs(state.closed))
             residual = state.residual
             unknowns.vec.data -= self._systems.solve(state.variation)
         if not best.kkt <= SOLVED:
@@ -258,6 +259,18 @@ class MonolithicNewton:
         stresses = [self._unit * self.facets.multiplier(multiplier) for multiplier in multipliers]
         fields = unknowns.vec.FV().NumPy()[: self.body.space.ndof]
         return np.array(stresses), self.facets.displacements(fields)
+
+    def _springs(self, closed: Flags) -> Array:
+        """Returns what closed corners add to the stiffness of each field at the nodes, array (fields, n):
+        force per length and area, of rotations moment per angle and area.
+        """
+        missing = (0, 3 - self.facets.normals.shape[-1])  # components of vectors in the plane
+        normals = np.pad(self.facets.normals, ((0, 0), missing))
+        levers = np.cross(np.pad(self.facets.arms, ((0, 0), (0, 0), missing)), normals)
+        normals = np.broadcast_to(normals, levers.shape)
+        motions = np.concatenate((normals, levers), axis=-1)
+        springs = self.rho * np.einsum("cn,cnf->fn", closed, motions**2)
+        return springs[[COMPONENTS[name] for name in self.body.names]]
 
     def _first_variation(self, unknowns: Any) -> tuple[Any, float]:
         """Returns the first variation, a vector, and its part on free unknowns over inner forces."""

@@ -1,17 +1,27 @@
 """Linear systems of Newton's method."""
 
-from collections.abc import Container, Iterable
+from contextlib import AbstractContextManager, nullcontext
 from functools import reduce
 from operator import add
 from typing import Any
 
 import ngsolve as ng
+import numpy as np
 from ngsolve.krylovspace import CGSolver
 
-from .. import cost
+from .. import cost, threads
 from ..errors import NotConverged
+from ..model.types import Array
+from . import contact_term
 from .body import Body
+from .body_spaces import FIELDS3D
 from .condensation import LINKED, factor_bytes
+from .contact_nodes import ContactNodes
+
+MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
+SOFTEST = 1e-3  # springs at open nodes over the stiffest: as good as none
+
+MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
 
 
 class Direct:
@@ -38,9 +48,9 @@ class Direct:
         self.space = space
         self.stiffness = body.bulk(space).mat
 
-    def add(self, tangent: Any, free: Any) -> None:
-        """Takes stiffness + `tangent`, with the same places at each call, on the free unknowns, a
-        BitArray.
+    def add(self, tangent: Any, free: Any, springs: Array) -> None:
+        """Takes stiffness + `tangent`, with the same places at each call, on the free unknowns, a BitArray.
+        The tangent is that of `springs` of fields at contact nodes, array (fields, n).
         """
         system = (self.stiffness + tangent).CreateSparseMatrix()
         cost.require_room(
@@ -67,42 +77,106 @@ class Direct:
 
 
 class ConjugateGradients:
-    """The same of positive definite systems in space, preconditioned by Cholesky factors of each field.
+    """The same of positive definite systems in space, by conjugate gradients with a preconditioner of each
+    field: Cholesky factors, or multigrid of more unknowns than `MOST_FACTORISED`.
 
-    `touching` are the fields that move corners along n.
+    `facets` are those of the contact, and `touching` the fields that move corners along n.
     """
 
     rtol = 1e-9
     advice = "another rho, or Condensed()"
 
-    def __init__(self, body: Body, space: Any, touching: Container[str]) -> None:
+    def __init__(self, body: Body, space: Any, facets: ContactNodes) -> None:
         rows = body.unknowns
-        linked = LINKED * body.order
         count = len(body.names)
-        numbers = [number for number, name in enumerate(body.names) if name in touching]
-        self._touching = [*numbers, count]  # with the approach
-        needed = 3 * cost.ENTRY * rows * linked + count * factor_bytes(rows / count, linked / count)
+        linked = LINKED * body.order * count / len(FIELDS3D)
+        needed = 3 * cost.ENTRY * rows * linked
+        self._by_multigrid = rows > MOST_FACTORISED
+        if self._by_multigrid:
+            needed *= 1 + 1 / count
+        else:
+            needed += count * factor_bytes(rows / count, linked / count)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
+        self._body = body
+        self._facets = facets
+        self._touching = [number for number, name in enumerate(body.names) if name in facets.touching]
+        self._approach = count
+        self._preconditioners: dict[int, Any] = {}
         self.space = space
-        self.stiffness = body.bulk(space).mat
-        self._factors: dict[int, Any] = {}
-        self._factorise(self.stiffness, space.FreeDofs(), range(count))
+        with self._tasks():
+            self.stiffness = body.bulk(space).mat
+            for number in range(count):
+                self._precondition(number, self.stiffness, space.FreeDofs())
 
-    def _factorise(self, matrix: Any, free: Any, fields: Iterable[int]) -> None:
-        """Takes Cholesky factors of the blocks of fields, by their numbers."""
-        for number in fields:
-            unknowns = self.space.Range(number)
-            block = ng.BitArray(free)
-            block[: unknowns.start] = False
-            block[unknowns.stop :] = False
-            self._factors[number] = matrix.Inverse(block, "sparsecholesky")
-
-    def add(self, tangent: Any, free: Any) -> None:
-        """As of `Direct`."""
-        self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
-        self._factorise(self._matrix, free, self._touching)
+    def add(self, tangent: Any, free: Any, springs: Array) -> None:
+        """As of `Direct`; the springs are also given to multigrid, which is made of a form."""
+        with self._tasks():
+            self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
+            for number in self._touching:
+                self._precondition(number, self._matrix, free, springs[number])
+        self._factorise(self._approach, self._matrix, free)
 
     def solve(self, residual: Any) -> Any:
         """Returns the solution but for a ten-thousandth of the residual, a vector."""
-        blocks = reduce(add, self._factors.values())
-        return (CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
+        blocks = reduce(add, self._preconditioners.values())
+        with self._tasks():
+            return (CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
+
+    def _tasks(self) -> AbstractContextManager[Any]:
+        """NGSolve's threads for large systems, where there is more than one outside."""
+        return ng.TaskManager() if threads.workers(self.space.ndof) > 1 else nullcontext()
+
+    def _precondition(self, number: int, matrix: Any, free: Any, springs: Array | None = None) -> None:
+        """Takes the preconditioner of a field, by its number."""
+        if self._by_multigrid:
+            embedding = self.space.Embedding(number)
+            multigrid = _multigrid(self._body, number, self._facets, springs)
+            self._preconditioners[number] = embedding @ multigrid @ embedding.T
+        else:
+            self._factorise(number, matrix, free)
+
+    def _factorise(self, number: int, matrix: Any, free: Any) -> None:
+        """Takes Cholesky factors of the block of a field."""
+        unknowns = self.space.Range(number)
+        block = ng.BitArray(free)
+        block[: unknowns.start] = False
+        block[unknowns.stop :] = False
+        self._preconditioners[number] = matrix.Inverse(block, "sparsecholesky")
+
+
+def _multigrid(body: Body, number: int, facets: ContactNodes, springs: Array | None) -> Any:
+    """Returns a preconditioner of a field of a body that springs hold at contact nodes, array (n,): BDDC,
+    with algebraic multigrid of the unknowns of vertices.
+    """
+    space = body.spaces[number]
+
+    def strains(values: Any) -> tuple[Any, Any]:
+        """Returns those of a displacement or rotation that has this component alone."""
+        components = [ng.CF(0)] * len(body.names)
+        components[number] = values
+        slopes = [ng.CF((0, 0, 0))] * len(body.names)
+        slopes[number] = ng.grad(values)
+        return body.strains(components, slopes)
+
+    trial, test = space.TnT()
+    form = ng.BilinearForm(space, symmetric=True)
+    work = sum(contact_term.virtual_work(body.moduli, strains(trial), strains(test)))
+    form += work * ng.dx(bonus_intorder=body.bonus)
+    if springs is not None and springs.any():
+        form += _on_facets(facets, springs) * trial * test * ng.ds(definedon=facets.region)
+    preconditioner = ng.Preconditioner(form, "bddc", coarsetype="h1amg")
+    form.Assemble()
+    return preconditioner.mat
+
+
+def _on_facets(facets: ContactNodes, springs: Array) -> Any:
+    """Returns an expression with the means of springs at nodes, array (n,), on facets; above 0 on all of
+    them, since BDDC inverts the matrix of each.
+    """
+    space = ng.SurfaceL2(facets.mesh, order=0, definedon=facets.region)
+    means = ng.GridFunction(space)
+    values = means.vec.FV().NumPy()
+    for facet, nodes in zip(facets.region.Elements(), facets.facets):
+        values[space.GetDofNrs(facet)[0]] = springs[nodes].mean()
+    values[:] = np.maximum(values, SOFTEST * springs.max())
+    return means
