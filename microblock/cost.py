@@ -58,7 +58,7 @@ RATES = {
     "newton": Rate(0.02, 4e-5, 1.07, 5e3, 1.05),
     "condensed in space": Rate(0.05, 4e-6, 1.4, 1e3, 1.39),
     "condensed in space by SuperLU": Rate(0.05, 1.9e-8, 2.08, 400, 1.515),
-    "newton in space": Rate(0.05, 2e-5, 1.28, 9e3, 1),
+    "newton in space": Rate(0.05, 4e-5, 1.28, 4e3, 1.1),
     "cells in space": Rate(0.1, 3e-6, 1.08, 270, 1),
 }
 

@@ -82,7 +82,7 @@ class OnGivenMesh(Solver):
 
     def on(self, mesh: Any) -> Any:
         """Returns the solver of the same problem on another mesh."""
-        return self.contact.with_(body=self.body.on(mesh)).solver
+        return self.contact.with_(body=self.body.on(mesh), method=self.options).solver
 
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         self.require_given_mesh(rtol)

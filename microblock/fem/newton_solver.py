@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, cast
 
 from ..errors import require
 from ..model.history import History
@@ -14,6 +14,7 @@ from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution, OnMesh
 from .newton import MonolithicNewton, NodalState
+from .recovery import refine_until
 from .solver3d import Solver3D
 from .supports import pressed
 
@@ -44,8 +45,13 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
     def solve(
         self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
     ) -> OnMesh:
-        """Returns the solution at a load or an approach, from a solution on the same body on."""
         self.require_given_mesh(rtol)
+        if rtol is not None:
+            return cast(OnMesh, refine_until(self, load, approach, rtol))
+        return self.solution_at(load, approach, initial)
+
+    def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
+        """Returns the solution on the mesh as it is, from a solution on the same body on."""
         alike = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
         if not alike or len(initial.forces) != len(self.law.corners):
             initial = None
@@ -90,8 +96,9 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
-    refines = False
+    refines = Solver3D.refines
     rate = "newton in space"
+    most_unknowns = 1_000_000  # some minutes
     time_factor = 1.0  # its states are those of Condensed()
 
     def of(self, state: NodalState) -> OnMesh:

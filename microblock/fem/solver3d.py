@@ -30,6 +30,7 @@ class Solver3D(OnGivenMesh):
     """States of a body in space on its condensed contact nodes."""
 
     most_corners = None
+    most_unknowns = 150_000  # of a mesh that is refined: some GB, and a minute
     in_space = "nodes"
     no_rtol = (
         "needs a mesh of tetrahedra, which NGSolve cuts where the error is; other elements it would cut "

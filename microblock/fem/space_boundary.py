@@ -25,13 +25,16 @@ class SpaceBoundary:
     most_unknowns, soon : int, as of `PlaneBoundary`
     """
 
-    most_unknowns = 150_000
     soon = 15_000
 
     def __init__(self, solution: Any) -> None:
         self.solution = solution
         self.nodes = solution.nodes
         self._solver = solution.solver
+
+    @property
+    def most_unknowns(self) -> int:
+        return int(self._solver.most_unknowns)
 
     @property
     def safety(self) -> float:
