@@ -480,7 +480,8 @@ def step(x1, x2):
 @pytest.mark.parametrize(
     "rate, measured",
     [
-        # hexahedra of order 1 and 2, tetrahedra; hexahedra by Newton's method: unknowns, seconds of a busy core, bytes over those before
+        # hexahedra of order 1 and 2, tetrahedra; hexahedra alone by Newton's method:
+        # unknowns, seconds of a busy core, bytes over those before
         (
             "condensed in space",
             [(3888, 0.3, 87e6), (12168, 2.1, 515e6), (27744, 4.9, 1.45e9), (27744, 4.4, 1.05e9)],
