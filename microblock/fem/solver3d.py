@@ -86,7 +86,7 @@ class Solver3D(OnGivenMesh):
             return cast(OnMesh, refine_until(self, load, approach, rtol))
         return self.solution_at(load, approach)
 
-    def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> SurfaceNodes:
+    def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
         """Returns the solution on the mesh as it is."""
         # unknowns are shares of the load, and gaps are along x3
         share = np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
