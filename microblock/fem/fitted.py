@@ -315,10 +315,10 @@ class FittedSolver(MeshFitter):
         ground, _ = solver.surface(solver.first_zones(load))
         left, right = ground.reach
         length = max(abs(left), abs(right)) / count
-        tips = set(solver.features(ground))
+        grading_points = set(solver.features(ground))
         if self.symmetric:
             left = -right
-            tips |= {0.0, *(-x for x in tips)}
+            grading_points |= {0.0, *(-x for x in grading_points)}
         block = Ground(ground.far, (left, right), half=False)
-        body = solver.meshed(block, sorted(tips), [(left, right, length)], 0, 4, even=True)
+        body = solver.meshed(block, sorted(grading_points), [(left, right, length)], 0, 4, even=True)
         return self.contact.with_(body=body, method=Condensed())

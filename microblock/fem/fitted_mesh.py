@@ -25,9 +25,9 @@ MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners
 LAYERS = 2.4  # width of a partial zone over the layer length
 
 
-def along_surface(tips: Sequence[float], spacings: Iterable[Spacing], levels: int) -> float:
+def along_surface(grading_points: Sequence[float], spacings: Iterable[Spacing], levels: int) -> float:
     """Returns the number of elements of a fitted mesh along the surface, about."""
-    return sum((b - a) / length for a, b, length in spacings) + (2 * levels + 1) * len(tips)
+    return sum((b - a) / length for a, b, length in spacings) + (2 * levels + 1) * len(grading_points)
 
 
 class MeshFitter(GroundSolver):
@@ -74,7 +74,7 @@ class MeshFitter(GroundSolver):
     def meshed(
         self,
         ground: Ground,
-        tips: Sequence[float],
+        grading_points: Sequence[float],
         spacings: Sequence[Spacing],
         levels: int,
         order: int,
@@ -82,7 +82,7 @@ class MeshFitter(GroundSolver):
     ) -> Body:
         """Returns the Body on fitted triangles; raises NotConverged for too many contact nodes."""
         sizes = self._sizes(ground, max(length for _, _, length in spacings))
-        count = (along_surface(tips, spacings, levels) + len(sizes) / 2) * order
+        count = (along_surface(grading_points, spacings, levels) + len(sizes) / 2) * order
         if count > MOST_NODES and not self.candidates.simple:
             instead = "take HalfPlane(solid) with Cells()"
             if self.domain < math.inf:
@@ -91,12 +91,12 @@ class MeshFitter(GroundSolver):
                 "the obstacle's features and the edges of the zones ask for some "
                 f"{count:.2g} contact nodes or more, and up to {MOST_NODES} are in reach: {instead}"
             )
-        lines = (*tips, *self.options.lines)
+        lines = (*grading_points, *self.options.lines)
         mesh = fitted_triangles(ground, lines, spacings=spacings, levels=levels, sizes=sizes)
         supports = ground.supports
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
-        orders = falling_orders(mesh, ground, tips, order) if levels and not even else order
+        orders = falling_orders(mesh, ground, grading_points, order) if levels and not even else order
         return without_idle_rotation(Body(mesh, self.solid, orders, fixed=supports), self.law)
 
     def _sizes(self, ground: Ground, longest: float) -> tuple[Size, ...]:
@@ -127,7 +127,7 @@ class FittedMesh:
     Attributes
     ----------
     zones : those that a mesh can have
-    tips : places towards which elements shrink, ascending
+    grading_points : places towards which elements shrink, ascending
     nodes : CondensedNodes
     system : (flexibility, initial gaps, weights in the load) of the corners
     closed, pressures : arrays (corners, n)
@@ -167,8 +167,10 @@ class FittedMesh:
         edges = zone_edges(self.zones)
         self.ground, spacings = solver.surface(self.zones)
         inner = [edge for edge in edges if edge > 0 or not solver.symmetric]
-        self.tips = sorted({*solver.features(self.ground), *inner})
-        self.nodes = CondensedNodes(solver.meshed(self.ground, self.tips, spacings, levels, order, even))
+        self.grading_points = sorted({*solver.features(self.ground), *inner})
+        self.nodes = CondensedNodes(
+            solver.meshed(self.ground, self.grading_points, spacings, levels, order, even)
+        )
         self.system = self.nodes.compliance.corner_system(solver.blocks, solver.obstacle)
         self.x: Array = self.nodes.points[:, 0]
         self.closed = self._closed(2 * SLIVER * (edges[-1] - edges[0]))
@@ -209,7 +211,7 @@ class FittedMesh:
         truncation = 0.0
         if self.solver.domain == math.inf:
             # 0.7 to 1.9 of that were seen, most for the unilateral law and nu = 0.45
-            truncation = 2 * (max(map(abs, self.tips)) / self.ground.far) ** 2
+            truncation = 2 * (max(map(abs, self.grading_points)) / self.ground.far) ** 2
         discretisation = None
         if self.coarse is not None:
             discretisation = change_between_meshes(self.coarse, self.part)
@@ -232,7 +234,7 @@ class FittedMesh:
         """
         forces = self.part.forces
         violations = [one for one in self.violations if one.worth > tolerance * self._size]
-        wrong = np.any((forces > 0) != self.closed, axis=0) & ~self.beside_tips(self.x)
+        wrong = np.any((forces > 0) != self.closed, axis=0) & ~self.beside_grading_points(self.x)
         zones: dict[int, Sequence[Interval]] = dict(self.moved)
         if wrong.any():
             zones |= self.solver.runs(self.x, forces > 0, forces / self.nodes.weights)
@@ -306,7 +308,7 @@ class FittedMesh:
         solver = self.solver
         if (solver.symmetric and edge == 0) or any(math.isclose(edge, end) for end in solver.ends()):
             return 0.0, 0.0
-        space = self.distance_to_tip(edge) or width
+        space = self.distance_to_grading_point(edge) or width
         K0, K1 = self.edge_coefficients(self.pressures[corner], edge, inward, space, width)
         step = 2 * K0 / K1 if K1 > 0 else math.copysign(math.inf, K0)
         step = math.copysign(min(abs(step), 0.4 * space), step)
@@ -314,19 +316,20 @@ class FittedMesh:
             return 0.0, 0.0
         return step, (K1 * step) ** 2 * (0.5 + 0.25 * math.log(space / abs(step)))
 
-    def distance_to_tip(self, edge: float) -> float | None:
-        """Returns the distance from an edge to the next tip or image, or None."""
-        tips = list(self.tips)
+    def distance_to_grading_point(self, edge: float) -> float | None:
+        """Returns the distance from an edge to the next grading point or image, or None."""
+        grading_points = list(self.grading_points)
         if self.solver.symmetric:
-            tips += [-tip for tip in self.tips]
-        return min((abs(tip - edge) for tip in tips if tip != edge), default=None)
+            grading_points += [-place for place in self.grading_points]
+        return min((abs(place - edge) for place in grading_points if place != edge), default=None)
 
     def edge_coefficients(
         self, p: Array, edge: float, inward: int, space: float, width: float
     ) -> tuple[float, float]:
         """Returns K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge from pressures,
-        (n,), least squares in L2 beyond the element there; the reach, about up to the next tip at a distance
-        `space` or within the zone's width, grows until there are more nodes than terms.
+        (n,), least squares in L2 beyond the element there; the reach, about up to the next of
+        `grading_points` at a distance `space` or within the zone's width, grows until there are more nodes
+        than terms.
         """
         r = (self.x - edge) * inward
         terms = 6  # with 4 edges were off by 5e-5 of the width on all levels
@@ -347,24 +350,26 @@ class FittedMesh:
         K = np.linalg.lstsq(powers, p[chosen] * scale, rcond=None)[0]
         return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
 
-    def beside_tips(self, x: Array) -> Flags:
-        """Returns whether x, array (k,), is so near to a tip that a wrong set is no other topology."""
-        tips = np.array(self.tips)
+    def beside_grading_points(self, x: Array) -> Flags:
+        """Returns whether x, array (k,), is so near to one of `grading_points` that a wrong set is no other
+        topology.
+        """
+        places = np.array(self.grading_points)
         left, right = self.ground.reach
-        apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
-        hidden = 0.05 * np.minimum(apart.min(axis=1), right - left)
-        hidden = np.where(np.isin(tips, self.solver.ends()), np.minimum(hidden, self.near), hidden)
-        nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
-        return np.abs(x - tips[nearest]) <= hidden[nearest]
+        distances = np.abs(places[:, None] - places) + np.where(np.eye(len(places)), np.inf, 0)
+        hidden = 0.05 * np.minimum(distances.min(axis=1), right - left)
+        hidden = np.where(np.isin(places, self.solver.ends()), np.minimum(hidden, self.near), hidden)
+        nearest = np.argmin(np.abs(x[:, None] - places), axis=1)
+        return np.abs(x - places[nearest]) <= hidden[nearest]
 
     @cached_property
     def violations(self) -> list[Violation]:
         """[Violation] away from edges, without depth where tension has to open."""
         solver = self.solver
-        points = [x[~self.beside_tips(x)] for x in self._sample_points]
+        points = [x[~self.beside_grading_points(x)] for x in self._sample_points]
         pressed = off_node_violations.overlaps_between_nodes(self.nodes.along, self.part, self.closed, points)
         zones = unfolded(self.zones) if solver.symmetric else self.zones
-        edges = [*self.tips, *zone_edges(self.zones)]
+        edges = [*self.grading_points, *zone_edges(self.zones)]
         reach = LAYERS * solver.solid.layer_length
         pulled = off_node_violations.pulled_at_valleys(
             solver.problem, zones, self.x, self.pressures, edges, reach

@@ -21,20 +21,21 @@ def fitted_cost(solver: Any, load: float, rtol: float) -> cost.Cost:
     body.
 
     netgen makes some 5 triangles for an element at the surface, and 18, on a half 9, for each e-fold of
-    lengths: to the far field, and down to the distance of two tips; each level has 2.7 quadrilaterals at a
-    tip. A triangle of order p has p^2/2 unknowns of a field, a quadrilateral p^2; orders that fall have half.
+    lengths: to the far field, and down to the distance of two places towards which elements shrink; each
+    level has 2.7 quadrilaterals at such a place. A triangle of order p has p^2/2 unknowns of a field, a
+    quadrilateral p^2; orders that fall have half.
     """
     zones = solver.inside(load, likely_zones(solver.problem, solver.candidates))
     ground, stretches = solver.surface(zones)
     corners = len(solver.law.corners)
     # one of two corners is open beside an edge, the width of a layer
     edges = np.add(zone_edges(zones), LAYERS * solver.solid.layer_length * (corners > 1))
-    tips = np.unique([*solver.features(ground), *(np.abs(edges) if ground.half else edges)])
+    grading_points = np.unique([*solver.features(ground), *(np.abs(edges) if ground.half else edges)])
     levels = solver.levels(rtol, solver.options.even)
     order, depth = next((level for level in levels[1:] if solver.left(level[1]) <= rtol), levels[-1])
-    gaps = np.minimum(np.diff(tips) / stretches[0][2], 1)
+    gaps = np.minimum(np.diff(grading_points) / stretches[0][2], 1)
     folds = math.log(ground.far / ground.reach[1]) / (1 + ground.half) - np.log(gaps).sum()
-    graded = 18 * folds + 5.4 * depth * len(tips)
+    graded = 18 * folds + 5.4 * depth * len(grading_points)
     if not solver.options.even:
         graded /= 2
     along = along_surface((), stretches, 0)

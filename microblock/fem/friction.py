@@ -102,7 +102,7 @@ class FrictionFacets:
         """Returns the solution of a state of the contact."""
         nodes = self.nodes
         shape = self.gaps.shape
-        raised, psi = nodes.surface(
+        normal_displacement, psi = nodes.surface(
             np.concatenate((friction_state.normal, friction_state.tangential)), self.onto
         )
         closed = friction_state.closed.reshape(shape)
@@ -111,7 +111,7 @@ class FrictionFacets:
             friction_state.load,
             friction_state.approach,
             friction_state.normal.reshape(shape),
-            -raised,
+            -normal_displacement,
             psi,
             friction_state.residual,
             friction_state.iterations,

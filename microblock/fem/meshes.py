@@ -262,23 +262,27 @@ def fitted_triangles(
     # of a graded mesh, 3 to 6 elements for one at the surface
     _require_room("spacing", least, lambda length: (count * least / length, 4 * count * least / length))
     rounding = SLIVER * (ground.reach[1] - ground.reach[0])
-    tips = [float(x) for x, _ in joined([(x, x) for x in edges], rounding)]
+    grading_points = [float(x) for x, _ in joined([(x, x) for x in edges], rounding)]
     # netgen has tolerances of 1e-7 and less, whatever the unit of length
     unit = max(abs(x) for x in ground.reach) / 1000
-    netgen_mesh = _triangulated(ground, tips, spacings, sizes, unit)
+    netgen_mesh = _triangulated(ground, grading_points, spacings, sizes, unit)
     netgen_mesh.SetGeometry(None)  # which knows the mesh in its own unit alone
     netgen_mesh.Scale(unit)
     points = netgen_mesh.Coordinates()  # off by a rounding: an edge would not be that of the obstacle
-    for exact in (*tips, *ground.reach):
+    for exact in (*grading_points, *ground.reach):
         points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < rounding / 10), 0] = exact
     mesh = ng.Mesh(netgen_mesh)
-    if levels and tips:
+    if levels and grading_points:
         mesh.RefineHP(levels, RATIO)
     return mesh
 
 
 def _triangulated(
-    ground: Ground, tips: Sequence[float], spacings: Sequence[Spacing], sizes: Sequence[Size], unit: float
+    ground: Ground,
+    grading_points: Sequence[float],
+    spacings: Sequence[Spacing],
+    sizes: Sequence[Size],
+    unit: float,
 ) -> Any:
     """Returns netgen's mesh, in its own unit of length, of the arguments of `fitted_triangles`."""
 
@@ -290,7 +294,7 @@ def _triangulated(
     (far,) = scaled([ground.far])
     left, right = scaled(ground.reach)
     block = Ground(far, (left, right), ground.half)
-    vertices = scaled(tips)
+    vertices = scaled(grading_points)
     lengths = [scaled(spacing) for spacing in spacings]
     longest = [scaled(size) for size in sizes]
     for grading in (GRADING, 0.9 * GRADING, 0.8 * GRADING):
@@ -306,19 +310,19 @@ def _triangulated(
         if abs(missing) < SLIVER:
             return mesh
         reason = f"{missing:.1g} of the area is in no element"
-    raise NotConverged(f"netgen finds no mesh for edges {list(tips)}: {reason}")
+    raise NotConverged(f"netgen finds no mesh for edges {list(grading_points)}: {reason}")
 
 
-def _face(ground: Ground, tips: Sequence[float], spacings: Iterable[Sequence[float]]) -> Any:
-    """Returns the rectangle of a Ground as a geometry, its tips marked."""
+def _face(ground: Ground, grading_points: Sequence[float], spacings: Iterable[Sequence[float]]) -> Any:
+    """Returns the rectangle of a Ground as a geometry, `grading_points` marked."""
     left, right = ground.reach
-    ends = {left, right, *tips}
+    ends = {left, right, *grading_points}
     borders = {x for spacing in spacings for x in spacing[:2] if min(abs(x - end) for end in ends) > SLIVER}
     surface = sorted({*ends, *borders, ground.start, ground.far})
     corners = [(x, 0.0) for x in surface] + [(ground.far, -ground.far), (ground.start, -ground.far)]
     vertices = [occ.Vertex(occ.Pnt(*corner, 0)) for corner in corners]
     for vertex, x in zip(vertices, surface):
-        vertex.hpref = float(x in tips)
+        vertex.hpref = float(x in grading_points)
     sides = [occ.Edge(*pair) for pair in zip(vertices, [*vertices[1:], vertices[0]])]
     for side, x, following in zip(sides, surface, surface[1:]):
         middle = (x + following) / 2
@@ -415,9 +419,9 @@ def stretched(near: Array, far: float, steps: Sequence[float] | Array) -> Array:
     return np.concatenate((near, outer, [far]))
 
 
-def falling_orders(mesh: Any, ground: Ground, tips: Sequence[float], top: int) -> Integers:
-    """Returns orders of the elements, array (elements,): `top` near the surface, about half of it at the tips
-    and far away.
+def falling_orders(mesh: Any, ground: Ground, grading_points: Sequence[float], top: int) -> Integers:
+    """Returns orders of the elements, array (elements,): `top` near the surface, about half of it at
+    `grading_points` and far away.
     """
     points = mesh.ngmesh.Coordinates()
     corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
@@ -430,8 +434,8 @@ def falling_orders(mesh: Any, ground: Ground, tips: Sequence[float], top: int) -
     fall = (1.6 if ground.half else 1.0) / 3
     decades = np.log10(np.maximum(np.hypot(*centres.T) / reach, 1))
     orders = far + (top - far) * np.maximum(1 - fall * decades, 0)
-    if len(tips):
-        distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
+    if len(grading_points):
+        distance = np.abs(centres[:, None, 0] - np.asarray(grading_points)) + np.abs(centres[:, None, 1])
         smallest = min(np.ptp(vertices, axis=0).max() for vertices in corners)
         first = max(0.4 * reach, 2 * smallest) / smallest
         along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first)) / np.log(first)

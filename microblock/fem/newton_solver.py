@@ -61,13 +61,13 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
 
     def of(self, state: NodalState) -> OnMesh:
         """Returns the MeshSolution of a NodalState."""
-        raised, psi = state.surface
+        normal_displacement, psi = state.surface
         return MeshSolution(
             self,
             state.load,
             state.approach,
             state.forces,
-            -raised,
+            -normal_displacement,
             psi,
             state.kkt,
             state.iterations,
