@@ -8,6 +8,7 @@ facets, the contact passes the patch test: nodes at the vertices of triangles of
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, cached_property
+from itertools import chain, product
 from typing import Any
 
 import ngsolve as ng
@@ -193,10 +194,48 @@ class FacetNodes:
 
     def _inside_facets(self) -> list[Integers]:
         """Returns the triangles between the nodes of each facet, arrays (k, 3)."""
+        halves = [0, 1, 2, 0, 2, 3]
+        return [part[:, halves].reshape(-1, 3) if part.shape[1] > 3 else part for part in self._parts]
+
+    @cached_property
+    def _parts(self) -> list[Integers]:
+        """The nodes of the squares between those of each quadrilateral, arrays (k, 4), and of each triangle,
+        (1, 3).
+        """
         size = self.orders[0] + 1
         place = np.arange(size * size).reshape(size, size)
-        cut = squares(place.T)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-        return [nodes[cut] if len(nodes) > 3 else nodes[None] for nodes in self.facets]
+        corners = squares(place.T)
+        return [nodes[corners] if len(nodes) > 3 else nodes[None] for nodes in self.facets]
+
+    @cached_property
+    def neighbours(self) -> Any:
+        """Whether two nodes in space are corners of one square or triangle between nodes, sparse boolean
+        array (n, n).
+        """
+        pairs = np.concatenate([np.array(list(product(part, part))) for part in chain(*self._parts)]).T
+        shape = (len(self.points), len(self.points))
+        return csr_matrix((np.ones(len(pairs[0]), bool), pairs), shape=shape)
+
+    def beside(self, flags: Flags) -> Flags:
+        """Returns the nodes in space with a flag, boolean array (n,), and their neighbours."""
+        return np.asarray(self.neighbours @ flags)
+
+    def filling(self, flags: Flags) -> Flags:
+        """Returns the nodes in space, boolean array (n,), of squares and triangles whose nodes all have a
+        flag.
+        """
+        kept = np.zeros(len(flags), bool)
+        for part in chain(*self._parts):
+            kept[part] |= flags[part].all()
+        return kept
+
+    def connected(self, flags: Flags) -> Integers:
+        """Returns labels, from 1, of the pieces of nodes in space, boolean array (n,), that are connected by
+        neighbours: array (n,), 0 of the others.
+        """
+        labels = np.zeros(len(flags), int)
+        labels[flags] = 1 + connected_components(self.neighbours[flags][:, flags], directed=False)[1]
+        return labels
 
     @cached_property
     def _beside_vertices(self) -> dict[int, list[Integers]]:

@@ -11,7 +11,9 @@ from ..contact_solvers import projected_gradients
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..errors import NOT_YET, require
 from ..model.corner_geometry import CornerGeometry
+from ..model.events import LoadPath
 from ..model.obstacles import heights
+from ..model.progress import counting
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags
 from . import factors
@@ -19,6 +21,7 @@ from .condensation import Flexibility3D
 from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
 from .mesh_solution import OnMesh
+from .path3d import Path3D
 from .recovery import refine_until
 from .state3d import SurfaceNodes
 
@@ -86,14 +89,29 @@ class Solver3D(OnGivenMesh):
             return cast(OnMesh, refine_until(self, load, approach, rtol))
         return self.solution_at(load, approach)
 
+    def path(self, last: float, rtol: float | None) -> LoadPath:
+        self.require_given_mesh(rtol)
+        solver = self
+        if rtol is not None:
+            with counting("mesh"):  # its states are not what a path leaves
+                solver = refine_until(self, last, None, rtol).solver
+        return Path3D(self.contact, last, rtol, solver)
+
     def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
-        """Returns the solution on the mesh as it is."""
+        """Returns the solution on the mesh as it is, from another one there or None."""
         # unknowns are shares of the load, and gaps are along x3
         share = np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
         H = Flexibility3D(self.at_nodes.directions / share, self.nodes)
         residual = 1e-9
+        # a refinement comes from other nodes
+        alike = initial is not None and initial.nodes is self.nodes
         contact = projected_gradients.solve_matrix_free(
-            H, self.initial_gaps / share, load=load, approach=approach, rtol=residual
+            H,
+            self.initial_gaps / share,
+            load=load,
+            approach=approach,
+            start=initial.forces * share if alike else None,
+            rtol=residual,
         )
         require(contact.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(contact.forces)

@@ -9,7 +9,7 @@ from ..model.corner_geometry import CornerGeometry
 from ..model.law import side_directions
 from ..model.solution import SpaceSolution
 from ..model.state import State
-from ..model.types import Array, Integers
+from ..model.types import Array, Flags, Integers
 from . import recovery
 from .body_spaces import COMPONENTS, FIELDS3D
 from .mesh_solution import OnMesh
@@ -35,6 +35,14 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         x1, x2 = points.T[:2]
         grid = {"x1": x1, "x2": x2, "triangles": self.nodes.triangles}
         return self.state_at(points, self.nodes.normals, self.nodes.weights, **grid)
+
+    @property
+    def touching(self) -> dict[str, Flags]:
+        """{zone: which nodes are closed}; full contact is that of squares and triangles between nodes, for
+        where the obstacle is twisted four corners touch on lines at most.
+        """
+        zones = super().touching
+        return {**zones, "full": self.nodes.filling(zones["full"])} if "full" in zones else zones
 
     @cached_property
     def micromoment(self) -> Array:

@@ -26,7 +26,7 @@ from ..model.material import joint_modulus
 from ..model.progress import counting
 from ..model.refinement import FEWEST, GeometricSeries
 from ..model.solution import SpaceSolution
-from ..model.types import Array, Flags
+from ..model.types import Array
 from . import square_search
 from .candidate_squares import CONTACT_ROWS, CandidateSquares
 from .half_space import HalfSpace
@@ -76,14 +76,6 @@ class SurfaceCells(CellSolution, SpaceSolution):
             cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": float(grids[0].width)}
         normals = np.tile([0.0, 0.0, 1.0], (len(areas), 1))
         return self.state_at(points.reshape(-1, 3), normals, areas, **cells)
-
-    @property
-    def touching(self) -> dict[str, Flags]:
-        """{zone: which cells are closed}."""
-        zones = {"contact": self.closed > 0}
-        if len(self.pressures) == 1:
-            return zones
-        return {"full": self.closed == len(self.pressures)} | zones
 
     @property
     def is_whole(self) -> bool:

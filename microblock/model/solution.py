@@ -372,6 +372,14 @@ class SpaceSolution(Solution):
             **grid,
         )
 
+    @property
+    def touching(self) -> dict[str, Flags]:
+        """{zone: which points are closed}."""
+        zones = {"contact": self.closed > 0}
+        if len(self.pressures) == 1:
+            return zones
+        return {"full": self.closed == len(self.pressures)} | zones
+
     def response(self) -> Response:
         """Returns the response of the bodies at the points of the state."""
         return SpaceResponse(self)

@@ -1,0 +1,194 @@
+"""The load path of a body in space: events on its contact nodes, and how far from the true ones they are.
+
+Edges of zones move from node to node. Where a spot is born, the lowest place of the obstacle between the
+nodes touches first: its gap is extrapolated to 0. Where spots merge, a state whose edges are off by a node
+has the event at another load: that is where zones wider by a node do.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..contact_solvers.zone_scan import Change, ZoneScan
+from ..model.events import Event, LoadPath, following
+from ..model.progress import kept
+from ..model.refinement import FEWEST
+from ..model.types import Array, Flags, Integers
+from . import recovery
+
+NEARBY = 0.97  # of a load, from which the gap of what is born is extrapolated
+# of the change by a node: the load rises with the square of the distance from edges to the place of the
+# event, which is a node at most, and two with the edges a node off: 1/(2^2 - 1)
+SQUARE = 1 / 3
+
+
+class Path3D(LoadPath):
+    """The load path on the contact nodes of a `Solver3D`.
+
+    The zones are "contact" and "full", and x is x1 of the place. `load_error` has the bracket of the load,
+    what a node more or less at the edges of zones changes, and the relative error of the energy of the state,
+    as much as elements are too stiff.
+    """
+
+    def __init__(self, problem: Any, last: float, rtol: float | None, solver: Any) -> None:
+        super().__init__(problem, last, rtol)
+        self._solver = solver
+
+    @property
+    def first(self) -> float:
+        """Load from which zones are followed; see `LoadPath`."""
+        return self._followed[0]
+
+    @property
+    def events(self) -> list[Event]:
+        """Zones that are born, merge, split or vanish, ascending in load."""
+        return self._followed[1]
+
+    @cached_property
+    @following
+    def _followed(self) -> tuple[float, list[Event]]:
+        """(first load, events)."""
+        scan = NodeScan(self._solver)
+        first, seen = scan.down_from(self.last)
+        events = [event for event in seen if event.load < first]
+        kept(events)
+        events += [scan.judged(event) for event in seen if event.load >= first]
+        return first, sorted(events, key=lambda event: event.load)
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        doubtful = [
+            event.load + event.load_error for event in self.events if event.load_error > 0.2 * event.load
+        ]
+        words = (
+            f"up to load {min(max(doubtful, default=0.0), self.last):.2g} zones have few nodes: events there "
+            "may be missing; take smaller elements"
+        )
+        return [words] * bool(doubtful and max(doubtful))
+
+
+class NodeScan(ZoneScan):
+    """The scan of loads on the contact nodes of a Solver3D."""
+
+    def __init__(self, solver: Any) -> None:
+        super().__init__()
+        self.solver = solver
+        self.nodes = solver.nodes
+        self.near = FEWEST * float(np.sqrt(self.nodes.weights.max()))
+
+    def solved(self, load: float, start: Any) -> Any:
+        return self.solver.solution_at(load, None, start)
+
+    def labels(self, flags: Flags) -> Integers:
+        return np.asarray(self.nodes.connected(flags))
+
+    def initial_gaps(self) -> tuple[tuple[str, ...], Array]:
+        return self.solver.law.corners, self.solver.initial_gaps
+
+    def coordinates(self, places: Integers) -> Array:
+        return np.asarray(self.nodes.points[places[:, 0]])
+
+    def middle(self, places: Integers) -> float:
+        return float(self.nodes.points[places[:, 0], 0].mean())
+
+    def is_small(self, contact: Integers) -> bool:
+        return np.count_nonzero(contact) <= FEWEST
+
+    def judged(self, event: Event) -> Event:
+        """Returns an event with its error."""
+        low = max(load for load in self.zones if load <= event.load - event.load_error * (1 - 1e-9))
+        high = min(load for load in self.zones if load >= event.load + event.load_error * (1 - 1e-9))
+        before, after = (self.zones[load][event.zone] for load in (low, high))
+        changes = [change for change in self.changes(before, after) if change.kind == event.kind]
+        change = min(changes, key=lambda change: abs(self.place(change) - event.x))
+        # the side where what changes is open, and the one where it is closed
+        opened, closed = (low, high) if event.kind in ("born", "merged") else (high, low)
+        error = event.load_error + event.load * self.stiffness_error(self.states[opened])
+        if len(change.spots) == 2:
+            error += self.wider(event, change, opened)
+        elif event.zone == "contact":
+            load = self.lowest_touches(change, opened, opened * (NEARBY if opened < closed else 1 / NEARBY))
+            error += abs(load - event.load) / 2
+            event = replace(event, load=load)
+        else:
+            error += self.narrower(event, change, closed)
+        return replace(event, load_error=error)
+
+    def stiffness_error(self, state: Any) -> float:
+        """Returns the relative error of the load at an approach: that of the energy, and the work of
+        pressures that are off from node to node, whose response is that much smaller.
+        """
+        of_energy, of_surface = recovery.estimate(state).parts
+        across = 2 * np.sqrt(np.count_nonzero(state.closed) / np.pi)
+        return float(of_energy + of_surface**2 / across)
+
+    def wider(self, event: Event, change: Change, opened: float) -> float:
+        """Returns by how much the load changes where two spots are wider by a node."""
+        pressure = self.states[opened].pressures.sum(axis=0)
+        seeds = [int(np.argmax(np.where(change.labels == number, pressure, -1.0))) for number in change.spots]
+
+        def together(load: float) -> bool:
+            flags = self.zones_at(load)[event.zone] > 0
+            first, second = self.labels(self.nodes.beside(flags))[seeds]
+            return bool(flags[seeds].all() and first == second)
+
+        resolved = all(self.has_interior(change.labels == number) for number in change.spots)
+        share = SQUARE if resolved and event.zone == "contact" else 1.0
+        return share * abs(event.load - self.end_of(together, event.load, opened))
+
+    def narrower(self, event: Event, change: Change, closed: float) -> float:
+        """Returns by how much the load changes where a spot is narrower by a node."""
+        core = self.nodes.beside(change.labels == change.spots[0])
+
+        def thin(load: float) -> bool:
+            return not self.has_interior(self.zones_at(load)[event.zone] > 0, core)
+
+        return abs(event.load - self.end_of(thin, event.load, closed))
+
+    def has_interior(self, flags: Flags, core: Flags | bool = True) -> bool:
+        """Returns whether a node of a core, boolean array (n,), and all its neighbours have a flag."""
+        return bool(np.any(core & ~self.nodes.beside(~flags)))
+
+    def end_of(self, holds: Callable[[float], bool], event: float, beside: float) -> float:
+        """Returns the load, away from an event on the side of one beside it, from which on something does not
+        hold any more; or the last one on this side that is known.
+        """
+        way = np.sign(beside - event)
+        loads = sorted(
+            (load for load in self.zones if way * (load - beside) >= 0), key=lambda load: way * load
+        )
+        inside = beside
+        for load in loads:
+            outside = load
+            if not holds(load):
+                break
+            inside = load
+        while abs(outside - inside) > max(abs(inside - event) / 10, 0.002 * event):
+            middle = (inside + outside) / 2
+            if holds(middle):
+                inside = middle
+            else:
+                outside = middle
+        return outside
+
+    def lowest_touches(self, change: Change, load: float, further: float) -> float:
+        """Returns the load at which the lowest place of the obstacle over a spot touches, from two at which
+        it does not.
+        """
+        spot = change.labels == change.spots[0]
+        self.zones_at(further)
+        depth, depth_further = (self.depth(self.states[x], spot) for x in (load, further))
+        return load - depth * (load - further) / (depth - depth_further)
+
+    def depth(self, state: Any, spot: Flags) -> float:
+        """Returns how deep the obstacle reaches into the surface over a spot, below 0 if it does not."""
+        depth = -self.solver.at_nodes.gaps(state.displacement, state.psi, state.approach)[:, spot].min()
+        for offsets, (places, depths) in zip(self.solver.at_nodes.offsets_from_contact_point, state.overlaps):
+            corners = (self.nodes.points + offsets)[:, :2]
+            over = spot[cKDTree(corners).query(places.T)[1]] & (depths != 0)  # which is beside the boundary
+            depth = max(depth, depths[over].max(initial=-np.inf))
+        return float(depth)
