@@ -96,27 +96,27 @@ class NodeScan(ZoneScan):
         return float(self.nodes.points[places[:, 0], 0].mean())
 
     def is_small(self, contact: Integers) -> bool:
-        return np.count_nonzero(contact) <= FEWEST
+        return bool(np.count_nonzero(contact) <= FEWEST)
 
     def judged(self, event: Event) -> Event:
-        """Returns an event with its error."""
+        """Returns an event with its error, and nearer to where it is."""
         low = max(load for load in self.zones if load <= event.load - event.load_error * (1 - 1e-9))
         high = min(load for load in self.zones if load >= event.load + event.load_error * (1 - 1e-9))
         before, after = (self.zones[load][event.zone] for load in (low, high))
         changes = [change for change in self.changes(before, after) if change.kind == event.kind]
+        if not changes:  # spots came and went, and merged meanwhile
+            return replace(event, load_error=event.load)
         change = min(changes, key=lambda change: abs(self.place(change) - event.x))
-        # the side where what changes is open, and the one where it is closed
+        # what changes is open on one side, and closed on the other
         opened, closed = (low, high) if event.kind in ("born", "merged") else (high, low)
         error = event.load_error + event.load * self.stiffness_error(self.states[opened])
         if len(change.spots) == 2:
-            error += self.wider(event, change, opened)
-        elif event.zone == "contact":
+            return replace(event, load_error=error + self.wider(event, change, opened))
+        if event.zone == "contact":
             load = self.lowest_touches(change, opened, opened * (NEARBY if opened < closed else 1 / NEARBY))
-            error += abs(load - event.load) / 2
-            event = replace(event, load=load)
-        else:
-            error += self.narrower(event, change, closed)
-        return replace(event, load_error=error)
+            return replace(event, load=load, load_error=error + abs(load - event.load) / 2)
+        growth = self.growth(event, change, closed)
+        return replace(event, load=event.load - growth / 2, load_error=error + abs(growth) / 2)
 
     def stiffness_error(self, state: Any) -> float:
         """Returns the relative error of the load at an approach: that of the energy, and the work of
@@ -136,22 +136,24 @@ class NodeScan(ZoneScan):
             first, second = self.labels(self.nodes.beside(flags))[seeds]
             return bool(flags[seeds].all() and first == second)
 
-        resolved = all(self.has_interior(change.labels == number) for number in change.spots)
+        rims = [self.nodes.beside(change.labels != number) for number in change.spots]
+        resolved = not any(np.all(rim[change.labels == number]) for rim, number in zip(rims, change.spots))
         share = SQUARE if resolved and event.zone == "contact" else 1.0
         return share * abs(event.load - self.end_of(together, event.load, opened))
 
-    def narrower(self, event: Event, change: Change, closed: float) -> float:
-        """Returns by how much the load changes where a spot is narrower by a node."""
-        core = self.nodes.beside(change.labels == change.spots[0])
+    def growth(self, event: Event, change: Change, closed: float) -> float:
+        """Returns by how much the load changes until a spot is wider by a node, or the whole load where it
+        never is. Nodes see a spot late, by up to as much.
+        """
+        spot = change.labels == change.spots[0]
+        rim = self.nodes.beside(spot) & ~spot
 
-        def thin(load: float) -> bool:
-            return not self.has_interior(self.zones_at(load)[event.zone] > 0, core)
+        def small(load: float) -> bool:
+            closed_on_rim = np.count_nonzero(self.zones_at(load)[event.zone][rim])
+            return bool(2 * closed_on_rim < np.count_nonzero(rim))
 
-        return abs(event.load - self.end_of(thin, event.load, closed))
-
-    def has_interior(self, flags: Flags, core: Flags | bool = True) -> bool:
-        """Returns whether a node of a core, boolean array (n,), and all its neighbours have a flag."""
-        return bool(np.any(core & ~self.nodes.beside(~flags)))
+        end = self.end_of(small, event.load, closed)
+        return float(np.sign(end - event.load) * event.load) if small(end) else end - event.load
 
     def end_of(self, holds: Callable[[float], bool], event: float, beside: float) -> float:
         """Returns the load, away from an event on the side of one beside it, from which on something does not
@@ -177,11 +179,13 @@ class NodeScan(ZoneScan):
 
     def lowest_touches(self, change: Change, load: float, further: float) -> float:
         """Returns the load at which the lowest place of the obstacle over a spot touches, from two at which
-        it does not.
+        no node of it does; the one itself where the gap does not get wider to the other.
         """
         spot = change.labels == change.spots[0]
         self.zones_at(further)
         depth, depth_further = (self.depth(self.states[x], spot) for x in (load, further))
+        if depth <= depth_further:
+            return load
         return load - depth * (load - further) / (depth - depth_further)
 
     def depth(self, state: Any, spot: Flags) -> float:
