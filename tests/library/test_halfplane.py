@@ -384,7 +384,7 @@ def test_places_and_chains_of_events_on_cells():
     does not undo a birth.
     """
     grid = SimpleNamespace(axes=(np.linspace(-0.95, 0.95, 20),), width=0.1, count=20)
-    line, ring = (CellScan(SimpleNamespace(period=period), grid) for period in (None, 2.0))
+    line, ring = (CellScan(SimpleNamespace(period=period, dimensions=1), grid) for period in (None, 2.0))
     assert line.middle(np.array([[3], [6]])) == pytest.approx(-0.5)
     assert ring.middle(np.array([[19], [0]])) == pytest.approx(1.0)
     born = Event(1.0, 0.0, "born", "A", 0.0)
