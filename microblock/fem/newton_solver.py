@@ -5,6 +5,7 @@ from functools import cache, cached_property
 from typing import Any, cast
 
 from ..errors import require
+from ..model.events import LoadPath
 from ..model.history import History
 from ..model.solver import Solver
 from ..model.types import Array
@@ -96,11 +97,15 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
-    path = Solver.path
     refines = Solver3D.refines
     rate = "newton in space"
     most_unknowns = 1_000_000  # some minutes
     time_factor = 1.0  # its states are those of Condensed()
+
+    def path(self, last: float, rtol: float | None) -> LoadPath:
+        kind = self.options.kind
+        require(kind == "al", "kind", kind, 'does not follow events: Newton("al") does')
+        return super().path(last, rtol)
 
     def of(self, state: NodalState) -> OnMesh:
         return self.solution(

@@ -174,8 +174,8 @@ class Solver:
         raise BadArgument(
             "method",
             type(self.options).__name__,
-            "cannot follow events; Panels(), Cells(), Condensed(), and in the plane Fitted() can. Solve the "
-            "loads one by one",
+            "cannot follow events; Panels(), Cells(), Condensed(), in the plane Fitted() and in space "
+            "Newton() can. Solve the loads one by one",
         )
 
     def follows(self, pairs: Array) -> bool:

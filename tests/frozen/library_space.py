@@ -416,7 +416,7 @@ def refusals_of_bodies():
         "3d free under loads": lambda: body(fixed={"u3": "bottom"}).solve(
             Loads(traction={"contact": (1, 0, 0)})
         ),
-        "3d path of Newton": lambda: contact(method=mb.Newton()).path(load=1.0),
+        "3d path of a penalty": lambda: contact(method=mb.Newton("penalty", rho=1e4)).path(load=1.0),
         "3d history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
         "3d second body": lambda: contact(mb.Deformable(mb.HalfSpace(solid), sphere)),
         "3d reaction nowhere": lambda: body().solve().reaction("left"),

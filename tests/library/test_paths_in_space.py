@@ -212,8 +212,22 @@ def test_paths_take_an_rtol_where_meshes_are_refined():
     hexahedral = mb.Contact(column(hexahedra(2), 1), crossed, mb.Unilateral())
     with pytest.raises(mb.BadArgument, match="needs a mesh of tetrahedra"):
         hexahedral.path(load=0.1, rtol=0.5)
-    with pytest.raises(mb.BadArgument, match="cannot follow events"):
-        hexahedral.with_(method=mb.Newton()).path(load=0.1)
+    with pytest.raises(mb.BadArgument, match="does not follow events"):
+        hexahedral.with_(method=mb.Newton("penalty", rho=1e4)).path(load=0.1)
+
+
+@pytest.mark.nightly
+def test_newtons_method_has_the_events_of_condensed_bodies():
+    problem = mb.Contact(column(hexahedra(4), 1), crossed, mb.Unilateral())
+    condensed, newton = (
+        problem.with_(method=method).path(load=0.8 * CLOSED).events
+        for method in (mb.Condensed(), mb.Newton())
+    )
+    assert [event.kind for event in newton] == ["born", "born", "merged"]
+    for event, other in zip(newton, condensed):
+        # zones are the same, and residuals 1e-9
+        assert event.load == other.load
+        assert event.load_error == pytest.approx(other.load_error, rel=1e-6)
 
 
 @pytest.mark.parametrize("mesh, order, alone", [(hexahedra(2), 2, 1), (tetrahedra(0.25), 2, 0)])
