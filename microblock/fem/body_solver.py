@@ -27,7 +27,7 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
 
     def set_up(self) -> None:
         super().set_up()
-        require_pressed(self.body)
+        require_pressed(self.body, iterated=True)  # by another method
         self.counter  # which checks the second body
 
     def solve(

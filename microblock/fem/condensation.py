@@ -205,19 +205,24 @@ def factor_bytes(rows: float, entries: float) -> float:
     return 10 * entries * rows ** (4 / 3)
 
 
-def require_pressed(body: Body, followed: bool = False) -> None:
-    """Raises BadArgument unless an obstacle can press a body whose supports hold it with 0; 1D and periodic
-    ones only where friction is `followed`.
+def require_pressed(body: Body, followed: bool = False, iterated: bool = False) -> None:
+    """Raises BadArgument unless an obstacle can press a body; 1D and periodic ones only where friction is
+    `followed`, supports that prescribe values only where its system is `iterated`, not condensed.
     """
     require(body.mesh.dim > 1 or followed, "body", body, "must be two-dimensional")
     # its ends are one node; as two they would share their force at random
     words = "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
     require(not body.periodic or followed, "body", body, f"must not be periodic: {words}")
-    words = "in space" if body.in_space else "but with Newton() and without friction"
-    words = f"must be empty {words}: supports hold 0"
-    require(not body.prescribed, "prescribed", body.prescribed, words)
+    if not iterated:
+        require_nothing_prescribed(body)
     supports.pressed(body)
     supports.require_held(body)
+
+
+def require_nothing_prescribed(body: Body) -> None:
+    """Raises BadArgument unless supports hold a body with 0."""
+    words = "must be empty but with Newton() and without friction: supports hold 0"
+    require(not body.prescribed, "prescribed", body.prescribed, words)
 
 
 def condensed(body: Body, clamped: bool = False, followed: bool = False) -> CondensedNodes:

@@ -12,7 +12,7 @@ from ..halfplane.forecast import likely_zones
 from ..model.intervals import zone_edges
 from ..model.solver import Solver
 from .body import Body
-from .condensation import condensed, without_idle_rotation
+from .condensation import condensed, require_nothing_prescribed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
 
 
@@ -52,11 +52,13 @@ class OnGivenMesh(Solver):
     Attributes
     ----------
     no_rtol : str, why it makes no finer ones to an rtol
+    iterates : bool, on all unknowns: supports may prescribe values
     """
 
     body: Body
     verifies = True
     no_rtol: str
+    iterates = False
 
     @property
     def refines(self) -> bool:
@@ -87,6 +89,8 @@ class OnGivenMesh(Solver):
 
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         self.require_given_mesh(rtol)
+        if not self.iterates:
+            require_nothing_prescribed(self.body)
         if rtol is None:
             return cost.predict(self.rate, self.body.unknowns)
         return self.refined_cost(rtol)

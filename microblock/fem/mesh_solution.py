@@ -52,6 +52,11 @@ class OnMesh(OfNodes):
         fields = self.computed or self.nodes.fields(self.loads)
         return BodyFields(fields.body, fields, fields.forces, self.mirrored)
 
+    @cached_property
+    def energy(self) -> float:
+        """Elastic energy (per thickness)."""
+        return super().energy if self.computed is None else float(self.fields.energy())
+
     def reaction_on(self, boundary: str) -> Reaction:
         """Returns force and moment that the supports of the whole body exert on a boundary."""
         body = self.nodes.body
@@ -182,11 +187,6 @@ class MeshSolution(OnMesh, NodalSolution):
         if self.zones is not None:
             return contact_zones(self.zones, self.law.corners)
         return zones_of(self.x, self.closed, self.law, self.interrupted, self.end)
-
-    @cached_property
-    def energy(self) -> float:
-        """Elastic energy per thickness."""
-        return super().energy if self.computed is None else float(self.fields.energy())
 
     def fields_below(self, box: tuple[Interval, float]) -> tuple[Array, Array, Integers, Array, Array]:
         """Returns what `draw_below` asks for, in elements within the box, ((left, right), depth)."""

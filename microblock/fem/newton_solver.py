@@ -25,11 +25,12 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
 
     no_rtol = "needs a condensed body or a mesh that the program makes; Newton() takes it as it is"
     rate = "newton"
+    iterates = True
 
     def set_up(self) -> None:
         super().set_up()
         if self.body.in_space:
-            require_pressed(self.body)
+            require_pressed(self.body, iterated=True)
         else:
             pressed(self.body)
 

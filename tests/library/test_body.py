@@ -292,6 +292,38 @@ def test_fields_can_be_prescribed_in_space():
         assert fields.energy() == pytest.approx(np.sum(sigma * strain) / 2, rel=1e-11)  # of a unit volume
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_supports_that_move_press_a_body_on_an_obstacle(dim):
+    """As an obstacle that approaches: by the method that the program takes, since Condensed() cannot."""
+    if dim == 2:
+        mesh = MakeStructured2DMesh(nx=6, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1))
+    else:
+        mesh = MakeStructured3DMesh(
+            nx=4, ny=4, nz=2, mapping=lambda *x: (*(2 * np.array(x[:2]) - 1), x[2] - 1)
+        )
+
+    def bowl(*x):
+        return sum(along**2 for along in x) / 10
+
+    def pressed(approach, obstacle=bowl, **prescribed):
+        body = mb.Body(mesh, SMOOTH, 2, fixed="bottom", contact="top", prescribed=prescribed)
+        return mb.Contact(body, obstacle, mb.Microblock()).solve(approach=approach)
+
+    def require_same(state, expected):
+        # Newton's method ends at a residual of 1e-9
+        close = 1e-7 * expected.pressure.max()
+        assert state.pressure == pytest.approx(expected.pressure, abs=close)
+        assert state.energy == pytest.approx(expected.energy, rel=1e-7)
+        assert (state.method, expected.method) == ("newton", "condensed")
+
+    require_same(pressed(0.01, **{f"u{dim}": {"bottom": 0.02}}), pressed(0.03))
+    turn = 1e-3  # of body, or of obstacle the other way: supports along x1, and blocks
+    height = (ng.x, ng.y, ng.z)[dim - 1]
+    psi = {2: {"psi": {"bottom": -turn}}, 3: {"psi2": {"bottom": turn}}}[dim]
+    turned = {f"u{dim}": {"bottom": -turn * ng.x}, "u1": {"bottom": turn * height}} | psi
+    require_same(pressed(0.03, **turned), pressed(0.03, lambda *x: bowl(*x) + turn * x[0]))
+
+
 def test_a_period_in_space_leaves_a_column():
     """Pressed all over, a body that repeats along x1 and x2 has the strain of its depth alone."""
     mesh = MakeStructured3DMesh(
