@@ -20,6 +20,7 @@ import pytest
 
 import microblock as mb
 from cases.__main__ import cases
+from microblock.fem import meshes3d
 from microblock.model.results import PlainData
 from tests.bodies import on_ground, quarter
 from tests.choice import params
@@ -285,11 +286,17 @@ def above():
     return mb.Body(ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.4)), SOLID, 2, fixed="back")
 
 
+def above_in_space():
+    x = meshes3d.graded(reach=0.6, step=0.2, far=2.0, growth=2.0)
+    fixed = meshes3d.supports("contact", x1="left", x2="front")
+    return mb.Body(meshes3d.block(x, x, x), SOLID, 1, fixed=fixed, contact="bottom")
+
+
 SECOND = {  # a deformable body on top, for the body of each column of README's table
     "half-plane": lambda: mb.HalfPlane(SOLID),
     "mesh in the plane": above,
     "half-space": lambda: mb.HalfSpace(SOLID),
-    "mesh in space": lambda: mb.HalfSpace(SOLID),
+    "mesh in space": lambda: above_in_space(),
 }
 BODIES = dict(zip(SECOND, (lambda: LINE, mesh, lambda: SPACE, block)))
 FEATURES = {  # rows of that table: what a problem of the column must do, or refuse

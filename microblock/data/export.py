@@ -118,15 +118,15 @@ def to_vtk(state: State | History, path: str | os.PathLike[str]) -> list[Path]:
     The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
     stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid 1.5 times as wide and deep
     as the contact or on elements, cut by their order. States on cells, and on panels with friction, have no
-    body.
+    body. Of two bodies on meshes the second one has a file as well.
 
     Parameters
     ----------
     state : State or History
         Each state of a history has its files.
     path : str or path
-        Beginning of the files' names before "_surface.vtu" and "_body.vtu"; in a history "_surface_0.vtu" and
-        so on, which ParaView opens as a series.
+        Beginning of the files' names before "_surface.vtu", "_body.vtu" and "_second_body.vtu"; in a history
+        "_surface_0.vtu" and so on, which ParaView opens as a series.
 
     Returns
     -------
@@ -164,17 +164,21 @@ def _write_state(state: State, beginning: str, ending: str) -> list[Path]:
     """Returns the files of a state, written."""
     surface = Path(f"{beginning}_surface{ending}.vtu")
     body = Path(f"{beginning}_body{ending}.vtu")
-    fields = state.solution.fields
+    fields: Any = state.solution.fields
     if fields is None:
         _write_surface(state, surface)
         return [surface]
     # the body first, since it may raise an error: then no file is written
-    if state.solution.fields_on_mesh:
-        _write_mesh(fields, body)
-    else:
+    files = [surface, body]
+    if not state.solution.fields_on_mesh:
         _write_grid(state, body)
+    else:
+        _write_mesh(fields, body)
+        if fields.second is not None:
+            files.append(Path(f"{beginning}_second_body{ending}.vtu"))
+            _write_mesh(fields.second, files[-1])
     _write_surface(state, surface)
-    return [surface, body]
+    return files
 
 
 def _write_surface(state: State, path: Path) -> None:

@@ -20,6 +20,7 @@ from .body_fields import BodyFields
 from .body_spaces import BodySpaces
 from .bulk import Bulk
 from .loads import Loads, require_finite_within
+from .mesh_surface import MeshSurface
 from .meshes import extent, require_sound
 
 
@@ -191,6 +192,12 @@ class Body(BodySpaces):
         if not self.in_space:
             return {}
         return {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton_solver.NewtonSolver3D"}
+
+    def surface(self) -> MeshSurface:
+        """Returns its contact boundary as an obstacle, made once: the shape of a second body."""
+        require(self.mesh.dim > 1, "body", self, "must be two-dimensional, or in space")
+        region = self.boundary(self.contact, "contact")
+        return self.once("surface", lambda: MeshSurface(region, supports.planes_of_symmetry(self, region)))
 
     def bulk(self, space: Any = None, **options: Any) -> Any:
         """Returns the assembled second variation of (10), on the space of the body or a product."""

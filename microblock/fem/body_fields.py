@@ -1,5 +1,7 @@
 """The fields of a solution on a mesh, and the reactions of its supports."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
@@ -36,6 +38,7 @@ class BodyFields:
     components : grid functions of the fields
     forces : array (unknowns,), what supports exert
     mirrored : whether they are the half x1 > 0 of a symmetric state
+    second : BodyFields of a second body, or None
 
     Examples
     --------
@@ -61,12 +64,18 @@ class BodyFields:
     psi3: Any
 
     def __init__(
-        self, body: BodySpaces, components: Iterable[Any], forces: Array, mirrored: bool = False
+        self,
+        body: BodySpaces,
+        components: Iterable[Any],
+        forces: Array,
+        mirrored: bool = False,
+        second: BodyFields | None = None,
     ) -> None:
         self.body = body
         self.components = tuple(components)[: len(body.names)]
         self.forces = forces
         self.mirrored = mirrored
+        self.second = second
         self.psi = ng.CF(0)  # without it
         for name, component in zip(body.names, self.components):
             setattr(self, name, component)
@@ -79,7 +88,7 @@ class BodyFields:
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy has its values on a body made anew."""
         numbers = _dofs_by_element(self.body)
-        return _remade, (self.body, self.values[numbers], self.forces[numbers], self.mirrored)
+        return _remade, (self.body, self.values[numbers], self.forces[numbers], self.mirrored, self.second)
 
     @property
     def values(self) -> Array:
@@ -162,14 +171,16 @@ class BodyFields:
         return (1 + self.mirrored) * self.body.integrated(self.body.energy(*self))
 
 
-def _remade(body: BodySpaces, values: Array, forces: Array, mirrored: bool) -> BodyFields:
+def _remade(
+    body: BodySpaces, values: Array, forces: Array, mirrored: bool, second: BodyFields | None
+) -> BodyFields:
     """Returns the BodyFields of values and forces, element by element."""
     state = ng.GridFunction(body.space)
     exerted = np.zeros(body.space.ndof)
     numbers = _dofs_by_element(body)
     state.vec.FV().NumPy()[numbers] = values
     exerted[numbers] = forces
-    return BodyFields(body, state.components, exerted, mirrored)
+    return BodyFields(body, state.components, exerted, mirrored, second)
 
 
 def _dofs_by_element(body: BodySpaces) -> Integers:

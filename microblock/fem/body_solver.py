@@ -15,13 +15,13 @@ from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .recovery import refine_until
-from .second_body import CounterBody
+from .second_body import REFINES_ONE, SecondBody
 
 
 class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
     """States of a supported two-dimensional body on its contact nodes."""
 
-    no_rtol = "refines the mesh of the first body alone: with a second body solve without it"
+    no_rtol = REFINES_ONE
     solution = MeshSolution
     counter_bodies = (Body,)
 
@@ -39,11 +39,11 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
         return self.solution_at(load, approach, initial)
 
     @cached_property
-    def counter(self) -> CounterBody | None:
-        """The CounterBody; None of a rigid obstacle."""
+    def counter(self) -> SecondBody | None:
+        """The SecondBody; None of a rigid obstacle."""
         if not isinstance(self.obstacle, Deformable):
             return None
-        return CounterBody(self.obstacle, self.nodes, self.blocks.shifts)
+        return SecondBody(self.obstacle, self.nodes, self.blocks)
 
     @property
     def refines(self) -> bool:
@@ -55,7 +55,8 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
         self.nodes.require_upwards()
         flexibility, gaps, weights = super().system
         if self.counter is not None:
-            flexibility = flexibility + self.counter.flexibility(gaps)
+            gaps = self.counter.over(gaps.reshape(len(self.blocks.names), -1)).ravel()
+            flexibility = flexibility + self.counter.flexibility
         return flexibility, gaps, weights
 
     def path(self, last: float, rtol: float | None) -> NodalPath:

@@ -79,7 +79,8 @@ class CondensedNodes(ContactNodes):
             advice = "a lower order or a larger rtol, or name less of the surface as contact boundary"
         advice = f"take longer elements, {advice}"
         contact = f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes"
-        cost.require_room(self._memory(), contact, advice)
+        count = len(np.unique(self.onto.indices))
+        cost.require_room(condensed_bytes(body, count, len(self.weights)), contact, advice)
         traces = self.traces.values() if followed else [self.onto]
         seen = np.concatenate([values.indices for values in traces])
         self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, advice)
@@ -109,24 +110,6 @@ class CondensedNodes(ContactNodes):
             rows = csr_matrix((rows.data, rows.indices + start, rows.indptr), shape=shape)
             parts.append(rows[np.isin(vertices + start, self._bulk.contact)])
         return vstack(parts, format="csr")[:, self._bulk.contact]
-
-    def _memory(self) -> float:
-        """Returns the bytes that it takes."""
-        body = self.body
-        mesh = body.mesh
-        count = len(self.weights)
-        rows = body.space.FreeDofs(True).NumSet()
-        if self.dim == 3:
-            seen = len(np.unique(self.onto.indices))
-            needed = factor_bytes(rows, LINKED * body.order) + 8 * 3 * seen**2
-            if factors.usual is factors.SuperLU:
-                needed = max(needed, cost.predict("condensed in space by SuperLU", self.unknowns).memory)
-            return needed
-        # of an element; of each all unknowns there are linked
-        sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
-        orders = body.order if body.element_orders is None else body.element_orders
-        entries = mesh.ne * np.mean((len(body.spaces) * sides * orders) ** 2)
-        return cost.plane_factor_bytes(rows, entries) + cost.dense_bytes(count)
 
     def response(self, rows: Any) -> Array:
         """Returns displacements in rows, sparse (k, unknowns), from forces on them: array (k, k)."""
@@ -197,6 +180,22 @@ class Flexibility3D(MatrixFree):
             return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
 
         return precondition
+
+
+def condensed_bytes(body: Body, seen: int, nodes: int) -> float:
+    """Returns the bytes to condense a body to some unknowns that its contact boundary has seen, and nodes."""
+    mesh = body.mesh
+    rows = body.space.FreeDofs(True).NumSet()
+    if mesh.dim == 3:
+        needed = factor_bytes(rows, LINKED * body.order) + 8 * 3 * seen**2
+        if factors.usual is factors.SuperLU:
+            needed = max(needed, cost.predict("condensed in space by SuperLU", body.unknowns).memory)
+        return needed
+    # of an element; of each all unknowns there are linked
+    sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
+    orders = body.order if body.element_orders is None else body.element_orders
+    entries = mesh.ne * np.mean((len(body.spaces) * sides * orders) ** 2)
+    return cost.plane_factor_bytes(rows, entries) + cost.dense_bytes(nodes)
 
 
 def factor_bytes(rows: float, entries: float) -> float:

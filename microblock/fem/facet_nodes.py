@@ -6,7 +6,7 @@ pressures would oscillate. Where the rule integrates the trace of a constant pre
 facets, the contact passes the patch test: nodes at the vertices of triangles of order 2 would have no weight.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache, cached_property
 from itertools import chain, product
 from typing import Any
@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 from ..model.fields import squares
 from ..model.obstacles import STEEPEST
 from ..model.types import Array, Flags, Integers
-from .facet_rules import ROUNDED, at_rules, between_vertices, nodal_rule, nodal_shapes, shapes, units
+from .facet_rules import ROUNDED, at_rules, between_vertices, nodal_rule, nodal_shapes, rule_at, shapes, units
 
 
 class FacetNodes:
@@ -176,16 +176,45 @@ class FacetNodes:
         trace.eliminate_zeros()
         return trace
 
-    def at_points(self, rules: Mapping[Any, Any]) -> tuple[Array, Array, Any]:
-        """Returns at the points of rules, {kind of a facet: NGSolve's}: places, (k, dim), weights, (k,), and
-        values from the nodes, sparse (k, n).
+    def at_points(self, rules: Sequence[Any]) -> tuple[Array, Array, Array, Any]:
+        """Returns at the points of rules, NGSolve's of each facet: places, (k, dim), weights, (k,), outward
+        normals, (k, dim), and values from the nodes, sparse (k, n).
         """
-        values = cache(lambda kind, order: nodal_shapes(kind, order, rules[kind]))
+        values = cache(nodal_shapes)
         facets = list(self.region.Elements())
-        elements = zip(facets, self.facets, self.orders)
-        rows = [(nodes, row) for facet, nodes, order in elements for row in values(facet.type, order)]
-        places, weights, _ = at_rules(self.mesh, facets, [rules[facet.type] for facet in facets])
-        return places, weights, _sparse(rows, len(self.points))
+        elements = zip(facets, self.facets, self.orders, rules)
+        rows = [
+            (nodes, row) for facet, nodes, order, rule in elements for row in values(facet.type, order, rule)
+        ]
+        places, weights, outward = at_rules(self.mesh, facets, rules)
+        return places, weights, outward, _sparse(rows, len(self.points))
+
+    def dual(self, rules: Sequence[Any], weights: Array, basis: Any) -> Any:
+        """Returns at the points of rules, with what `at_points` returns of them, polynomials on each facet
+        that are dual to those of the nodes, orthogonal to all but their own, with the same integrals: sparse
+        (k, n).
+        """
+        ends = np.cumsum([0, *map(len, rules)])
+        rows: list[Any] = []
+        for first, last, nodes in zip(ends, ends[1:], self.facets):
+            values = basis[first:last][:, nodes].toarray()
+            weighted = values.T * weights[first:last]
+            onto = np.linalg.solve(weighted @ values, np.diag(weighted.sum(axis=1)))
+            rows += [(nodes, row) for row in values @ onto]
+        return _sparse(rows, len(self.points))
+
+    def values_on(self, facets: Integers, places: Array) -> Any:
+        """Returns values from the nodes at reference coordinates, (k, axes), on facets, whose numbers are
+        given, array (k,): sparse (k, n), 0 where a number is -1.
+        """
+        kinds = [facet.type for facet in self.region.Elements()]
+        rows: list[Any] = [((), ())] * len(facets)
+        for number in np.unique(facets[facets >= 0]):
+            chosen = np.flatnonzero(facets == number)
+            values = nodal_shapes(kinds[number], self.orders[number], rule_at(places[chosen]))
+            for row, at_place in zip(chosen, values):
+                rows[row] = (self.facets[number], at_place)
+        return _sparse(rows, len(self.points))
 
     @cached_property
     def triangles(self) -> Integers:

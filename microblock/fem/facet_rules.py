@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import ngsolve as ng
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.special import roots_jacobi
 
 from ..errors import require
+from ..model.quadrature import gauss_rule
 from ..model.types import Array
 
 ROUNDED = (
@@ -53,6 +55,31 @@ def nodal_rule(kind: Any, order: int) -> Any:
     if kind == ng.ET.SEGM:
         return rule_at(points[:, None], weights)
     return rule_at([(s, t) for s in points for t in points], np.outer(weights, weights).ravel())
+
+
+@lru_cache
+def composite(kind: Any, pieces: int, order: int = 6) -> Any:
+    """Returns NGSolve's rule of a triangle or quadrilateral that is cut into pieces along each side, exact up
+    to an order on each.
+    """
+    steps = np.array(list(product(range(pieces), repeat=2)), float)
+    rule = ng.IntegrationRule(kind, order)
+    points = np.array([point.point[:2] for point in rule])
+    parts = [steps[:, None] + points]
+    if kind == ng.ET.TRIG:
+        upright = steps[steps.sum(axis=1) < pieces]
+        turned = steps[steps.sum(axis=1) < pieces - 1] + 1
+        parts = [upright[:, None] + points, turned[:, None] - points]
+    places = np.concatenate(parts).reshape(-1, 2) / pieces
+    weights = np.tile([point.weight for point in rule], len(places) // len(rule)) / pieces**2
+    return rule_at(places, weights)
+
+
+def composite_line(ends: Array) -> Any:
+    """Returns NGSolve's rule of a segment, exact up to the order 23 between ends, array (k,), from 0 to 1."""
+    points, weights = gauss_rule(12)
+    lengths = np.diff(ends)[:, None]
+    return rule_at((ends[:-1, None] + lengths * points).reshape(-1, 1), np.ravel(lengths * weights))
 
 
 def rule_at(places: Sequence[Any] | Array, weights: ArrayLike = 0.0) -> Any:

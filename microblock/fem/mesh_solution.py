@@ -1,6 +1,6 @@
 """Solutions on the contact nodes of a body."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -50,7 +50,9 @@ class OnMesh(OfNodes):
     def fields(self) -> BodyFields:
         """Fields, with values at points of the whole body."""
         fields = self.computed or self.nodes.fields(self.loads)
-        return BodyFields(fields.body, fields, fields.forces, self.mirrored)
+        counter = self.solver.counter
+        second = None if counter is None else counter.fields(self.forces)
+        return BodyFields(fields.body, fields, fields.forces, self.mirrored, second)
 
     @cached_property
     def energy(self) -> float:
@@ -207,10 +209,16 @@ class MeshSolution(OnMesh, NodalSolution):
         return super().covers(x) if self.has_edges else np.isfinite(x)
 
     def counter_displacement(self, x: Array) -> Array:
-        counter = getattr(self.solver, "counter", None)
+        counter = self.solver.counter
         if counter is None:
             return super().counter_displacement(x)
-        return np.where(counter.covers(x), counter.displacement(self.forces.ravel(), x), np.inf)
+        return np.asarray(counter.lifted(self.forces, x[:, None]), float)
+
+    def counter_along(self, points: Array, normals: Array) -> Array:
+        counter = self.solver.counter
+        if counter is None:
+            return super().counter_along(points, normals)
+        return np.asarray(counter.along(self.forces, points, normals), float)
 
     @cached_property
     def sampled(self) -> Problem:
@@ -258,6 +266,7 @@ class MeshSolution(OnMesh, NodalSolution):
             zones = self.zones_by_name["contact"]
             widest = max((right - left for left, right in zones), default=0.0)
             remarks += self.coarse(widest / 2, self._or_rtol)
+            remarks += self._coarse_second_body(zones)
             if self.method == "condensed":
                 remarks += self._missed
         return remarks
@@ -265,7 +274,8 @@ class MeshSolution(OnMesh, NodalSolution):
     @property
     def _or_rtol(self) -> str:
         """Advice where a mesh may be refined: not with `Newton`, nor for histories with friction."""
-        return ", or ask for an rtol" * (self.method == "condensed" and not self.law.friction)
+        refines = self.method == "condensed" and not self.law.friction and self.solver.counter is None
+        return ", or ask for an rtol" * refines
 
     def _few_nodes(self) -> list[str]:
         """Returns a sentence where a zone has few nodes."""
@@ -281,6 +291,15 @@ class MeshSolution(OnMesh, NodalSolution):
         elif self._or_rtol:
             advice = "ask for rtol="
         return [f"only {few} nodes {where} and no error estimate: {advice}"]
+
+    def _coarse_second_body(self, zones: Sequence[Interval]) -> list[str]:
+        """Returns a sentence where few unknowns of a second body lie over a zone of the contact."""
+        counter = self.solver.counter
+        if counter is None:
+            return []
+        counts = [counter.unknowns_between(left, right) for left, right in zones]
+        words = f"only {min(counts, default=0)} nodes of the second body over a zone of the contact: "
+        return [words + "take smaller elements for it"] * (min(counts, default=FEWEST + 1) <= FEWEST)
 
     def _overlap(self) -> list[str]:
         """Returns a sentence where a penalty lets corners far into the obstacle."""

@@ -98,6 +98,7 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     """States of a body in space, without factorisation of all of it."""
 
     history = Solver.history
+    counter_bodies = ()
     refines = Solver3D.refines
     rate = "newton in space"
     most_unknowns = 1_000_000  # some minutes

@@ -55,12 +55,12 @@ class PlaneBoundary:
         solution = self.solution
         return pressed_beyond_ends(solution.solver.blocks, solution.sampled, pressures, places[:, 0])
 
-    @property
-    def safety(self) -> int:
-        """Factor of the estimate: below order 3 errors up to 2.3 times all of the estimate were
-        seen, as coarse elements away from the surface have a part that their energy does not show.
+    def safety(self, order: int) -> float:
+        """Returns the factor of the estimate of a body of this order: below 3 errors up to 2.3 times all of
+        the estimate were seen, as coarse elements away from the surface have a part that their energy does
+        not show.
         """
-        return 3 if self.solution.nodes.body.order < 3 else 1
+        return 3 if order < 3 else 1
 
     @property
     def singular(self) -> Flags:

@@ -26,7 +26,7 @@ from ..model.types import Array, Flags
 from . import contact_term
 from .body import Body
 from .body_fields import BodyFields
-from .facet_rules import outward
+from .facet_rules import at_rules, outward
 from .mesh_cuts import too_small
 from .meshes import elements_at
 from .plane_boundary import PlaneBoundary
@@ -42,15 +42,18 @@ class Recovered:
     Attributes
     ----------
     of_energy, of_surface : arrays (elements,), with sums energy and surface^2
+    of_second : (float, float), parts of both sums that a second body has
     """
 
     of_energy: Array
     of_surface: Array
+    of_second: tuple[float, float] = (0.0, 0.0)
 
     @property
     def parts(self) -> Array:
         """Those of energy and surface, array (2,)."""
-        return np.array((self.of_energy.sum(), math.sqrt(self.of_surface.sum())))
+        energy, surface = self.of_second
+        return np.array((self.of_energy.sum() + energy, math.sqrt(self.of_surface.sum() + surface)))
 
     @property
     def total(self) -> float:
@@ -63,8 +66,36 @@ def estimate(solution: Any) -> Recovered:
     boundary = _boundary(solution)
     averaged = _averaged(body, solution.fields)
     difference = _energy_of_difference(body, solution.fields, averaged)
-    of_energy = boundary.safety * difference / max(solution.energy, 1e-300)
-    return Recovered(of_energy, boundary.safety**2 * _surface(solution, boundary, averaged))
+    safety = boundary.safety(body.order)
+    of_energy = safety * difference / max(solution.energy, 1e-300)
+    of_surface = safety**2 * _surface(solution, boundary, averaged)
+    return Recovered(of_energy, of_surface, _of_second(solution, boundary))
+
+
+def _of_second(solution: Any, boundary: PlaneBoundary | SpaceBoundary) -> tuple[float, float]:
+    """Returns the parts of a second body: the energy of averaged gradients less its own, over that of both
+    bodies, and the square of what averaged tractions differ from the pressures upon it, over that of these.
+    """
+    fields = solution.fields.second
+    if fields is None:
+        return 0.0, 0.0
+    body = fields.body
+    averaged = _averaged(body, fields)
+    energy = _energy_of_difference(body, fields, averaged).sum() / max(solution.energy, 1e-300)
+    region = body.boundary(body.contact)
+    facets = list(region.Elements())
+    rules = _rules(body)
+    values = _tractions(fields, averaged)(body.mesh.MapToAllElements(rules, region)).reshape(-1, 7)
+    places, weights, normals = at_rules(body.mesh, facets, [rules[facet.type] for facet in facets])
+    pressure = solution.solver.counter.pressures(solution.pressures, places, normals)
+    square = weights @ (pressure - values[:, 0]) ** 2 / max(weights @ pressure**2, 1e-300)
+    safety = boundary.safety(body.order)
+    return float(safety * energy), float(safety**2 * square)
+
+
+def _rules(body: Body) -> dict[Any, Any]:
+    """Returns {kind of a facet: rule} that integrates squares of tractions."""
+    return {kind: ng.IntegrationRule(kind, 2 * body.order + 3) for kind in (ng.SEGM, ng.TRIG, ng.QUAD)}
 
 
 def _boundary(solution: Any) -> PlaneBoundary | SpaceBoundary:
@@ -109,10 +140,9 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
     nodes = solution.nodes
     mesh = nodes.body.mesh
     above = elements_at(mesh, nodes.region)
-    order = 2 * nodes.body.order + 3
-    rules = {kind: ng.IntegrationRule(kind, order) for kind in (ng.SEGM, ng.TRIG, ng.QUAD)}
-    places, weights, basis = nodes.at_points(rules)
-    values = _tractions(solution, averaged)(mesh.MapToAllElements(rules, nodes.region))
+    rules = _rules(nodes.body)
+    places, weights, _, basis = nodes.at_points([rules[facet.type] for facet in nodes.region.Elements()])
+    values = _tractions(solution.fields, averaged)(mesh.MapToAllElements(rules, nodes.region))
     traction, couple, normals = np.split(values.reshape(-1, 7).T, (1, 4))
     surface = boundary.nodal @ basis.T
     differences = (surface - np.vstack((traction, boundary.along_sides(couple, normals)))) ** 2
@@ -134,12 +164,12 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
     return largest / max(weights @ surface[0] ** 2, 1e-300)  # nothing may touch yet
 
 
-def _tractions(solution: Any, averaged: Sequence[Any]) -> Any:
+def _tractions(fields: BodyFields, averaged: Sequence[Any]) -> Any:
     """Returns the pressure -n.(sigma n) on the boundary, the couple m n/ell of averaged gradients, and n."""
-    body = solution.nodes.body
+    body = fields.body
     normal = outward(body.mesh)
     n = ng.CF((*(normal[axis] for axis in range(body.mesh.dim)), 0)[:3])
-    gamma, kappa = body.strains(solution.fields.components, averaged)
+    gamma, kappa = body.strains(fields.components, averaged)
     sigma = ng.BoundaryFromVolumeCF(contact_term.stress(body.moduli, gamma))
     m = ng.BoundaryFromVolumeCF(contact_term.couple_stress(body.moduli, kappa))
     return ng.CF((-ng.InnerProduct(n, sigma * n), m * n / body.solid.ell, n))

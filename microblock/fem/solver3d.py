@@ -11,22 +11,44 @@ from ..contact_solvers import projected_gradients
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..errors import NOT_YET, require
 from ..model.corner_geometry import CornerGeometry
+from ..model.deformable import Deformable
 from ..model.events import LoadPath
 from ..model.obstacles import heights
 from ..model.progress import counting
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags
 from . import factors
-from .condensation import Flexibility3D
+from .body import Body
+from .condensation import CondensedNodes, Flexibility3D
 from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
 from .mesh_solution import OnMesh
 from .path3d import Path3D
 from .recovery import refine_until
+from .second_body import REFINES_ONE, SecondBody
 from .state3d import SurfaceNodes
 
 ROWS = 1024  # of heights of the obstacle that are looked at for what lies between nodes
 TILE = 8  # of rows and columns, of which the lowest height counts
+
+
+class FlexibilityOfTwo(Flexibility3D):
+    """Gaps of corners from their forces on two bodies, of which the first one preconditions.
+
+    Parameters
+    ----------
+    directions, nodes : as of `Flexibility3D`
+    second : SecondBody
+    share : array (n,), by which forces are divided where they are parts of the load
+    """
+
+    def __init__(self, directions: Array, nodes: CondensedNodes, second: SecondBody, share: Array) -> None:
+        super().__init__(directions, nodes)
+        self.second = second
+        self.share = share
+
+    def __matmul__(self, forces: Array) -> Array:
+        return super().__matmul__(forces) + self.second.moved(forces / self.share) / self.share
 
 
 class Solver3D(OnGivenMesh):
@@ -35,10 +57,23 @@ class Solver3D(OnGivenMesh):
     most_corners = None
     most_unknowns = 150_000  # of a mesh that is refined: some GB, and a minute
     in_space = "nodes"
+    counter_bodies: tuple[type, ...] = (Body,)
     no_rtol = (
         "needs a mesh of tetrahedra, which NGSolve cuts where the error is; other elements it would cut "
         "everywhere, so that their mesh is taken as it is, with its error estimate"
     )
+
+    def set_up(self) -> None:
+        super().set_up()
+        if self.counter is not None:
+            self.no_rtol = REFINES_ONE
+
+    @cached_property
+    def counter(self) -> SecondBody | None:
+        """The SecondBody; None of a rigid obstacle."""
+        if not isinstance(self.obstacle, Deformable):
+            return None
+        return SecondBody(self.obstacle, self.nodes, self.blocks)
 
     @property
     def rate(self) -> str:
@@ -46,7 +81,8 @@ class Solver3D(OnGivenMesh):
 
     @property
     def refines(self) -> bool:
-        return all(element.type == ng.ET.TET for element in self.body.mesh.Elements())
+        simplices = all(element.type == ng.ET.TET for element in self.body.mesh.Elements())
+        return simplices and self.counter is None
 
     def refined_cost(self, rtol: float) -> cost.Cost:
         # of a sphere on tetrahedra: the error falls like the length of facets along the edge of the contact
@@ -57,7 +93,8 @@ class Solver3D(OnGivenMesh):
     @cached_property
     def initial_gaps(self) -> Array:
         """Array (corners, n); inf where a corner cannot touch."""
-        return gaps_at_nodes(self.at_nodes, self.nodes)
+        gaps = gaps_at_nodes(self.at_nodes, self.nodes)
+        return gaps if self.counter is None else self.counter.over(gaps)
 
     @cached_property
     def at_nodes(self) -> CornerGeometry:
@@ -67,8 +104,11 @@ class Solver3D(OnGivenMesh):
     @cached_property
     def low_places(self) -> Array:
         """x1, x2 and height of the lowest of TILE * TILE places of the obstacle, array (3, k). Half of ROWS
-        are evenly spaced over the contact boundary, the others as dense as its nodes.
+        are evenly spaced over the contact boundary, the others as dense as its nodes. Of a second body
+        without a shape they are the points of its facets.
         """
+        if self.counter is not None and self.counter.is_shape:
+            return self.counter.surface.points.T
         even = np.arange(0.5, ROWS, 2) / ROWS
         axes = []
         for x in self.nodes.points.T[:2]:
@@ -101,7 +141,10 @@ class Solver3D(OnGivenMesh):
         """Returns the solution on the mesh as it is, from another one there or None."""
         # unknowns are shares of the load, and gaps are along x3
         share = np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
-        H = Flexibility3D(self.at_nodes.directions / share, self.nodes)
+        directions = self.at_nodes.directions / share
+        H = Flexibility3D(directions, self.nodes)
+        if self.counter is not None:
+            H = FlexibilityOfTwo(directions, self.nodes, self.counter, share)
         residual = 1e-9
         # a refinement comes from other nodes
         alike = initial is not None and initial.nodes is self.nodes
@@ -115,7 +158,8 @@ class Solver3D(OnGivenMesh):
         )
         require(contact.load > 0, "approach", approach, NOT_YET)
         surface = H.surface(contact.forces)
-        closed = contact.gaps <= 2 * max(contact.kkt, residual) * np.abs(surface[0]).max()
+        moved = np.abs(H @ contact.forces).max()
+        closed = contact.gaps <= 2 * max(contact.kkt, residual) * moved
         forces = contact.forces / share
         return self.solution(
             contact.load, contact.approach, forces, closed, surface, contact.kkt, contact.iterations

@@ -71,6 +71,26 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """Returns nodal values, (n,), at places, (k, 2) or (k, 3): (k,), linear on triangles, 0 beyond."""
         return np.nan_to_num(self.nodes.interpolated(values[None], *places.T[:2])[0])
 
+    def counter_displacement(self, places: Array) -> Array:
+        counter = self.solver.counter
+        if counter is None:
+            return super().counter_displacement(places)
+        return np.asarray(counter.lifted(self.forces, places[:, :2]), float)
+
+    def counter_along(self, points: Array, normals: Array) -> Array:
+        """Returns the displacement along unit normals of a second body's surface over points, arrays (n, 3):
+        array (n,) (length).
+        """
+        counter = self.solver.counter
+        if counter is None:
+            return np.zeros(len(points))
+        return np.asarray(counter.along(self.forces, points, normals), float)
+
+    @property
+    def opposite(self) -> Array:
+        """Displacement along x3 of a second body's surface at the nodes, array (n,)."""
+        return self.counter_displacement(self.nodes.points)
+
     @property
     def gaps(self) -> Array:
         return self.solver.initial_gaps
@@ -138,6 +158,7 @@ class SurfaceNodes(OnMesh, SpaceSolution):
             corners = geometry.points + geometry.offsets_from_contact_point[corner]
             depths = (self.approach + corners[:, 2] - low[2]) * geometry.normals[:, 2]
             depths -= displacement + geometry.rotated(psi)[corner]
+            depths -= self.counter_along(corners, geometry.normals)
             overlaps.append((low[:2], np.nan_to_num(depths, nan=0.0)))
         return overlaps
 
@@ -170,4 +191,4 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """Returns how deep the obstacle reaches into the surface at blocks with displacement, array (k,), and
         psi, (2, k).
         """
-        return -float(blocks.gaps(displacement, psi, self.approach).min(initial=0.0))
+        return -float(blocks.gaps(displacement, psi, self.approach, self.counter_along).min(initial=0.0))

@@ -9,6 +9,10 @@ import numpy as np
 from ..errors import require
 from ..model.types import Array
 from .body_spaces import BodySpaces
+from .mesh_surface import Plane
+
+# fields that are 0 on a plane of symmetry across x1, and x2
+ODD = (("u1", "psi", "psi2", "psi3"), ("u2", "psi1", "psi3"))
 
 
 def patterns(body: BodySpaces, fixed: Any) -> dict[str, str]:
@@ -70,6 +74,30 @@ def require_periodic(body: BodySpaces) -> None:
         functions = any(isinstance(value, ng.CoefficientFunction) for value in numbers)
         words = "must be one number for each field on a periodic body, whose mesh identifies points"
         require(len(numbers) < 2 and not functions, "prescribed", body.prescribed, words)
+
+
+def planes_of_symmetry(body: BodySpaces, region: Any) -> list[Plane]:
+    """Returns the planes across x1, and in space x2, at which a boundary ends and supports hold what is odd
+    there, and nothing else.
+    """
+    vertices = body.mesh.ngmesh.Coordinates()
+
+    def along(part: Any, axis: int) -> Array:
+        return vertices[[vertex.nr for facet in part.Elements() for vertex in facet.vertices], axis]
+
+    planes = []
+    for axis, odd in enumerate(ODD[: body.mesh.dim - 1]):
+        names = [name for name in body.names if name in odd]
+        for boundary in sorted(set(body.mesh.GetBoundaries())):
+            if sorted(held_on(body, boundary)) != sorted(names):
+                continue
+            places = along(body.boundary(boundary), axis)
+            ends = along(region, axis)
+            rounding = 1e-9 * np.ptp(vertices)
+            for place, side in ((ends.min(), 1), (ends.max(), -1)):
+                if np.abs(places - place).max() <= rounding:
+                    planes.append(Plane(axis, float(place), side))
+    return planes
 
 
 def prescribe(body: BodySpaces, components: Sequence[Any]) -> None:

@@ -46,6 +46,8 @@ class BodyAttributes:
         Length after which the surface repeats.
     mesh : Mesh or None
         Of a body on a mesh, which has a length by itself.
+    surface : callable or None
+        ``surface()`` returns its contact boundary as an obstacle: the shape of a second body without another.
     """
 
     of: Callable[[Cosserat], Any] | None = None
@@ -53,6 +55,7 @@ class BodyAttributes:
     solvers: Mapping[type, Any] = field(default_factory=dict)
     period: float | None = None
     mesh: Any = None
+    surface: Callable[[], Any] | None = None
 
 
 def offered_by(body: Any) -> BodyAttributes:

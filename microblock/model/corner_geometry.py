@@ -208,7 +208,11 @@ class CornerGeometry:
         return half * self.levers * psi
 
     def gaps(
-        self, displacement: Array, psi: Array, approach: float, second: Callable[[Array], Array] | None = None
+        self,
+        displacement: Array,
+        psi: Array,
+        approach: float,
+        second: Callable[[Array, Array], Array] | None = None,
     ) -> Array:
         """Returns the gaps (22) of all corners from fields at the points, array (corners, n) (lengths).
 
@@ -221,11 +225,12 @@ class CornerGeometry:
         approach : float
             Of the obstacle (length).
         second : callable, optional
-            Displacement along x2 of a second body's surface at abscissae, array (n,) (length).
+            Displacement of a second body's surface along unit normals of points, arrays (n, dim): array (n,)
+            (length).
         """
-        upwards = self.normals[..., -1]
         lifted = np.array(0.0)
         if second is not None:
-            x = self.points[..., 0]
-            lifted = np.array([second(x - shift * upwards) for shift in self.blocks.shifts])
-        return self.initial_gaps + displacement + self.rotated(psi) + (lifted - approach) * upwards
+            corners = self.points + self.offsets_from_contact_point
+            lifted = np.array([second(places, self.normals) for places in corners])
+        along = approach * self.normals[..., -1]
+        return self.initial_gaps + displacement + self.rotated(psi) + lifted - along

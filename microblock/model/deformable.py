@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import BadArgument, require
-from .bodies import BodyLike, over_surface, require_body
+from .bodies import BodyLike, offered_by, over_surface, require_body
 from .obstacles import RigidObstacle, as_obstacle, check
 from .types import ObstacleLike
 
@@ -15,7 +15,7 @@ def _of_shape(name: str) -> Any:
     """Returns the property of a `Deformable` that is that of its shape."""
 
     def offered(obstacle: Deformable) -> Any:
-        return getattr(as_obstacle(obstacle.shape), name)
+        return getattr(shape_of(obstacle), name)
 
     return property(offered)
 
@@ -31,14 +31,16 @@ class Deformable(RigidObstacle):
     ----------
     body : HalfPlane, HalfSpace or Body
         The second body, of the kind of the first, also classical (``beta=0``) if unbounded. A `Body` lies
-        above its contact boundary, straight and horizontal, that spans all corners below the shape.
-    shape : obstacle or callable
-        Its lower surface before it deforms.
+        above its contact boundary.
+    shape : obstacle or callable, optional
+        Its lower surface before it deforms. Under a `Body` with a shape the contact boundary is straight and
+        horizontal, and spans all corners below the shape. Without a shape it is the contact boundary of the
+        `Body`, curved and tilted as it is: gaps are distances along the normals of the first body.
 
     Raises
     ------
     BadArgument
-        If the body is none, or the shape no obstacle over it.
+        If the body is none, or the shape no obstacle over it, or left out of a body without a mesh.
 
     Examples
     --------
@@ -51,7 +53,7 @@ class Deformable(RigidObstacle):
     """
 
     body: BodyLike
-    shape: ObstacleLike
+    shape: ObstacleLike | None = None
 
     height = _of_shape("height")
     kinks = _of_shape("kinks")
@@ -60,13 +62,17 @@ class Deformable(RigidObstacle):
     formulas = _of_shape("formulas")
     even = _of_shape("even")
     period = _of_shape("period")
+    normal_gap = _of_shape("normal_gap")
 
     def __post_init__(self) -> None:
         require_body(self.body)
+        given = self.shape is not None or offered_by(self.body).surface is not None
+        words = f"must be given: a {type(self.body).__name__} has no mesh, whose surface would be the shape"
+        require(given, "shape", self.shape, words)
         words = "must be that of the body, and is another body"
         require(not isinstance(self.shape, Deformable), "shape", self.shape, words)
         try:
-            check(self.shape, over_surface(self.body))
+            check(shape_of(self), over_surface(self.body))
         except BadArgument as failure:
             if failure.name != "obstacle":  # but what the shape says of itself
                 raise
@@ -75,9 +81,12 @@ class Deformable(RigidObstacle):
 
 def shape_of(obstacle: ObstacleLike) -> RigidObstacle:
     """Returns the rigid shape of an obstacle."""
-    if isinstance(obstacle, Deformable):
-        return as_obstacle(obstacle.shape)
-    return as_obstacle(obstacle)
+    if not isinstance(obstacle, Deformable):
+        return as_obstacle(obstacle)
+    surface = offered_by(obstacle.body).surface
+    if obstacle.shape is None and surface is not None:
+        return as_obstacle(surface())
+    return as_obstacle(obstacle.shape)
 
 
 def body_of(obstacle: ObstacleLike) -> Any:

@@ -221,7 +221,7 @@ class PlaneSolution(Solution):
     ) -> Surface:
         """Returns the Surface of fields at points."""
         x = points[:, 0]
-        lifted = (self.counter_displacement(x) - self.approach) * normals[:, 1]
+        lifted = self.counter_along(points, normals) - self.approach * normals[:, 1]
         return Surface(
             points,
             normals,
@@ -240,7 +240,7 @@ class PlaneSolution(Solution):
     def corner_gaps(self, points: Array, normals: Array, displacement: Array, psi: Array) -> Array:
         """Returns the gaps (22) of all corners at points, array (corners, n)."""
         geometry = self.problem.blocks.under(self.problem.obstacle, points, normals)
-        return geometry.gaps(displacement, psi, self.approach, self.counter_displacement)
+        return geometry.gaps(displacement, psi, self.approach, self.counter_along)
 
     def gap(self, corner: int, x: Array) -> Array:
         """Returns the gap of a corner (number) at x, array (n,), with the exact height, between points that
@@ -269,6 +269,12 @@ class PlaneSolution(Solution):
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
         order = np.argsort(places)
         return np.interp(x, places[order], self.opposite.ravel()[order], period=self.period)
+
+    def counter_along(self, points: Array, normals: Array) -> Array:
+        """Returns the displacement along unit normals of a second body's surface over points, arrays (n, 2):
+        array (n,) (length).
+        """
+        return self.counter_displacement(points[:, 0]) * normals[:, 1]
 
     def shear_at(self, x: Array) -> Array:
         """Returns q at x, array (n,), linear between the points, within what friction allows."""

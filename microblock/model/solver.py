@@ -45,6 +45,8 @@ class Solver:
         Corners that a law may have.
     counter_bodies : tuple of classes
         Second bodies that it knows.
+    counter : object or None
+        Second body on a mesh, condensed.
     in_space : "cells", "nodes" or None
         What its states have in three dimensions.
     time_factor : float
@@ -59,6 +61,7 @@ class Solver:
     usual_history_rtol: float | None = None
     most_corners: int | None = 2
     counter_bodies: tuple[type, ...] = ()
+    counter: Any = None
     in_space: str | None = None
     verifies = False
     time_factor = 2.0

@@ -467,7 +467,8 @@ class State(PlainData):
     @property
     def fields(self) -> Callable[..., Any]:
         """Fields below the surface: ``fields(x1, x2)`` has psi, stress and couple stress at points, and u
-        where it is known; of finite elements also u1, u2, psi and stress as NGSolve functions.
+        where it is known; of finite elements also u1, u2, psi and stress as NGSolve functions, and in
+        `second` those of a second body, or None.
 
         Raises
         ------
