@@ -190,7 +190,8 @@ class NodeScan(ZoneScan):
 
     def depth(self, state: Any, spot: Flags) -> float:
         """Returns how deep the obstacle reaches into the surface over a spot, below 0 if it does not."""
-        depth = -self.solver.at_nodes.gaps(state.displacement, state.psi, state.approach)[:, spot].min()
+        fields = state.displacement, state.psi, state.approach, state.counter_along
+        depth = -self.solver.at_nodes.gaps(*fields)[:, spot].min()
         for offsets, (places, depths) in zip(self.solver.at_nodes.offsets_from_contact_point, state.overlaps):
             corners = (self.nodes.points + offsets)[:, :2]
             over = spot[cKDTree(corners).query(places.T)[1]] & (depths != 0)  # which is beside the boundary
