@@ -392,13 +392,13 @@ class Contact:
 
         Parameters
         ----------
-        pairs : sequence of (P, Q)
+        pairs : sequence of (P, Q), in three dimensions of (P, Q1, Q2)
             Normal and shear force per thickness, followed on straight ways from (0, 0); Q > 0 drags the
-            surface along x1.
+            surface along x1. In three dimensions forces along x1 and x2, on a half-space alone.
         coupled : bool
             Whether shear tractions act on the gaps; pressures act on the tangential problem in any case.
         rtol : float, optional
-            As of `solve`. Without it half-planes aim at 5e-2 on cells and at 1e-6 on panels; blocks stay on
+            As of `solve`. Without it cells aim at 5e-2 and panels at 1e-6; blocks stay on
             the mesh of their method; bodies on meshes of your own take none.
         progress : bool, optional
             As of `solve`.
@@ -411,7 +411,7 @@ class Contact:
         ------
         BadArgument
             If the law has no friction, a pair is out of range (P > 0, absolute value of Q up to f P), or the
-            method cannot follow friction.
+            method cannot follow friction, such as blocks on a second half-space.
         NotConverged
             If an rtol that is given is out of reach, or the friction so large that the answer is not unique.
 
@@ -428,7 +428,7 @@ class Contact:
         require(friction, "law", self.law, words)
         require_flag(coupled=coupled)
         rtol = require_tolerance(rtol)
-        loads = pairs_of(pairs, friction)
+        loads = pairs_of(pairs, friction, over_surface(self.body))
         problem = self._on_scale(float(loads[:, 0].max()))
         followers = [solver for solver in problem._solvers if solver.follows(loads)] or [problem.solver]
         with counting("history", progress):

@@ -210,7 +210,7 @@ class CellSolver(Solver):
 
         similar = isinstance(initial, CellSolution) and len(initial.pressures) == len(self.offsets)
         near = initial if similar else None
-        sizes = self._sizes(window)
+        sizes = self.sizes(window)
 
         def solve(count: int, before: Any) -> Any:
             grid = window.with_count(count)
@@ -218,7 +218,7 @@ class CellSolver(Solver):
 
         return refine(self._grids(solve, sizes, goal, missed), goal, refusal).result
 
-    def _sizes(self, window: Any) -> list[int]:
+    def sizes(self, window: Any) -> list[int]:
         """Returns numbers of cells along an axis of a window, ascending, to those that were named."""
         if self.options.nodes:
             return halvings(self.options.nodes, self.few)

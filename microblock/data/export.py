@@ -24,13 +24,17 @@ def profile(state: State) -> dict[str, Array]:
 
     Names are "x1", "x2" ("x3" in space), "weight", "pressure" and that of corners ("pressure_A", ...),
     "micromoment" and "psi" ("m1", "m2", "psi1", "psi2" in space), "displacement"; with friction
-    "shear_traction" and "slip", of a second body "counter_displacement", in space the number "closed".
+    "shear_traction" and "slip" ("shear_traction1", ..., "slip2" and "stick" in space), of a second body
+    "counter_displacement", in space the number "closed".
     """
     rotational: tuple[str, ...] = ("m1", "m2", "psi1", "psi2")
     closed: Integers | None = state.closed
     if state.flat:
         rotational = ("micromoment", "psi")
         closed = None
+    sheared: dict[str, Any] = {}
+    if state.shear is not None:
+        sheared = _components(state, "shear_traction") | _components(state, "slip")
     columns = {
         **dict(zip(("x1", "x2", "x3"), state.points.T)),
         "weight": state.weights,
@@ -40,10 +44,18 @@ def profile(state: State) -> dict[str, Array]:
         "displacement": state.displacement,
         "closed": closed,
         "counter_displacement": state.opposite,
-        "shear_traction": state.shear_traction,
-        "slip": state.slip,
+        **sheared,
+        "stick": state.stick,
     }
     return {name: np.asarray(values, float) for name, values in columns.items() if values is not None}
+
+
+def _components(state: State, name: str) -> dict[str, Any]:
+    """Returns {name: values} along the surface of a state in the plane, in space an entry for each component:
+    name1, name2.
+    """
+    values = getattr(state, name)
+    return {name: values} if state.flat else {f"{name}1": values[..., 0], f"{name}2": values[..., 1]}
 
 
 def to_csv(
@@ -86,9 +98,11 @@ def _nodes(state: State) -> list[dict[str, object]]:
     """Returns a row a node of a state."""
     columns = {name: values.tolist() for name, values in profile(state).items()}
     names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
+    common: dict[str, object] = {name: getattr(state, name) for name in names}
     if state.shear is not None:
-        names += ["shear", "tangential_approach", "dissipation", "work"]
-    common = {name: getattr(state, name) for name in names} | {"warnings": "; ".join(state.warnings)}
+        common |= _components(state, "shear") | _components(state, "tangential_approach")
+        common |= {"dissipation": state.dissipation, "work": state.work}
+    common["warnings"] = "; ".join(state.warnings)
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 

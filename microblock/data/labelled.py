@@ -27,7 +27,11 @@ UNITS = {
     }.items()
     for name in names
 }  # fmt: skip
-IN_SPACE = {"load": "force", "contact_area": "length^2", "energy": "energy", "weights": "length^2"}
+IN_SPACE = {
+    **dict.fromkeys(("load", "shear"), "force"),
+    **dict.fromkeys(("contact_area", "weights"), "length^2"),
+    **dict.fromkeys(("energy", "dissipation", "work"), "energy"),
+}
 
 
 def data_set(result: Any) -> Any:
@@ -93,6 +97,8 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
         elif name == "zones":
             for zone, intervals in value.items():
                 variables[f"zone_{zone}"] = ((f"of_{zone}", "end"), np.reshape(intervals, (-1, 2)), units)
+        elif isinstance(value, np.ndarray) and name in ("shear", "tangential_approach"):
+            variables[name] = ("component", value, units)
         elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
             dimensions = along
             if value.ndim > 1:
@@ -111,7 +117,11 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
 
 
 def _numbered(data: Any) -> Any:
-    """Returns the data set of a state over the numbers of its points, so that others can stand beside it."""
-    data = data.reset_index("x").reset_coords("x").rename_dims(x="point")  # histories are those of the plane
+    """Returns the data set of a state over the numbers of its points, so that others can stand beside it; in
+    space over the cells, which all states of a history share.
+    """
+    if "x" not in data.dims:
+        return data
+    data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
     numbers = {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
     return data.assign_coords(numbers)

@@ -201,6 +201,13 @@ def _are_alike(squares: Grid | Squares, before: Grid | Squares) -> bool:
     return len(sides) == len(sides_before) and bool(np.all(sides >= 0.3 * MARGIN * sides_before))
 
 
+def enclosing(squares: Grid | Squares) -> Grid:
+    """Returns the least square about all squares, as a Grid of one cell."""
+    ends = [np.array(grid.middle) + side * grid.side / 2 for grid in squares.grids for side in (-1, 1)]
+    low, high = _box(np.array(ends))
+    return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
+
+
 def contact_boxes(state: Any) -> list[list[Array]]:
     """Returns the rectangles of connected cells that press, arrays (2, 2) (lengths), of each square of a
     SurfaceCells.

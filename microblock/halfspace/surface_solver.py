@@ -6,7 +6,7 @@
    below rtol and no place between the cells would touch.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain
 from typing import Any
@@ -15,20 +15,21 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.active_set import ContactState
-from ..contact_solvers.cell_solver import CellSolution, CellSolver
+from ..contact_solvers.cell_solver import CellSolver
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
-from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid, spots
+from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
+from ..model.history import History
 from ..model.intervals import distance_to_edges
 from ..model.material import joint_modulus
 from ..model.progress import counting
-from ..model.refinement import FEWEST, GeometricSeries
-from ..model.solution import SpaceSolution
+from ..model.refinement import GeometricSeries
 from ..model.types import Array
 from . import square_search
 from .candidate_squares import CONTACT_ROWS, CandidateSquares
+from .friction_solver import FrictionSolver
 from .half_space import HalfSpace
 from .images import PeriodicGreen
 from .kernels import surface_kernels
@@ -36,69 +37,10 @@ from .penetration import penetration_between_cells, penetration_outside
 from .second_half_space import SecondBodyCells
 from .square_search import TRIES
 from .squares import CoupledSquares, SecondBodySquares, Squares
+from .surface_solution import SPOT, ContactLeavesWindow, SurfaceCells, load_fraction_on_spots
 from .symbol import surface_symbol
 
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
-SPOT = FEWEST**2  # cells of a contact
-
-
-class ContactLeavesWindow(Exception):
-    """A wider window must hold more places, array (k, 2)."""
-
-    def __init__(self, places: Array) -> None:
-        super().__init__()
-        self.places = places
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class SurfaceCells(CellSolution, SpaceSolution):
-    """A solution on square cells, with pressures of least norm.
-
-    Attributes
-    ----------
-    closed : array (n, n) of int
-        Number of closed corners.
-    seen_width : float or None
-        As of `microblock.State`.
-    """
-
-    closed: Any = None
-    seen_width: float | None = None
-
-    def state(self) -> Any:
-        """Returns the State on cells, square after square and row after row."""
-        grids = self.grid.grids
-        points = np.concatenate([np.stack((*grid.places, 0 * grid.places[0]), axis=-1) for grid in grids])
-        areas = np.repeat([grid.area for grid in grids], grids[0].count ** 2)
-        cells: dict[str, Any] = {"squares": grids, "seen_width": self.seen_width}
-        if len(grids) == 1:
-            x1, x2 = grids[0].axes
-            cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": float(grids[0].width)}
-        normals = np.tile([0.0, 0.0, 1.0], (len(areas), 1))
-        return self.state_at(points.reshape(-1, 3), normals, areas, **cells)
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether the cells are those of a whole period."""
-        return self.period is not None and isinstance(self.grid, Grid)
-
-    def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner, by number, at places, array (k, 2) or (k, 3)."""
-        return self.interpolated(self.pressures[corner], *places.T[:2])
-
-    def between(self, values: Array, places: Array) -> Array:
-        """Returns micromoments on cells, array (n, n), at places, array (k, 2) or (k, 3)."""
-        return self._within_squares(values, places, vanishes=not self.solver.law.clamps_rotation)
-
-    def counter_displacement(self, places: Array) -> Array:
-        """Returns the displacement along x3 of a second body at places, array (k,)."""
-        return self._within_squares(self.opposite, places, vanishes=not self.opposite.any())
-
-    def _within_squares(self, values: Array, places: Array, vanishes: bool) -> Array:
-        """Returns values on cells at places; raises BadArgument beside the cells unless they vanish there."""
-        inside = vanishes or self.is_whole or np.all(self.grid.distance_outside(*places.T[:2]) <= 0)
-        require(inside, "points", places, "must lie in the squares, beside which this is not known")
-        return self.interpolated(values, *places.T[:2])
 
 
 class SurfaceSolver(CellSolver):
@@ -118,6 +60,7 @@ class SurfaceSolver(CellSolver):
     series = GeometricSeries(1.4, 1.0, 1.9, luck=2.5, alike=0.5)
     besides = "fix Cells(nodes=...)"
     rate = "cells in space"
+    usual_history_rtol = 5e-2
 
     def set_up(self) -> None:
         super().set_up()
@@ -151,7 +94,7 @@ class SurfaceSolver(CellSolver):
         """Returns the SurfaceCells, as `Solver.solve`."""
         goal = self.goal(rtol)
         fixed = self.given_window()
-        candidates = self._candidates(load, approach, fixed)
+        candidates = self.candidates(load, approach, fixed)
         places = candidates.lowest_places
         for _ in range(TRIES):
             window = fixed
@@ -167,10 +110,20 @@ class SurfaceSolver(CellSolver):
             return replace(state, seen_width=candidates.seen_width)
         raise NotConverged(square_search.NO_WINDOW)
 
+    def history_goal(self, rtol: float | None) -> float | None:
+        """Returns rtol or the usual one; None where nodes are given, beside which an rtol is refused."""
+        return None if self.goal(rtol) is None else super().history_goal(rtol)
+
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
+        """Returns the History through loads (P, Q1, Q2), array (k, 3)."""
+        words = "deforms: histories in space take a second body under laws without blocks alone"
+        require(self.second is None or len(self.offsets) == 1, "obstacle", self.obstacle, words)
+        return FrictionSolver(self, pairs, coupled).history(rtol)
+
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         """Returns the Cost of cells whose edges leave rtol, as many under each valley that touches."""
         fixed = self.given_window()
-        candidates = self._candidates(load, approach, fixed)
+        candidates = self.candidates(load, approach, fixed)
         lowest = candidates.lowest[2]
         valleys, ratio = candidates.count_and_aspect(lowest + (candidates.bound - lowest) / 8, fixed)
         squares = 1
@@ -194,13 +147,7 @@ class SurfaceSolver(CellSolver):
         if fixed is not None:
             return fixed
         with counting("window"):  # of a path, whose results are events
-            grids = self.solve(load, None, None).grid.grids
-        corners_of_squares = [
-            np.array(grid.middle) + side * grid.side / 2 for grid in grids for side in (-1, 1)
-        ]
-        low = np.min(corners_of_squares, axis=0)
-        high = np.max(corners_of_squares, axis=0)
-        return Grid(1, float(np.max(high - low)), tuple(((low + high) / 2).tolist()))
+            return square_search.enclosing(self.solve(load, None, None).grid)
 
     def missed(self, candidates: CandidateSquares, state: SurfaceCells) -> tuple[tuple[str, ...], bool]:
         """Returns what a fixed window leaves out, and whether a place between cells would touch; raises
@@ -229,7 +176,7 @@ class SurfaceSolver(CellSolver):
         """
         return (
             float(self.series.error(changes[-2:]))
-            + _load_fraction_on_spots(before, SPOT)
+            + load_fraction_on_spots(before, SPOT)
             + state.residual * state.grid.count
         )
 
@@ -238,7 +185,7 @@ class SurfaceSolver(CellSolver):
     ) -> bool:
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
         slow = finer <= 2 and float(self.series.error(changes[-2:])) > goal * finer**2
-        return slow or _load_fraction_on_spots(before, SPOT / 2 / finer**2) > goal
+        return slow or load_fraction_on_spots(before, SPOT / 2 / finer**2) > goal
 
     def turned(self, phi: Array) -> Array:
         """Returns rotations about x1 and x2 of phi, array (2, ...)."""
@@ -314,9 +261,7 @@ class SurfaceSolver(CellSolver):
 
     # the window
 
-    def _candidates(
-        self, load: float | None, approach: float | None, window: Grid | None
-    ) -> CandidateSquares:
+    def candidates(self, load: float | None, approach: float | None, window: Grid | None) -> CandidateSquares:
         short = np.array([1e4 / self.solid.ell])
         softer = 1 + self.solid.E_star * float(short[0] * np.max(surface_symbol(self.solid, short)[2:]))
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
@@ -332,16 +277,6 @@ class SurfaceSolver(CellSolver):
             return False
         inside = self.second is None or self.solid.ell < self.period / 4  # corners stay in a period
         return inside and len(candidates.samples_below(candidates.bound)) < SPARSE * CONTACT_ROWS**2
-
-
-def _load_fraction_on_spots(state: SurfaceCells, least: float) -> float:
-    """Returns the fraction of the load on spots of fewer cells."""
-    load = 0.0
-    count = state.grid.count
-    for forces in state.total.reshape(-1, count, count) * np.reshape(state.grid.area, (-1, 1, 1)):
-        labels = spots(forces > 0, state.is_whole)
-        load += forces[(np.bincount(labels.ravel())[labels] < least) & (labels > 0)].sum()
-    return float(load / state.load)
 
 
 def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:

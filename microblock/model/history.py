@@ -84,7 +84,7 @@ class History(PlainData):
     states : list of State
         One for each pair of loads, in the given order.
     events : list of Event
-        What happens on the way, in order.
+        What happens on the way, in order; none in three dimensions.
     warnings : list of str
         What its states warn of, each sentence once.
 
@@ -140,16 +140,20 @@ class History(PlainData):
         return line("History", f"{len(self.states)} pairs, {len(self.events)} events", self.warnings)
 
 
-def pairs_of(pairs: ArrayLike, friction: float) -> Array:
-    """Returns pairs (P, Q) as an array (n, 2), with |Q| beyond f P by rounding as f P; raises BadArgument
-    unless they are finite, with P > 0 and |Q| <= f P.
+def pairs_of(pairs: ArrayLike, friction: float, in_space: bool = False) -> Array:
+    """Returns pairs (P, Q) as an array (n, 2), in space (P, Q1, Q2) as (n, 3), with |Q| beyond f P by
+    rounding as f P; raises BadArgument unless they are finite, with P > 0 and |Q| <= f P.
     """
-    forces = require_floats("must be pairs (P, Q) of numbers", pairs=pairs)
-    good = forces.ndim == 2 and forces.shape[1] == 2 and len(forces) and np.isfinite(forces).all()
-    require(good, "pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")
-    for P, Q in forces.tolist():
-        require(P > 0, "pairs", (P, Q), "must have a positive normal force P")
+    what = "triples (P, Q1, Q2)" if in_space else "pairs (P, Q)"
+    columns = 3 if in_space else 2
+    forces = require_floats(f"must be {what} of numbers", pairs=pairs)
+    good = forces.ndim == 2 and forces.shape[1] == columns and len(forces) and np.isfinite(forces).all()
+    require(good, "pairs", pairs, f"must be one or more {what} of finite numbers")
+    for P, *Q in forces.tolist():
+        require(P > 0, "pairs", (P, *Q), "must have a positive normal force P")
         words = f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end"
-        require(abs(Q) <= friction * P * (1 + SLIDING), "pairs", (P, Q), words)
-    normal, shear = forces.T
-    return np.column_stack((normal, np.clip(shear, -friction * normal, friction * normal)))
+        require(np.hypot(*Q, *[0.0] * (3 - columns)) <= friction * P * (1 + SLIDING), "pairs", (P, *Q), words)
+    normal = forces[:, :1]
+    sizes = np.linalg.norm(forces[:, 1:], axis=1, keepdims=True)
+    within = np.minimum(1.0, friction * normal / np.maximum(sizes, np.finfo(float).tiny))
+    return np.hstack((normal, forces[:, 1:] * within))

@@ -94,7 +94,7 @@ class Panels(Checked):
 @dataclass(frozen=True)
 class Cells(Checked):
     """Uniform cells of constant pressure, matrix-free: large rough problems, and problems with a period. With
-    friction cells are graded, on a half-plane without a period.
+    friction cells are graded on a half-plane, and uniform on a half-space.
 
     Parameters
     ----------

@@ -30,9 +30,7 @@ LISTED = {
         "method", "warnings", "weights", "pressure", "pressures", "micromoment", "psi", "displacement",
     ),
     "plane": ("half_width", "zones", "error_parts", "x"),
-    "friction": (
-        "shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip",
-    ),
+    "friction": ("shear", "dissipation", "work", "tangential_approach", "shear_traction", "slip"),
     "space": ("points", "shape", "x1", "x2", "width", "seen_width", "closed", "opposite"),
 }  # fmt: skip
 

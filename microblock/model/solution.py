@@ -99,6 +99,12 @@ class Solution:
         """Returns the State at the points of the solution."""
         raise NotImplementedError
 
+    def with_friction(self) -> dict[str, Any]:
+        """Returns the fields of a State that friction adds: `shear`, `shear_traction`, `dissipation`, and if
+        they are known `tangential_approach`, in the plane `zone_errors`, in space `stick`.
+        """
+        return {}
+
     def _of_problem(self) -> dict[str, Any]:
         """Returns the fields of a State that say what was solved, and how."""
         solver = self.solver
@@ -190,12 +196,6 @@ class PlaneSolution(Solution):
             contact_area=sum(right - left for left, right in contact),
             **{name: plain(value) for name, value in self.with_friction().items()},
         )
-
-    def with_friction(self) -> dict[str, Any]:
-        """Returns the fields of a State that friction adds: `shear`, `shear_traction`, `dissipation`, and if
-        they are known `tangential_approach` and `zone_errors`.
-        """
-        return {}
 
     def response(self) -> Response:
         """Returns the response of the bodies at `x`."""
@@ -356,7 +356,19 @@ class LineSolution(PlaneSolution):
 class SpaceSolution(Solution):
     """Base of solutions in space: `pressures` (corners, ...), `micromoment` and `psi` (2, ...), with
     `displacement` and `closed` (...) at n points, and ``between(values, places)`` of values (...).
+
+    Attributes
+    ----------
+    slip : array (2, ...) or None
     """
+
+    if TYPE_CHECKING:
+
+        @property
+        def slip(self) -> Array | None: ...
+
+    else:
+        slip = None
 
     def state_at(self, points: Array, normals: Array, weights: Array, **grid: Any) -> State:
         """Returns the State at points with normals, arrays (n, 3), that stand for areas, array (n,), with
@@ -375,6 +387,7 @@ class SpaceSolution(Solution):
             pressures=Named(zip(self.solver.blocks.names, map(read_only, pressures)), "corner"),
             closed=closed,
             contact_area=float(weights[closed > 0].sum()),
+            **self.with_friction(),
             **grid,
         )
 
@@ -407,7 +420,6 @@ class SpaceResponse:
     """Response at the points of a solution in space, each field evaluated when it is first read."""
 
     rotation = None
-    slip = None
 
     def __init__(self, solution: SpaceSolution) -> None:
         self._solution = solution
@@ -429,6 +441,11 @@ class SpaceResponse:
         if body_of(self._solution.solver.obstacle) is None:
             return None
         return read_only(self._solution.opposite.ravel())
+
+    @cached_property
+    def slip(self) -> Array | None:
+        slip = self._solution.slip
+        return None if slip is None else read_only(slip.reshape(2, -1).T)
 
 
 def _far_off(state: State) -> list[str]:

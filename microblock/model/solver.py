@@ -190,6 +190,6 @@ class Solver:
         raise BadArgument(
             "method",
             type(self.options).__name__,
-            f"cannot follow friction on a {type(self.body).__name__}: take a HalfPlane without a period, a "
-            "Body on a mesh in the plane, or Uniform(h=...) on a Block",
+            f"cannot follow friction on a {type(self.body).__name__}: take a HalfSpace, a HalfPlane without "
+            "a period, a Body on a mesh in the plane, or Uniform(h=...) on a Block",
         )

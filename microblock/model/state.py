@@ -133,6 +133,13 @@ class State(PlainData):
         Number of corners with a force, and all four where no gap is open.
     contact_area : float
         Area on which a corner touches (length^2).
+    shear, tangential_approach : arrays (2,)
+        With friction the components along x1 and x2 of Q and of the obstacle's motion, on a period less the
+        mean of the surface.
+    shear_traction, slip : arrays (n, 2)
+        q and slip along x1 and x2. Where all slides, slip is the least along Q that no cell contradicts.
+    stick : boolean array (n,)
+        With friction whether a cell in contact has less than the largest shear.
     squares : tuple of Grid, or None
         Of cells: the squares in which they lie, the widest cells first, each with `count` cells a side,
         their `width`, its `side`, `middle` (lengths) and `axes` (x1 and x2 of centres). Cells of a square
@@ -189,11 +196,12 @@ class State(PlainData):
     interrupted: Flags | None
 
     # with friction
-    shear: float | None = None
+    shear: Any = None  # a float, in space an array (2,), as the tangential approach
     shear_traction: Array | None = None
     dissipation: float | None = None
-    tangential_approach: float | None = None
+    tangential_approach: Any = None
     zone_errors: ZoneErrors | None = None
+    stick: Flags | None = None
 
     # of cells or nodes in space
     squares: tuple[Any, ...] | None = None
@@ -318,12 +326,12 @@ class State(PlainData):
 
         Parameters
         ----------
-        x : float or array (n,)
-            Abscissae x1 (lengths).
+        x : float or array
+            As of `pressure_at`.
 
         Returns
         -------
-        array (n,), or a float for one number
+        array (n,), or a float for one number; in three dimensions array (n, 2)
             Stresses, at most the friction times the pressure; 0 outside the contact.
 
         Raises
@@ -664,7 +672,7 @@ class _InPlane:
 
     def listed(self, state: State) -> tuple[str, ...]:
         """Returns names of what `State.to_dict` has."""
-        friction = LISTED["friction"] if state.shear is not None else ()
+        friction = (*LISTED["friction"], "zone_errors") if state.shear is not None else ()
         return LISTED["all"] + LISTED["plane"] + friction
 
     def profile(self, state: State, data: dict[str, Any]) -> dict[str, Any]:
@@ -698,7 +706,8 @@ class _InSpace:
 
     def listed(self, state: State) -> tuple[str, ...]:
         """Returns names of what `State.to_dict` has."""
-        return LISTED["all"] + LISTED["space"]
+        friction = (*LISTED["friction"], "stick") if state.shear is not None else ()
+        return LISTED["all"] + LISTED["space"] + friction
 
     def profile(self, state: State, data: dict[str, Any]) -> dict[str, Any]:
         """Returns the state on cells along the axis x1 and the diagonal."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ..model.events import LoadPath
 from ..model.intervals import contains
 from ..model.state import State
-from ..model.types import Axes, Figure
-from . import plots
+from ..model.types import Array, Axes, Figure
+from . import plots, surface_figure
 
 MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
 
@@ -22,9 +24,14 @@ def draw_history(states: Sequence[State], axis: Axes | None) -> Figure:
     if axis is not None:
         return draw_loop(axis, states)
     drawing, (tractions, loop) = plots.figure(2, 1)
-    _draw_tractions(tractions, states[-1])
-    tractions.set_title("(a)  shaded: stick", loc="left")
-    plots.legend_below(tractions)
+    if not states[-1].flat:
+        surface_figure.draw_shear(tractions, states[-1])
+        tractions.set_title("")
+        tractions.set_title("(a)  $|q|$; white line: stick zone", loc="left")
+    else:
+        _draw_tractions(tractions, states[-1])
+        tractions.set_title("(a)  shaded: stick", loc="left")
+        plots.legend_below(tractions)
     draw_loop(loop, states)
     loop.set_title("(b)  loading path", loc="left")
     return drawing
@@ -49,25 +56,36 @@ def _draw_tractions(axis: Axes, state: State) -> None:
 
 @plots.styled
 def draw_loop(axis: Axes | None, states: Sequence[State]) -> Figure:
-    """Returns the figure of an axis with Q/(f P) of states over their mean slip."""
+    """Returns the figure of an axis with Q/(f P) of states over their mean slip; in space of the parts along
+    the largest shear force.
+    """
     drawing, axis = plots.in_place(axis)
-    slips = [_mean_slip(state) for state in states]
-    shears = [_relative_shear(state) for state in states]
+    direction = _direction(states)
+    slips = [_mean_slip(state) @ direction for state in states]
+    shears = [_relative_shear(state) @ direction for state in states]
     axis.plot(slips, shears, color=plots.COLOURS[0], marker="o", markevery=[-1])
     axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
     return drawing
 
 
-def _mean_slip(state: State) -> float:
-    """Returns the slip of a state with friction, weighted by pressure (length)."""
+def _direction(states: Sequence[State]) -> Array:
+    """Returns the unit vector along the largest Q/(f P) of states in space, array (2,); in the plane (1,)."""
+    if states[-1].flat:
+        return np.ones(1)
+    largest = max(map(_relative_shear, states), key=np.linalg.norm)
+    size = float(np.linalg.norm(largest))
+    return largest / size if size else np.array((1.0, 0.0))
+
+
+def _mean_slip(state: State) -> Array:
+    """Returns the slip of a state with friction, weighted by pressure, array (1,) or (2,) (length)."""
     slip: Any = state.slip
-    return float(state.weights @ (state.pressure * slip) / state.load)
+    return np.atleast_1d((state.weights * state.pressure) @ slip / state.load)
 
 
-def _relative_shear(state: State) -> float:
-    """Returns Q/(f P) of a state with friction."""
-    shear: Any = state.shear
-    return float(shear / (state.law.friction * state.load))
+def _relative_shear(state: State) -> Array:
+    """Returns Q/(f P) of a state with friction, array (1,) or (2,)."""
+    return np.atleast_1d(state.shear / (state.law.friction * state.load))
 
 
 @plots.styled

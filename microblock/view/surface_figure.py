@@ -12,10 +12,14 @@ from ..model.state import State
 from ..model.types import AnyArray, Axes, Figure
 from . import plots
 
+ARROWS = 16  # along an axis
+
 
 @plots.styled
 def draw(state: State, axis: Axes | None) -> Figure:
-    """Returns the figure of a state on cells or at nodes; of an axis with the pressure alone."""
+    """Returns the figure of a state on cells or at nodes, with friction of its shear traction in place of
+    closed corners; of an axis with the pressure alone.
+    """
     if axis is not None:
         drawing, axis = plots.in_place(axis)
         _draw_pressure(axis, state)
@@ -25,12 +29,36 @@ def draw(state: State, axis: Axes | None) -> Figure:
     _draw_pressure(pressure, state)
     moment = np.hypot(*state.micromoment.T) / state.solid.ell
     _from_above(micromoment, state, moment, r"$|M|/\ell$", cmap="cividis")
-    _draw_closed(closed, state)
+    if state.shear is None:
+        _draw_closed(closed, state)
+    else:
+        draw_shear(closed, state)
     return drawing
 
 
 def _draw_pressure(axis: Axes, state: State) -> None:
     _from_above(axis, state, state.pressure, "$p$", cmap="cividis")
+
+
+def draw_shear(axis: Axes, state: State) -> None:
+    """Draws the size of the shear traction of a state on one square of cells, arrows along it, and the edge
+    of the stick zone.
+    """
+    traction: Any = state.shear_traction
+    shape: Any = state.shape
+    squares: Any = state.squares
+    grids = traction.T.reshape(2, *shape).swapaxes(1, 2)
+    _from_above(axis, state, np.hypot(*traction.T), "$|q|$", cmap="cividis")
+    stick: Any = state.stick
+    inside = stick.reshape(shape).T.astype(float)
+    if 0 < inside.sum() < inside.size:
+        axis.contour(state.x1, state.x2, inside, levels=[0.5], colors="w", linewidths=1)
+    step = -(-shape[0] // ARROWS)
+    every = slice(step // 2, None, step)
+    centres = np.array(np.meshgrid(*squares[0].axes))[:, every, every]
+    arrows = grids[:, every, every]
+    pressed = np.hypot(*arrows) > 0
+    axis.quiver(*centres[:, pressed], *arrows[:, pressed], color="w", width=0.006, pivot="mid")
 
 
 def _draw_closed(axis: Axes, state: State) -> None:

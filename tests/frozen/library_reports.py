@@ -379,7 +379,7 @@ def candidates_in_space(choice):
     for row in choice.named(traits):
         name, law, window, (load, approach) = asked[row]
         contact = mb.Contact(mb.HalfSpace(SOLID), IN_SPACE[name], law, mb.Cells(nodes=32, window=window))
-        squares = contact.solver._candidates(load, approach, contact.solver.given_window())
+        squares = contact.solver.candidates(load, approach, contact.solver.given_window())
         numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
         numbers |= {
             "samples": squares.samples[:, :2],

@@ -14,7 +14,7 @@ from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_wave
 from microblock.halfspace.kernels import BESSEL_ORDERS, Radial, surface_kernels
 from microblock.halfspace.penetration import gaps_beside
 from microblock.halfspace.squares import Squares
-from microblock.halfspace.symbol import rotation_along_wave
+from microblock.halfspace.symbol import rotation_along_wave, shear_across_wave
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
 from tests.states import on_cells
@@ -43,8 +43,8 @@ def problem(law, second=None, shape=SPHERE, period=None, solid=SOLID, **cells):
 # --- symbols and kernels
 
 
-def turned_by_modes(solid, k):
-    """W_par from the field equations of u2, psi1, psi3 as a linear system in x3, by its Schur form."""
+def compliance_by_modes(solid, k):
+    """(u2, psi1, psi3) under q2, M1, M3 from the field equations, a system in x3, by its Schur form."""
     mu = solid.mu
     mu_c = solid.mu_c
     stiffness = solid.ell**2 * solid.mu
@@ -73,15 +73,21 @@ def turned_by_modes(solid, k):
     inverse = np.linalg.inv(A)
     system = np.block([[-inverse @ B, inverse], [C - B.conj().T @ inverse @ B, B.conj().T @ inverse]])
     _, vectors, _ = schur(system, output="complex", sort="rhp")  # what decays downwards
-    return np.linalg.inv(vectors[3:, :3] @ np.linalg.inv(vectors[:3, :3]))[1, 1].real * solid.ell**2 / 4
+    return np.linalg.inv(vectors[3:, :3] @ np.linalg.inv(vectors[:3, :3]))
 
 
 @pytest.mark.parametrize("name", MODULI)
-def test_moments_along_the_wave_turn_as_the_field_equations_say(name):
+def test_moments_along_and_shear_across_the_wave_act_as_the_field_equations_say(name):
     """To the Schur form's own rounding, which grows with k ell."""
     solid = mb.Cosserat(E=100, nu=0.3, ell=0.2, **{"beta": 1, **MODULI[name]})
     for k in (0.05, 1.0, 40.0, 300.0):
-        assert rotation_along_wave(solid, np.array(k)) == pytest.approx(turned_by_modes(solid, k), rel=1e-11)
+        compliance = compliance_by_modes(solid, k)
+        turned = compliance[1, 1].real * solid.ell**2 / 4
+        assert rotation_along_wave(solid, np.array(k)) == pytest.approx(turned, rel=1e-11)
+        displaced, rotated = shear_across_wave(solid, np.array(k))
+        assert displaced == pytest.approx(compliance[0, 0].real, rel=1e-11)
+        # a difference in the Schur form, which grows with (k ell)^2
+        assert -rotated == pytest.approx(compliance[1, 0].real * solid.ell / 2, rel=1e-9)
 
 
 def test_fast_transforms_are_those_in_closed_form():

@@ -1,0 +1,348 @@
+"""Shear forces of two components within Coulomb's discs, matrix-free.
+
+With the displacement S q of the surface under shear forces q, array (2, n), a drive b and the motion D of the
+obstacle, the slip of an increment is v = D - S q - b. Nodes stick, v = 0, or slip, v = (v/r) q with v >= 0 on
+|q| = r. These are the conditions of the minimum of
+
+    e(q) = q.S q/2 + b.q     on     {|q_i| <= r_i, sum q = Q},
+    (d)
+
+with D the multiplier of the sum. An outer step is
+
+1. gradient projection: q' = proj(q - alpha (S q + b)), alpha smaller until e falls;
+2. conjugate gradients for the Newton step on the face of q': nodes that stick move freely, nodes that slip
+   along their circle, whose curvature adds v/r; the sum stays;
+3. projected search towards its end, else q' itself.
+
+It is `projected_gradients` with discs in place of half-lines.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import NotConverged, at_least
+from ..model.progress import counted
+from ..model.types import Array, Flags
+from .rounding import EPS_TERM
+
+Operator = Callable[[Array], Array]
+
+AT_RIM = (
+    1e-12  # relative, below the limit of friction, within which a node is at it: rounding of a projection
+)
+OUTER_STEPS = 200  # 3 to 20 are met
+INNER_STEPS = 80  # of conjugate gradients; of steps of a projection; of alpha
+# of the steps of gradients, over that which moves all by a radius: waves as long as the contact need the
+# least, and the shortest ones a hundred to a thousand times as much
+STEPS = 1e-3, 1e6
+SLIDING = 1e-9  # relative, below the sum of all limits, within which all slides
+
+
+class SlidStep(NamedTuple):
+    """The end of an increment.
+
+    Attributes
+    ----------
+    forces : array (2, ...), q
+    slip : array (2, ...), v of the increment (length); 0 where r is 0
+    motion : array (2,), D (length)
+    residual : largest violation of a condition, over the displacement when all slides
+    """
+
+    forces: Array
+    slip: Array
+    motion: Array
+    residual: float
+
+
+@dataclass(frozen=True)
+class Discs:
+    """The set of (d): forces within radii, array (n,), with a resultant, array (2,)."""
+
+    radii: Array
+    resultant: Array
+
+    @property
+    def all_slide(self) -> bool:
+        """Whether the resultant leaves no other forces than those of sliding along it."""
+        return bool(np.hypot(*self.resultant) >= self.radii.sum() * (1 - SLIDING))
+
+    def within(self, values: Array) -> Array:
+        """Returns the nearest forces within the radii, array (2, n)."""
+        sizes = np.hypot(*values)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(sizes > self.radii, values * (self.radii / sizes), values)
+
+    def project(self, values: Array) -> Array:
+        """Returns the nearest forces of the set to values, array (2, n)."""
+        return self._with_resultant(self.within(values - self.shift(values)[:, None]))
+
+    def shift(self, values: Array) -> Array:
+        """Returns t for which ``within(values - t)`` has the resultant, array (2,), by Newton's method on a
+        concave function of t.
+        """
+        t = np.zeros(2)
+        excess = self._excess(values, t)
+        for _ in range(INNER_STEPS):
+            if np.abs(excess).max() <= 1e-13 * self.radii.sum():
+                break
+            step = np.asarray(np.linalg.solve(self._slope(values - t[:, None]), excess), float)
+            t, excess = self._searched(values, t, step, excess)
+        return t
+
+    def _excess(self, values: Array, t: Array) -> Array:
+        """Returns the resultant of ``within(values - t)`` less the given one."""
+        return np.asarray(self.within(values - t[:, None]).sum(axis=1) - self.resultant)
+
+    def _slope(self, values: Array) -> Array:
+        """Returns the derivative of the resultant of `within`, array (2, 2), positive definite."""
+        sizes = np.maximum(np.hypot(*values), 1e-300)
+        outside = sizes > self.radii
+        ratio = np.where(outside, self.radii / sizes, 1.0)
+        e = values / sizes
+        slope = ratio.sum() * np.eye(2) - (ratio * outside * e) @ e.T
+        return np.asarray(slope + 1e-10 * np.trace(slope) * np.eye(2))
+
+    def _searched(self, values: Array, t: Array, step: Array, excess: Array) -> tuple[Array, Array]:
+        """Returns (t, excess) after the longest of halved steps that makes the excess smaller."""
+        size = np.hypot(*excess)
+        for _ in range(INNER_STEPS):
+            trial = t + step
+            changed = self._excess(values, trial)
+            if np.hypot(*changed) < size:
+                return trial, changed
+            step = step / 2
+        return t, excess
+
+    def _with_resultant(self, forces: Array) -> Array:
+        """Returns forces with what rounding has left of the resultant on those inside of their discs."""
+        inside = np.hypot(*forces) < (1 - AT_RIM) * self.radii
+        missing = self.resultant - forces.sum(axis=1)
+        room = np.where(inside, self.radii - np.hypot(*forces), 0.0)
+        if room.sum() > np.hypot(*missing):
+            forces = forces + missing[:, None] * (room / room.sum())
+        return forces
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingProblem:
+    """The problem (d) on the nodes with a radius.
+
+    Attributes
+    ----------
+    S : function, displacements of the surface under shear forces, arrays (2, ...)
+    inverse : function, an approximate inverse of S
+    radii : array (...), largest shear force of each node
+    drive : array (2, ...), b (length)
+    resultant : array (2,)
+    """
+
+    S: Operator
+    inverse: Operator
+    radii: Array
+    drive: Array
+    resultant: Array
+
+    @cached_property
+    def touch(self) -> Flags:
+        """Nodes with a radius."""
+        return self.radii > 0
+
+    @cached_property
+    def discs(self) -> Discs:
+        return Discs(self.radii[self.touch], self.resultant)
+
+    @cached_property
+    def b(self) -> Array:
+        return self.drive[:, self.touch]
+
+    @cached_property
+    def softness(self) -> float:
+        """Largest displacement of a node when all slides along an axis (length)."""
+        return float(np.abs(self.moved(np.array((self.discs.radii, 0 * self.discs.radii)))).max())
+
+    @cached_property
+    def size(self) -> float:
+        """Displacement over which a residual is taken: `softness`, or the range of the drive (length)."""
+        return max(self.softness, float(np.ptp(self.b, axis=1).max()))
+
+    @property
+    def unit_step(self) -> float:
+        """Force by which a displacement of `softness` is a radius (force per length)."""
+        return float(self.discs.radii.max()) / self.softness
+
+    def on_all(self, values: Array) -> Array:
+        """Returns values, array (2, n), on all nodes, 0 where a radius is 0."""
+        on_all = np.zeros((2, *self.radii.shape))
+        on_all[:, self.touch] = values
+        return on_all
+
+    def moved(self, forces: Array) -> Array:
+        """Returns S q, arrays (2, n)."""
+        return self.S(self.on_all(forces))[:, self.touch]
+
+    def preconditioned(self, values: Array) -> Array:
+        return self.inverse(self.on_all(values))[:, self.touch]
+
+
+class _Point(NamedTuple):
+    """Forces, and the gradient S q + b of the energy; arrays (2, n)."""
+
+    forces: Array
+    gradient: Array
+
+
+def slide(problem: SlidingProblem, start: Array, rtol: float) -> SlidStep:
+    """Returns the end of an increment that begins with shear forces `start`, array (2, ...); raises
+    NotConverged unless the residual is at most rtol.
+    """
+    discs = problem.discs
+    if discs.all_slide:
+        return _all_slide(problem)
+    point = _at(problem, discs.project(discs.within(start[:, problem.touch])))
+    alpha = problem.unit_step
+    least = np.inf
+    for _ in range(OUTER_STEPS):
+        counted()
+        residual, motion = _violation(problem, point)
+        least = min(least, residual)
+        if residual <= rtol:
+            return _ended(problem, point, motion, residual)
+        point, alpha = _gradient_step(problem, point, motion, alpha)  # 1
+        trial = _face_step(problem, point, rtol)  # 2
+        point = _projected_search(problem, point, trial)  # 3
+    raise NotConverged(
+        f"relative residual {at_least(least)} of the shear forces instead of {rtol:g} after {OUTER_STEPS} "
+        "steps; take Cells(residual=...) larger",
+        iterations=OUTER_STEPS,
+    )
+
+
+def _at(problem: SlidingProblem, forces: Array) -> _Point:
+    return _Point(forces, problem.moved(forces) + problem.b)
+
+
+def _all_slide(problem: SlidingProblem) -> SlidStep:
+    """Returns the end of an increment after which all slides along the resultant: the obstacle moves along it
+    by the least that no node contradicts, and across it by the mean of the surface.
+    """
+    discs = problem.discs
+    direction = discs.resultant / np.hypot(*discs.resultant)
+    across = np.array((-direction[1], direction[0]))
+    point = _at(problem, direction[:, None] * discs.radii)
+    mean = point.gradient @ discs.radii / discs.radii.sum()
+    motion = direction * (direction @ point.gradient).max() + across * (across @ mean)
+    return _ended(problem, point, motion, 0.0)
+
+
+def _ended(problem: SlidingProblem, point: _Point, motion: Array, residual: float) -> SlidStep:
+    slip = motion[:, None] - point.gradient
+    return SlidStep(problem.on_all(point.forces), problem.on_all(slip), motion, residual)
+
+
+def _at_rim(problem: SlidingProblem, point: _Point) -> Flags:
+    return np.hypot(*point.forces) >= (1 - AT_RIM) * problem.discs.radii
+
+
+def _motion(problem: SlidingProblem, point: _Point) -> Array:
+    """Returns D: the multiplier of the sum in the projection of a gradient step."""
+    step = problem.unit_step
+    return -problem.discs.shift(point.forces - step * point.gradient) / step
+
+
+def _violation(problem: SlidingProblem, point: _Point) -> tuple[float, Array]:
+    """Returns the largest violation of a condition over `size`, and D."""
+    motion = _motion(problem, point)
+    slip = motion[:, None] - point.gradient
+    rim = _at_rim(problem, point)
+    e = point.forces / problem.discs.radii
+    along = np.where(rim, np.maximum((slip * e).sum(axis=0), 0.0), 0.0)
+    return float(np.hypot(*(slip - along * e)).max() / problem.size), motion
+
+
+def _rise(problem: SlidingProblem, before: _Point, after: _Point) -> tuple[float, float]:
+    """Returns the rise of the energy from one point to another with the same resultant, and its rounding."""
+    change = after.forces - before.forces
+    mean = (before.gradient + after.gradient) / 2
+    mean = mean - mean.mean(axis=1, keepdims=True)  # the change has the sum 0, but for rounding
+    return float((change * mean).sum()), float(EPS_TERM * problem.size * np.abs(change).sum())
+
+
+def _gradient_step(
+    problem: SlidingProblem, point: _Point, motion: Array, alpha: float
+) -> tuple[_Point, float]:
+    """1: the projected step and the next alpha."""
+    slip = motion[:, None] - point.gradient
+    for _ in range(INNER_STEPS):
+        trial_forces = problem.discs.project(point.forces + alpha * slip)
+        change = trial_forces - point.forces
+        length = float((change**2).sum())
+        if np.abs(change).max() <= AT_RIM * problem.discs.radii.max():
+            return point, problem.unit_step
+        trial = _at(problem, trial_forces)
+        curvature = float((change * (trial.gradient - point.gradient)).sum())
+        step = length / curvature if curvature > 0 else 2 * alpha
+        step = float(np.clip(step, *np.multiply(STEPS, problem.unit_step)))
+        rise, rounding = _rise(problem, point, trial)
+        if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
+            return trial, step
+        alpha = min(step, alpha / 2)
+    return point, alpha
+
+
+def _face_step(problem: SlidingProblem, point: _Point, rtol: float) -> Array:
+    """2: forces near the minimum of the quadratic model on the face of a point, array (2, n)."""
+    rim = _at_rim(problem, point)
+    radii = problem.discs.radii
+    e = point.forces / radii
+    tangent = np.array((-e[1], e[0]))
+    slip = _motion(problem, point)[:, None] - point.gradient
+    curvature = np.where(rim, np.maximum((slip * e).sum(axis=0), 0.0) / radii, 0.0)
+
+    def on_face(values: Array) -> Array:
+        return np.where(rim, tangent * (tangent * values).sum(axis=0), values)
+
+    def precondition(values: Array) -> Array:
+        return on_face(problem.preconditioned(values))
+
+    axes = [np.outer(axis, np.ones(len(radii))) for axis in np.eye(2)]
+    faces = np.array([on_face(axis) for axis in axes])
+    images = np.array([precondition(face) for face in faces])
+    sums = np.linalg.pinv(np.einsum("acn,bcn->ab", faces, images), rcond=1e-10, hermitian=True)
+    residual = on_face(slip)
+    goal = max(1e-3 * np.abs(residual).max(), rtol * problem.size / 4)
+    forces = np.zeros_like(point.forces)
+    direction = np.zeros_like(forces)
+    product_before = np.inf
+    for _ in range(INNER_STEPS):
+        z = precondition(residual)
+        multipliers = sums @ np.einsum("acn,cn->a", faces, z)
+        z -= np.einsum("a,acn->cn", multipliers, images)
+        if np.abs(residual - np.einsum("a,acn->cn", multipliers, faces)).max() <= goal:
+            break
+        product = float((residual * z).sum())
+        if not product > 0:
+            break
+        direction = z + product / product_before * direction
+        product_before = product
+        image = on_face(problem.moved(direction)) + curvature * direction
+        bend = float((direction * image).sum())
+        if not bend > 0:
+            break
+        forces += product / bend * direction
+        residual -= product / bend * image
+    return np.asarray(point.forces + forces)
+
+
+def _projected_search(problem: SlidingProblem, point: _Point, trial: Array) -> _Point:
+    """3: the first trial that does not rise."""
+    for step in (1, 1 / 4, 1 / 4**2):
+        projected = _at(problem, problem.discs.project(point.forces + step * (trial - point.forces)))
+        rise, rounding = _rise(problem, point, projected)
+        if rise <= rounding:
+            return projected
+    return point
