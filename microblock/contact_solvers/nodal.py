@@ -300,12 +300,8 @@ class NodalPath(LoadPath):
         before: Zones = {}
         kept(events)
         loads, zones, unseen, _ = self._followed
-        # of the load at which edges of the two corners cross 0.6 to 1.6 times that were seen
-        crossing = (
-            np.minimum(1, 1.7 * unseen**self._solver.crossing)
-            if len(self.problem.law.corners) > 1
-            else unseen
-        )
+        corners = self.problem.law.corners
+        crossing = crossing_error(unseen, self._solver.crossing) if len(corners) > 1 else unseen
         for number, (load, after) in enumerate(zip(loads, zones)):
             for zone, intervals in after.items():
                 relative_error = crossing if zone in ("full", "contact") else unseen
@@ -359,6 +355,13 @@ class NodalPath(LoadPath):
             f"up to load {min(last, self.last):.2g} the contact has few nodes: events there may be missing; "
         )
         return [words + "take smaller elements"] * bool(last)
+
+
+def crossing_error(unseen: Any, crossing: float) -> Any:
+    """Returns the relative error of loads at which edges of two corners cross, from the distance of nodes
+    over the half-width of the contact, array (n,): 0.6 to 1.6 times that power of it were seen.
+    """
+    return np.minimum(1, 1.7 * unseen**crossing)
 
 
 def _spacing_over_half_width(x: Array, interrupted: Flags | None, contact: list[Interval]) -> float:

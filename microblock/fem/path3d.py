@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..contact_solvers.nodal import crossing_error
 from ..contact_solvers.zone_scan import Change, ZoneScan
 from ..model.events import Event, LoadPath, following
 from ..model.progress import kept
@@ -21,9 +22,8 @@ from ..model.types import Array, Flags, Integers
 from . import recovery
 
 NEARBY = 0.97  # of a load, from which the gap of what is born is extrapolated
-# of the change by a node: the load rises with the square of the distance from edges to the place of the
-# event, which is a node at most, and two with the edges a node off: 1/(2^2 - 1)
-SQUARE = 1 / 3
+# the load rises with this power of the distance from edges to the place of an event
+POWER = 2
 
 
 class Path3D(LoadPath):
@@ -120,14 +120,25 @@ class NodeScan(ZoneScan):
 
     def stiffness_error(self, state: Any) -> float:
         """Returns the relative error of the load at an approach: that of the energy, and the work of
-        pressures that are off from node to node, whose response is that much smaller.
+        pressures that are off from node to node, or from block to block, whose response is that much smaller.
         """
         of_energy, of_surface = recovery.estimate(state).parts
-        across = 2 * np.sqrt(np.count_nonzero(state.closed) / np.pi)
-        return float(of_energy + of_surface**2 / across)
+        return float(of_energy + of_surface**2 * self.unseen(state, self.block) / 2)
+
+    @property
+    def block(self) -> float:
+        """Side of a block with several corners (length), or 0."""
+        return self.solver.solid.ell if len(self.solver.initial_gaps) > 1 else 0.0
+
+    def unseen(self, state: Any, least: float = 0.0) -> float:
+        """Returns the distance of nodes, or a length at least, over the half-width of the contact, or 1."""
+        areas = self.nodes.weights[state.closed > 0]
+        return float(min(1.0, max(np.sqrt(areas.mean()), least) / np.sqrt(areas.sum() / np.pi)))
 
     def wider(self, event: Event, change: Change, opened: float) -> float:
-        """Returns by how much the load changes where two spots are wider by a node."""
+        """Returns by how much the load of a merger or split may be off, from where spots that are wider by a
+        node have it, and as in the plane where edges of two corners may cross.
+        """
         pressure = self.states[opened].pressures.sum(axis=0)
         seeds = [int(np.argmax(np.where(change.labels == number, pressure, -1.0))) for number in change.spots]
 
@@ -136,10 +147,14 @@ class NodeScan(ZoneScan):
             first, second = self.labels(self.nodes.beside(flags))[seeds]
             return bool(flags[seeds].all() and first == second)
 
+        change_by_node = abs(event.load - self.end_of(together, event.load, opened))
+        if self.block:
+            crossing = crossing_error(self.unseen(self.states[opened]), self.solver.crossing)
+            return max(change_by_node, event.load * float(crossing))
         rims = [self.nodes.beside(change.labels != number) for number in change.spots]
         resolved = not any(np.all(rim[change.labels == number]) for rim, number in zip(rims, change.spots))
-        share = SQUARE if resolved and event.zone == "contact" else 1.0
-        return share * abs(event.load - self.end_of(together, event.load, opened))
+        # edges are a node from the place at most, and two of zones that are wider
+        return change_by_node / (2**POWER - 1) if resolved else change_by_node
 
     def growth(self, event: Event, change: Change, closed: float) -> float:
         """Returns by how much the load changes until a spot is wider by a node, or the whole load where it

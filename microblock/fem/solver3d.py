@@ -10,6 +10,7 @@ from .. import cost
 from ..contact_solvers import projected_gradients
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
 from ..errors import NOT_YET, require
+from ..halfplane.kernels import coalescence_exponent
 from ..model.corner_geometry import CornerGeometry
 from ..model.deformable import Deformable
 from ..model.events import LoadPath
@@ -89,6 +90,11 @@ class Solver3D(OnGivenMesh):
         body = self.body
         needed = body.unknowns + 400 * len(body.names) * (3 - body.order) / rtol
         return cost.predict(self.rate, needed, times=2)
+
+    @property
+    def crossing(self) -> float:
+        """Power of the nodes' distance with which loads converge at which edges of two corners cross."""
+        return 2 * coalescence_exponent(self.solid)
 
     @cached_property
     def initial_gaps(self) -> Array:

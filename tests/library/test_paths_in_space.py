@@ -110,7 +110,10 @@ def compared(seed, mesh, order, cells):
     return errors
 
 
-@pytest.mark.parametrize("mesh, order", [("hexahedra", 1), ("hexahedra", 2), ("tetrahedra", 2)])
+@pytest.mark.parametrize(
+    "mesh, order",
+    [pytest.param("hexahedra", 1, marks=pytest.mark.nightly), ("hexahedra", 2), ("tetrahedra", 2)],
+)
 def test_crossed_waves_merge_where_cells_do(mesh, order):
     # nodes are 1/16 apart, and on tetrahedra somewhat less
     mesh = tetrahedra(0.1) if mesh == "tetrahedra" else hexahedra(8 // order)
@@ -142,28 +145,37 @@ def test_errors_of_events_hold_and_are_not_wide():
     assert np.median(load_errors / true) < 5
 
 
-def test_a_slab_has_the_events_of_a_body_in_the_plane():
+BLOCKS = mb.Cosserat(E=100, nu=0.3, ell=0.2, beta=1)
+
+
+@pytest.mark.parametrize(
+    "solid, law, height, last, allowed",
+    [
+        (CLASSICAL, mb.Unilateral(), lambda x1: HEIGHT * (1.1 - np.cos(4 * np.pi * x1) + x1 / 10), 0.8, 0.05),
+        # edges of two corners cross: the load converges like the distance of nodes to the power 0.7
+        pytest.param(
+            BLOCKS, mb.Microblock(), lambda x1: x1**2 / 20, 1.0, 1.0, marks=pytest.mark.nightly, id="blocks"
+        ),
+    ],
+)
+def test_a_slab_has_the_events_of_a_body_in_the_plane(solid, law, height, last, allowed):
     width = 0.06
     x = np.linspace(-0.5, 0.5, 17)
     depths = -meshes3d.graded(0.25, 1 / 16, 1.0, 1.6)[::-1]
     fixed = meshes3d.supports("bottom", x2="front|back")
-    slab = mb.Body(meshes3d.block(x, [0, width], depths), CLASSICAL, 2, fixed=fixed)
+    slab = mb.Body(meshes3d.block(x, [0, width], depths), solid, 2, fixed=fixed)
     mesh = MakeStructured2DMesh(nx=64, ny=40, mapping=lambda s, t: (s - 0.5, t**2 / 4 + 0.75 * t - 1))
-    plane = mb.Body(mesh, CLASSICAL, 2, fixed="bottom", contact="top")
-
-    def wave(x1):
-        return HEIGHT * (1 - np.cos(4 * np.pi * x1)) + HEIGHT / 10 * x1
-
-    path = mb.Contact(slab, lambda x1, x2: wave(x1), mb.Unilateral()).path(load=0.8 * width)
-    reference = mb.Contact(plane, wave, mb.Unilateral()).path(load=0.8)
+    plane = mb.Body(mesh, solid, 2, fixed="bottom", contact="top")
+    path = mb.Contact(slab, lambda x1, x2: height(x1), law).path(load=last * width)
+    reference = mb.Contact(plane, height, law).path(load=last)
     merged = [event for event in path.events if event.kind == "merged"]
     expected = [event for event in reference.events if event.kind == "merged"]
-    assert len(merged) == len(expected) == 2
+    assert len(merged) == len(expected) > 0
     for event, other in zip(merged, expected):
         assert event.x == pytest.approx(other.x, abs=1 / 32)
-        # the nodes in the plane are half as far apart
+        # nodes in the plane are half as far apart
         assert abs(event.load - width * other.load) <= event.load_error + width * other.load_error
-        assert event.load_error < 0.05 * event.load
+        assert event.load_error < allowed * event.load
 
 
 def test_a_flat_punch_touches_all_at_once_and_stays():
