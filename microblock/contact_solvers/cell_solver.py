@@ -1,5 +1,6 @@
 """Contact on equal cells of a surface, matrix-free, on grids from coarse to fine."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -77,6 +78,14 @@ class CellSolution(Solution):
         gaps = self.solver.gaps(*self.grid.places)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
         return float(np.sum(self.pressures * lowered * self.grid.area) / 2)
+
+    @property
+    def stiffness(self) -> float:
+        """dP/dd; inf where a period is in full contact, which no load presses deeper."""
+        face = self.pressures > 0
+        if self.period is not None and face.all():
+            return math.inf
+        return projected_gradients.stiffness(self.solver.prepared(self.grid)[0], face)
 
     def interpolated(self, values: Array, *x: Array) -> Array:
         """Returns values on cells, array (n, ...), between their centres; 0 beyond."""

@@ -6,6 +6,7 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
+from scipy import linalg
 
 from ..errors import require
 from ..model.deformable import second_solid, shape_of
@@ -105,6 +106,19 @@ class NodalSolution(OfNodes, PlaneSolution):
     _: KW_ONLY
     gaps: Array
     closed: Flags
+
+    @property
+    def stiffness(self) -> float:
+        """dP/dd (force per thickness and length)."""
+        flexibility, weights = self.corner_flexibility()
+        closed = self.forces.ravel() > 0
+        forces = linalg.solve(flexibility[np.ix_(closed, closed)], weights[closed], assume_a="sym")
+        return (1 + self.mirrored) * float(weights[closed] @ forces)
+
+    def corner_flexibility(self) -> tuple[Array, Array]:
+        """Returns the flexibility of corners, array (corners n, corners n), and their weights in the load."""
+        flexibility, _, weights = self.solver.system
+        return flexibility, weights
 
     @property
     def law(self) -> Any:

@@ -17,7 +17,7 @@ converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -119,6 +119,34 @@ def solve_matrix_free(
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
         iterations=OUTER_STEPS,
     )
+
+
+def stiffness(flexibility: MatrixFree, face: Flags) -> float:
+    """Returns the sum of forces on a face, boolean array like the gaps, that move all its corners by 1: the
+    derivative of the load by the approach, since corners that open or close on the way have no force then.
+
+    Raises NotConverged where rounding stops the conjugate gradients.
+    """
+    from scipy.sparse.linalg import LinearOperator, cg  # here: most states do without
+
+    count = int(np.count_nonzero(face))
+
+    def on_face(function: Callable[[Array], Array]) -> Any:
+        """Returns an operator between values on the face."""
+
+        def product(values: Array) -> Array:
+            on_all = np.zeros(face.shape)
+            on_all[face] = values
+            return function(on_all)[face]
+
+        return LinearOperator((count, count), matvec=product, dtype=float)
+
+    displacement = on_face(flexibility.__matmul__)
+    preconditioner = on_face(flexibility.on_face(face))
+    forces, steps = cg(displacement, np.ones(count), rtol=1e-8, maxiter=1000, M=preconditioner)
+    if steps:
+        raise NotConverged(f"no stiffness of {count} closed corners after {steps} steps", iterations=steps)
+    return float(forces.sum())
 
 
 class _Energy:

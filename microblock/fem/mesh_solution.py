@@ -129,6 +129,20 @@ class MeshSolution(OnMesh, NodalSolution):
     zones: CornerZones | None = None
 
     @property
+    def stiffness(self) -> float | None:  # type: ignore[override]
+        """That of the nodes; None of a method that does not condense to them, and with friction."""
+        if self.method in ("newton", "uniform") or self.law.friction:
+            return None
+        return super().stiffness
+
+    def corner_flexibility(self) -> tuple[Array, Array]:
+        """Returns flexibility and weights of the computed part of a Block, or of a Body."""
+        if self.block is None:
+            return super().corner_flexibility()
+        system = self.nodes.compliance.corner_system(self.solver.blocks, self.solver.obstacle)
+        return system[0], system[2]
+
+    @property
     def has_edges(self) -> bool:  # type: ignore[override]
         return self.nodes.dim == 2 and not self.nodes.body.periodic
 

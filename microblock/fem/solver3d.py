@@ -145,12 +145,8 @@ class Solver3D(OnGivenMesh):
 
     def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
         """Returns the solution on the mesh as it is, from another one there or None."""
-        # unknowns are shares of the load, and gaps are along x3
-        share = np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
-        directions = self.at_nodes.directions / share
-        H = Flexibility3D(directions, self.nodes)
-        if self.counter is not None:
-            H = FlexibilityOfTwo(directions, self.nodes, self.counter, share)
+        share = self.shares
+        H = self.flexibility
         residual = 1e-9
         # a refinement comes from other nodes
         alike = initial is not None and initial.nodes is self.nodes
@@ -170,6 +166,19 @@ class Solver3D(OnGivenMesh):
         return self.solution(
             contact.load, contact.approach, forces, closed, surface, contact.kkt, contact.iterations
         )
+
+    @cached_property
+    def shares(self) -> Array:
+        """Parts of the load of unit forces along -n, array (n,): the unknowns, and gaps are along x3."""
+        return np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
+
+    @property
+    def flexibility(self) -> Flexibility3D:
+        """Gaps along x3 from parts of the load, on both bodies."""
+        directions = self.at_nodes.directions / self.shares
+        if self.counter is not None:
+            return FlexibilityOfTwo(directions, self.nodes, self.counter, self.shares)
+        return Flexibility3D(directions, self.nodes)
 
     def solution(
         self,

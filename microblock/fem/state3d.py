@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..contact_solvers import projected_gradients
 from ..model.corner_geometry import CornerGeometry
 from ..model.law import side_directions
 from ..model.solution import SpaceSolution
@@ -57,6 +58,13 @@ class SurfaceNodes(OnMesh, SpaceSolution):
                 reactions[COMPONENTS[name] - 3] = nodes.moments_of(name, self.fields.forces) * free[name]
             moments = np.einsum("snd,dn->sn", side_directions(nodes.normals), reactions)
         return moments / self.weights * nodes.body.rotates
+
+    @property
+    def stiffness(self) -> float | None:
+        """dP/dd; None of a method that does not condense to the nodes."""
+        if self.method == "newton":
+            return None
+        return projected_gradients.stiffness(self.solver.flexibility, self.forces > 0)
 
     @property
     def loads(self) -> Array:

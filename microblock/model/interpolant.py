@@ -88,8 +88,8 @@ class Interpolant(Protocol):
        ``fields_below(box)`` gives x1, x2, triangles (m, 3), psi and stress (2, 2, n) in ((left, right),
        depth). `fields_on_mesh` says whether they have a `body` on a mesh. ``reaction_on(boundary)`` raises
        BadArgument but of bodies on a mesh.
-    7. What ``response()`` has, `energy`, `work` and ``warnings(state)`` cost: on panels a tenth of a
-       solution. A State asks for each when it is first read, and keeps it.
+    7. What ``response()`` has, `energy`, `work`, `stiffness` and ``warnings(state)`` cost: on panels a tenth
+       of a solution. A State asks for each when it is first read, and keeps it.
     8. Every place that is no number, and corners that the law has not, are refused before.
     """
 
@@ -107,6 +107,8 @@ class Interpolant(Protocol):
 
     @property
     def work(self) -> float | None: ...
+    @property
+    def stiffness(self) -> float | None: ...
 
     def pressure(self, corner: int, places: Array, /) -> Array: ...
 

@@ -59,6 +59,8 @@ class Solution:
         Fields below the surface.
     work : float or None
         Work of the loads, of a history.
+    stiffness : float or None
+        Derivative of the load by the approach.
     """
 
     estimate: ErrorParts | None = None
@@ -74,12 +76,16 @@ class Solution:
         @property
         def work(self) -> float | None: ...
 
+        @property
+        def stiffness(self) -> float | None: ...
+
         def __getattr__(self, name: str) -> Any:
             """What a method gives."""
 
     else:
         fields = None
         work = None
+        stiffness = None
 
     @property
     def method(self) -> str:

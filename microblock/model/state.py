@@ -30,7 +30,7 @@ from .surface import Surface
 from .types import Array, Axes, Figure, Flags, Integers, Interval, ObstacleLike, Target, ZoneErrors, Zones
 from .views import pictures
 
-EVALUATED = "_response", "energy", "work"  # of a state, when it is first read
+EVALUATED = "_response", "energy", "stiffness", "work"  # of a state, when it is first read
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 
 
@@ -95,6 +95,10 @@ class State(PlainData):
         Where the model leaves its range, the discretisation is coarse, or a fallback was taken.
     energy : float
         Elastic energy per thickness; of a half-plane up to a constant.
+    stiffness : float or None
+        Derivative of the load by the approach (force per thickness and length), with the corners in contact:
+        those that open or close on the way have no force then. inf in full contact on a period; None without
+        an approach, with friction, and by `Newton` and `Uniform`. It takes a linear system when it is read.
     caption : str
         Obstacle, law, load and error estimate.
     shear : float or None
@@ -267,6 +271,10 @@ class State(PlainData):
     @cached_property
     def energy(self) -> float:
         return plain(self.solution.energy)
+
+    @cached_property
+    def stiffness(self) -> float | None:
+        return None if self.approach is None else plain(self.solution.stiffness)
 
     @cached_property
     def work(self) -> float | None:
