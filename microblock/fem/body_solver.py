@@ -6,7 +6,6 @@ from typing import Any
 from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.nodal import NodalPath, NodalSolver
 from ..halfplane.kernels import coalescence_exponent
-from ..model.deformable import Deformable
 from ..model.progress import counting
 from ..model.types import Array
 from .body import Body
@@ -15,7 +14,7 @@ from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution
 from .recovery import refine_until
-from .second_body import REFINES_ONE, SecondBody
+from .second_body import REFINES_ONE
 
 
 class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
@@ -37,13 +36,6 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
         if rtol is not None:
             return refine_until(self, load, approach, rtol)
         return self.solution_at(load, approach, initial)
-
-    @cached_property
-    def counter(self) -> SecondBody | None:
-        """The SecondBody; None of a rigid obstacle."""
-        if not isinstance(self.obstacle, Deformable):
-            return None
-        return SecondBody(self.obstacle, self.nodes, self.blocks)
 
     @property
     def refines(self) -> bool:

@@ -1,6 +1,7 @@
 """What finite elements are expected to take."""
 
 import math
+from functools import cached_property
 from typing import Any
 
 import ngsolve as ng
@@ -9,11 +10,13 @@ import numpy as np
 from .. import cost
 from ..errors import require
 from ..halfplane.forecast import likely_zones
+from ..model.deformable import Deformable
 from ..model.intervals import zone_edges
 from ..model.solver import Solver
 from .body import Body
 from .condensation import condensed, require_nothing_prescribed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
+from .second_body import SecondBody
 
 
 def fitted_cost(solver: Any, load: float, rtol: float) -> cost.Cost:
@@ -78,6 +81,13 @@ class OnGivenMesh(Solver):
     def nodes(self) -> Any:
         """The condensed body; a law that prescribes psi constrains it."""
         return condensed(self.body, self.law.clamps_rotation)
+
+    @cached_property
+    def counter(self) -> SecondBody | None:
+        """The SecondBody; None of a rigid obstacle."""
+        if not isinstance(self.obstacle, Deformable):
+            return None
+        return SecondBody(self.obstacle, self.nodes, self.blocks)
 
     def require_given_mesh(self, rtol: float | None) -> None:
         """Raises BadArgument for an rtol that no mesh is refined to."""

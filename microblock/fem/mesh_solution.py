@@ -280,7 +280,7 @@ class MeshSolution(OnMesh, NodalSolution):
             zones = self.zones_by_name["contact"]
             widest = max((right - left for left, right in zones), default=0.0)
             remarks += self.coarse(widest / 2, self._or_rtol)
-            remarks += self._coarse_second_body(zones)
+            remarks += self._on_second_body(zones)
             if self.method == "condensed":
                 remarks += self._missed
         return remarks
@@ -306,14 +306,15 @@ class MeshSolution(OnMesh, NodalSolution):
             advice = "ask for rtol="
         return [f"only {few} nodes {where} and no error estimate: {advice}"]
 
-    def _coarse_second_body(self, zones: Sequence[Interval]) -> list[str]:
-        """Returns a sentence where few unknowns of a second body lie over a zone of the contact."""
+    def _on_second_body(self, zones: Sequence[Interval]) -> list[str]:
+        """Returns sentences where few unknowns of a second body lie over a zone of the contact, or none."""
         counter = self.solver.counter
         if counter is None:
             return []
         counts = [counter.unknowns_between(left, right) for left, right in zones]
         words = f"only {min(counts, default=0)} nodes of the second body over a zone of the contact: "
-        return [words + "take smaller elements for it"] * (min(counts, default=FEWEST + 1) <= FEWEST)
+        few = [words + "take smaller elements for it"] * (min(counts, default=FEWEST + 1) <= FEWEST)
+        return [*few, *counter.ends_in(self.closed), *counter.held_apart(self.closed)]
 
     def _overlap(self) -> list[str]:
         """Returns a sentence where a penalty lets corners far into the obstacle."""

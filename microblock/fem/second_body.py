@@ -284,6 +284,36 @@ class SecondBody:
         """Returns the unknowns on the boundary, array (m,), under forces of the corners, (corners, n)."""
         return np.asarray(cho_solve((self._bulk.block, True), self._shares[0].T @ forces.ravel()))
 
+    def ends_in(self, closed: Flags) -> list[str]:
+        """Returns a sentence where the contact, of closed corners, boolean array (corners, n), reaches an end
+        of the boundary beyond which the surface goes on.
+        """
+        nodes = self._nodes
+        reached = np.zeros(len(nodes.points), bool)
+        for members in nodes.facets:
+            reached[members] |= closed[:, members].any()
+        beside = MeshSurface(~self.body.boundary(self.body.contact), self.surface.planes)
+        geometry = self._blocks.under(self.obstacle, nodes.points, nodes.normals)
+        for offset, covered in zip(geometry.offsets_from_contact_point, self._shares[1]):
+            ends = reached & ~covered
+            corners = (nodes.points + offset)[ends]
+            facets = beside.met(corners, nodes.normals[ends]).facets
+            if np.any(facets >= 0):
+                where = ", ".join(f"{x:.3g}" for x in corners[np.argmax(facets >= 0)])
+                words = f"the contact reaches an end of the second body's contact boundary, beside {where}"
+                return [f"{words}, and its surface goes on: name all that may touch"]
+        return []
+
+    def held_apart(self, closed: Flags) -> list[str]:
+        """Returns a sentence where psi is held in the plane at closed corners, boolean array (corners, n), of
+        which the nearest one alone presses.
+        """
+        apart = self._nodes.twins & (len(closed) > 1)
+        for plane in self.surface.planes:
+            apart &= np.abs(self._nodes.points[:, plane.axis] - plane.place) > self._rounding
+        words = "supports hold psi below the second body: of a block its nearest corner counts alone"
+        return [words] * bool(closed[:, apart].any())
+
     def unknowns_between(self, left: float, right: float) -> int:
         """Returns how many unknowns of a component of u lie on the boundary from x1 = left to right."""
         x = self._vertices()[:, 0]

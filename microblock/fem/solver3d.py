@@ -12,7 +12,6 @@ from ..contact_solvers.corner_forces import closed_corners, least_norm_where_clo
 from ..errors import NOT_YET, require
 from ..halfplane.kernels import coalescence_exponent
 from ..model.corner_geometry import CornerGeometry
-from ..model.deformable import Deformable
 from ..model.events import LoadPath
 from ..model.obstacles import heights
 from ..model.progress import counting
@@ -68,13 +67,6 @@ class Solver3D(OnGivenMesh):
         super().set_up()
         if self.counter is not None:
             self.no_rtol = REFINES_ONE
-
-    @cached_property
-    def counter(self) -> SecondBody | None:
-        """The SecondBody; None of a rigid obstacle."""
-        if not isinstance(self.obstacle, Deformable):
-            return None
-        return SecondBody(self.obstacle, self.nodes, self.blocks)
 
     @property
     def rate(self) -> str:

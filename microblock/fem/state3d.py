@@ -117,6 +117,8 @@ class SurfaceNodes(OnMesh, SpaceSolution):
             remarks.append(f"only {count} nodes in contact: {self._finer}")
         remarks += self.coarse(float(np.sqrt(self.nodes.weights[self.closed > 0].sum() / np.pi)))
         remarks += self.beyond()
+        if self.solver.counter is not None:
+            remarks += self.solver.counter.ends_in(self.forces > 0)
         between, (x1, x2) = self._between_nodes()
         if between > 0.05 * moved:
             remarks.append(

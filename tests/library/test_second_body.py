@@ -422,3 +422,65 @@ def test_files_have_the_second_body(tmp_path):
     assert np.abs(read.point_data["u"][top]).max() < 1e-12 < np.abs(read.point_data["u"]).max()
     state.plot(tmp_path / "pair.png")
     assert state.opposite.shape == state.pressure.shape and np.isfinite(state.opposite).any()
+
+
+def test_where_the_second_boundary_ends_and_its_surface_goes_on_is_said():
+    """A wide contact on a narrow boundary; a punch, whose surface ends there, may press up to its edges."""
+    below = quarter(0.2, CLASSICAL, far=1.6, reach=1.2)
+    goes_on = quarter(0.2, OTHER, True, 0.01, far=1.6, reach=0.4)
+    x = np.linspace(0, 0.4, 3)
+    fixed = meshes3d.supports("contact", x1="left", x2="front")
+    punch = mb.Body(meshes3d.block(x, x, x), OTHER, 1, order_psi=0, fixed=fixed, contact="bottom")
+    narrow, whole = (
+        mb.Contact(below, mb.Deformable(body), UNILATERAL).solve(load=1.0) for body in (goes_on, punch)
+    )
+    words = "the contact reaches an end of the second body's contact boundary"
+    assert any(words in warning for warning in narrow.warnings)
+    assert not any(words in warning for warning in whole.warnings)
+
+
+@pytest.mark.nightly  # the shares in space are those of `test_tilted_boundaries_in_space_pass_the_patch_test`
+@pytest.mark.parametrize("law", [UNILATERAL, BLOCKS], ids=str)
+def test_slabs_between_rollers_are_bodies_in_the_plane(law):
+    """Hexahedra that nothing bends across x2 have the fields of quadrilaterals. In space integrals are cut in
+    pieces, 3e-3. Corners beyond front and back press the mirror images there.
+    """
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2)
+    x = np.linspace(-1, 1, 17)
+
+    def slab(columns, up):
+        along = np.linspace(-1.3, 1.3, columns) if up else x
+        depth = np.linspace(0, 1, 6)
+        mesh = meshes3d.block(along, np.array([0.0, 0.1]), depth if up else -depth[::-1])
+        far, near = ("contact", "bottom") if up else ("bottom", "contact")
+        held = {name: far for name in ("u1", "u3", "psi2")}
+        sides = {name: f"front|back|{far}" for name in ("u2", "psi1", "psi3")}
+        return mb.Body(mesh, solid, 1, fixed=held | sides, contact=near)
+
+    def plane(columns, up):
+        along = (-1.3, 2.6) if up else (-1.0, 2.0)
+        mapped = lambda s, t: (along[0] + along[1] * s, t if up else t - 1)  # noqa: E731
+        mesh = named(
+            MakeStructured2DMesh(nx=columns - 1, ny=5, mapping=mapped), "low", "right", "high", "left"
+        )
+        far, near = ("high", "low") if up else ("low", "high")
+        return mb.Body(mesh, solid, 1, fixed=far, contact=near)
+
+    flat = mb.Contact(plane(17, False), mb.Deformable(plane(15, True), mb.Cylinder(R=4.0)), law).solve(
+        load=3.0
+    )
+    rolled = mb.Deformable(slab(15, True), lambda x1, x2: x1**2 / 8 + 0 * x2)
+    state = mb.Contact(slab(17, False), rolled, law).solve(load=0.3)
+    front = state.points[:, 1] == 0
+    assert state.pressure[front] == pytest.approx(flat.pressure, abs=3e-3 * flat.pressure.max())
+
+
+def test_held_blocks_below_a_second_body_are_warned_of():
+    """Both corners of a block that cannot turn would press it, at two places."""
+    mesh = named(MakeStructured2DMesh(nx=12, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1)), *"abcd")
+    fixed = {"u1": "a", "u2": "a", "psi": "a|c"}
+    above = cylinder(1, 0.1, OTHER)
+    for held, fields in ((True, fixed), (False, "a")):
+        below = mb.Body(mesh, SOLID, 2, fixed=fields, contact="c")
+        state = mb.Contact(below, mb.Deformable(above, mb.Cylinder(R=10.0)), BLOCKS).solve(load=0.2)
+        assert any("supports hold psi" in warning for warning in state.warnings) == held
