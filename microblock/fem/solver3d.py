@@ -1,5 +1,6 @@
 """Contact of a body in space with a rigid obstacle by projected gradients."""
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, cast
 
@@ -12,6 +13,7 @@ from ..contact_solvers.corner_forces import closed_corners, least_norm_where_clo
 from ..errors import NOT_YET, require
 from ..halfplane.kernels import coalescence_exponent
 from ..model.corner_geometry import CornerGeometry
+from ..model.deformable import shape_of
 from ..model.events import LoadPath
 from ..model.obstacles import heights
 from ..model.progress import counting
@@ -23,6 +25,7 @@ from .condensation import CondensedNodes, Flexibility3D
 from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
 from .mesh_solution import OnMesh
+from .mesh_surface import MeshSurface
 from .path3d import Path3D
 from .recovery import refine_until
 from .second_body import REFINES_ONE, SecondBody
@@ -30,6 +33,9 @@ from .state3d import SurfaceNodes
 
 ROWS = 1024  # of heights of the obstacle that are looked at for what lies between nodes
 TILE = 8  # of rows and columns, of which the lowest height counts
+
+
+LEAST_TWIST = 1e-3  # of the displacement of one corner alone
 
 
 class FlexibilityOfTwo(Flexibility3D):
@@ -49,6 +55,31 @@ class FlexibilityOfTwo(Flexibility3D):
 
     def __matmul__(self, forces: Array) -> Array:
         return super().__matmul__(forces) + self.second.moved(forces / self.share) / self.share
+
+    def on_face(self, face: Flags) -> Callable[[Array], Array]:
+        of_first = super().on_face(face)
+        return lambda gaps: of_first(gaps) + self._against_twists * self._twist(gaps)
+
+    def _twist(self, gaps: Array) -> Array:
+        """Returns the part of gaps that no displacement and rotation of the first body's blocks leaves,
+        arrays (corners, n): it can only be the second one's.
+        """
+        surface = np.einsum("nic,cn->in", self._back, gaps)
+        return np.asarray(gaps - np.einsum("cin,in->cn", self.directions, surface))
+
+    @cached_property
+    def _against_twists(self) -> float:
+        """Force per gap of the twist of a block in the middle of the boundary, 0 with few corners."""
+        middle = len(self.share) // 2
+        unit = np.zeros((len(self.directions), len(self.share)))
+        unit[0, middle] = 1.0
+        twist = self._twist(unit)
+        length = float(np.linalg.norm(twist))
+        if length < LEAST_TWIST:
+            return 0.0
+        twist /= length
+        moved, alone = (float(np.sum(forces * self.second.moved(forces))) for forces in (twist, unit))
+        return 1 / max(moved, LEAST_TWIST * alone) if alone > 0 else 0.0
 
 
 class Solver3D(OnGivenMesh):
@@ -102,11 +133,12 @@ class Solver3D(OnGivenMesh):
     @cached_property
     def low_places(self) -> Array:
         """x1, x2 and height of the lowest of TILE * TILE places of the obstacle, array (3, k). Half of ROWS
-        are evenly spaced over the contact boundary, the others as dense as its nodes. Of a second body
-        without a shape they are the points of its facets.
+        are evenly spaced over the contact boundary, the others as dense as its nodes. Of the surface of a
+        mesh they are the points of its facets.
         """
-        if self.counter is not None and self.counter.is_shape:
-            return self.counter.surface.points.T
+        shape = shape_of(self.obstacle)
+        if isinstance(shape, MeshSurface):
+            return shape.points.T
         even = np.arange(0.5, ROWS, 2) / ROWS
         axes = []
         for x in self.nodes.points.T[:2]:
@@ -186,7 +218,8 @@ class Solver3D(OnGivenMesh):
         """Returns the SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at
         the nodes, (3, n); raises BadArgument where the obstacle lies in held nodes.
         """
-        forces = least_norm_where_closed(forces, closed)
+        if self.counter is None:  # a second body is pressed by each corner at its own place
+            forces = least_norm_where_closed(forces, closed)
         u, phi1, phi2 = surface
         solution = SurfaceNodes(
             self,
