@@ -491,6 +491,7 @@ class SelfAffine(RigidObstacle, Checked):
     hurst: float = field(default=0.8, metadata=checked(require_finite))
     waves: tuple[int, int] = (4, 256)
     seed: int = field(default=1, metadata=checked(require_whole, 0))
+    plateau: int = field(default=1, metadata=checked(require_whole, 1))
 
     most = 1_000_000
 
@@ -508,7 +509,8 @@ class SelfAffine(RigidObstacle, Checked):
     def _of_waves(self, m: Array, falling: float) -> AnyArray:
         """Returns the amplitudes of wavenumbers m, array (k,), like m^-falling, with random phases."""
         phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
-        shape = np.where(m >= self.waves[0], m**-falling, 0.0) * np.exp(1j * phases)
+        sizes = np.where(m >= self.waves[0], np.maximum(m, self.plateau) ** -falling, 0.0)
+        shape = sizes * np.exp(1j * phases)
         mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
         return self.slope / np.sqrt(mean_square) * shape
 
@@ -529,6 +531,8 @@ class Rough(SelfAffine):
         Numbers of the longest and of the shortest waves in the period.
     seed : int
         Seed of the phases.
+    plateau : int
+        Wavenumber, in waves to the period, below which the power spectral density is constant.
 
     Raises
     ------

@@ -3,12 +3,17 @@
 Any callable ``height(x1, x2)`` of two arrays serves as well, with inf where there is no obstacle.
 """
 
-from dataclasses import dataclass, field
+import os
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..errors import Checked, checked, require_choice, require_positive
+from ..errors import Checked, checked, require, require_choice, require_positive
+from . import height_map
+from .height_map import HeightMap, SurfaceStatistics
 from .obstacles import RigidObstacle, SelfAffine
 from .quadrature import in_blocks
 from .types import AnyArray as Array
@@ -145,6 +150,8 @@ class RoughSurface(SelfAffine):
     waves : (int, int)
         The first and the last wavenumber, in waves to the period.
     seed : int
+    plateau : int
+        Wavenumber, in waves to the period, below which the power spectral density is constant.
 
     Raises
     ------
@@ -192,6 +199,135 @@ class RoughSurface(SelfAffine):
             second = self._waves(x2.ravel()[block], -n, n)
             heights.append((first * second).sum(axis=1).real)
         return np.concatenate(heights).reshape(x1.shape)
+
+    def statistics(self) -> SurfaceStatistics:
+        """Returns rms height, slope and curvature, and Nayak's parameter, exact for these waves."""
+        n = self.waves[1]
+        m1, m2 = np.mgrid[: n + 1, -n : n + 1]
+        square = (2 * np.pi / self.period) ** 2 * (m1**2 + m2**2)
+        power = np.abs(self.amplitudes) ** 2 / 2
+        return SurfaceStatistics.of_surface(*(float(np.sum(square**k * power)) for k in (0, 1, 2)))
+
+    @staticmethod
+    def from_heights(
+        z: ArrayLike,
+        spacing: float | tuple[float, float],
+        periodic: bool = False,
+        detrend: str | None = None,
+        fill: bool = False,
+    ) -> HeightMap:
+        """Returns the obstacle of measured heights: bilinear between four samples that are there, and no
+        obstacle (inf) elsewhere.
+
+        Parameters
+        ----------
+        z : array (rows, columns)
+            Heights (length) of the obstacle's lower side, upwards: -z of what was measured from above.
+            Columns run along x1 and rows along x2, in the order of the file, and the middle of the map lies
+            over the origin. Where z is masked, NaN or inf there is no obstacle.
+        spacing : float or (float, float)
+            Distance of samples along x1 and x2 (length).
+        periodic : bool
+            Whether the map repeats: columns and rows times their spacings are the period.
+        detrend : "mean" or "plane", optional
+            What is taken off the heights first, by least squares.
+        fill : bool
+            Whether holes are filled: linear between the samples about them.
+
+        Raises
+        ------
+        BadArgument
+            If z is no such array, -inf, or nowhere has four neighbours; a spacing is not positive, or periods
+            along x1 and x2 differ.
+
+        Examples
+        --------
+        >>> valley = mb.RoughSurface.from_heights([[0.2, 0.1, 0.2], [0.1, 0.0, 0.1]], spacing=0.5)
+        >>> valley.height(np.array([0.0, 0.25, 2.0]), np.array([0.25, 0.25, 0.0])).round(3).tolist()
+        [0.0, 0.05, inf]
+        """
+        return height_map.from_heights(z, spacing, periodic, detrend, fill)
+
+    @staticmethod
+    def from_file(
+        file: str | os.PathLike[str],
+        spacing: float | tuple[float, float] | None = None,
+        unit: str | None = None,
+        **options: Any,
+    ) -> HeightMap:
+        """Returns the obstacle of a file: with a `spacing` of a matrix of numbers as of `from_heights`, else
+        of an instrument, by SurfaceTopography (extra `files`), measured from above and turned over.
+
+        Parameters
+        ----------
+        file : path
+        spacing : float or (float, float), optional
+            Of a matrix (length).
+        unit : str, optional
+            Unit of lengths, as "um"; that of the file without it.
+        **options
+            `periodic`, `detrend` and `fill` of `from_heights`.
+
+        Raises
+        ------
+        BadArgument
+            If the file cannot be read, or the extra is missing.
+        """
+        return height_map.from_file(file, spacing, unit, **options)
+
+    @classmethod
+    def from_spectrum(
+        cls,
+        period: float,
+        hurst: float = 0.8,
+        rms_slope: float | None = None,
+        rms_height: float | None = None,
+        roll_off: float | None = None,
+        cut_off: float | None = None,
+        seed: int = 1,
+    ) -> "RoughSurface":
+        """Returns the surface of a power spectral density that is constant from the period to the wavelength
+        `roll_off`, falls like (wavenumber)^-(2 hurst + 2), and ends at the wavelength `cut_off`.
+
+        Parameters
+        ----------
+        period : float
+            Length after which the surface repeats.
+        hurst : float
+            Hurst exponent, from 0 to 1.
+        rms_slope, rms_height : float
+            Root mean square of ``|grad h|`` or of the heights (length), one of them.
+        roll_off, cut_off : float, optional
+            Wavelengths (lengths): without them half of the period, and a thirty-second of it.
+        seed : int
+
+        Raises
+        ------
+        BadArgument
+            If a value is out of range, or not one of `rms_slope` and `rms_height` is given.
+
+        Examples
+        --------
+        >>> rough = mb.RoughSurface.from_spectrum(1.0, rms_height=0.01, roll_off=0.25, cut_off=0.05)
+        >>> round(rough.statistics().rms_height, 12), rough.waves
+        (0.01, (1, 20))
+        """
+        require_positive(period=period)
+        words = "must be given, or rms_height, and not both"
+        require((rms_slope is None) != (rms_height is None), "rms_slope", rms_slope, words)
+        roll_off = period / 2 if roll_off is None else roll_off
+        cut_off = period / 32 if cut_off is None else cut_off
+        require_positive(roll_off=roll_off, cut_off=cut_off)
+        words = "must lie between cut_off and the period"
+        require(cut_off <= roll_off <= period, "roll_off", roll_off, words)
+        shortest = round(period / cut_off)
+        plateau = round(period / roll_off)
+        slope = 1.0 if rms_slope is None else rms_slope
+        surface = cls(period, slope, hurst, (1, shortest), seed, plateau)
+        if rms_height is None:
+            return surface
+        require_positive(rms_height=rms_height)
+        return replace(surface, slope=rms_height / surface.statistics().rms_height)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))

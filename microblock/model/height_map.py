@@ -1,0 +1,240 @@
+"""Measured heights over a surface: samples of a regular grid, and what a roughness is called by."""
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import BadArgument, require, require_choice, require_numbers
+from .obstacles import RigidObstacle
+from .types import Array, Flags
+
+ON_SAMPLE = 1e-9  # of a spacing: nearer to a sample its neighbours do not count, holes among them
+SAME = 1e-9  # relative, of the periods along both axes
+
+
+@dataclass(frozen=True)
+class SurfaceStatistics:
+    """What the roughness of a surface is called by.
+
+    Attributes
+    ----------
+    rms_height : float
+        Root mean square of the heights about their mean (length).
+    rms_slope : float
+        Root mean square of ``|grad h|``.
+    rms_curvature : float
+        Root mean square of half the Laplacian, of a profile of the second derivative (1/length).
+    nayak : float
+        Nayak's parameter ``m0 m4/m2^2`` (J. Lubr. Technol. 93 (1971) 398) of an isotropic surface, with the
+        moments of its profiles: ``m2 = rms_slope^2/2`` and ``m4 = 3/2 rms_curvature^2``.
+    """
+
+    rms_height: float
+    rms_slope: float
+    rms_curvature: float
+    nayak: float
+
+    @classmethod
+    def of_surface(cls, height: float, slope: float, laplacian: float) -> "SurfaceStatistics":
+        """Returns those of mean squares of heights, gradients and Laplacians of a surface."""
+        nayak = height * (3 / 8 * laplacian) / (slope / 2) ** 2
+        return cls(float(height**0.5), float(slope**0.5), float(laplacian**0.5 / 2), float(nayak))
+
+    @classmethod
+    def of_profile(cls, height: float, slope: float, second: float) -> "SurfaceStatistics":
+        """Returns those of mean squares of heights and of their first and second derivatives."""
+        nayak = height * second / slope**2
+        return cls(float(height**0.5), float(slope**0.5), float(second**0.5), float(nayak))
+
+
+class HeightMap(RigidObstacle):
+    """Heights of a regular grid, bilinear between four samples that are there; no obstacle elsewhere.
+
+    The middle of the map lies over the origin. A periodic map repeats after its columns and rows, each as
+    wide as the spacing, so that cells as many as the samples of a period have their heights.
+
+    Parameters
+    ----------
+    heights : array (rows, columns)
+        Heights of the lower side (lengths), columns along x1 and rows along x2; inf where there is none.
+    spacing : (float, float)
+        Distances of columns and of rows (lengths).
+    periodic : bool
+
+    Raises
+    ------
+    BadArgument
+        Of `RoughSurface.from_heights`.
+    """
+
+    def __init__(self, heights: Array, spacing: tuple[float, float], periodic: bool = False) -> None:
+        self.heights = heights
+        self.spacing = spacing
+        self.periodic = periodic
+        self.heights.setflags(write=False)
+        if periodic:
+            lengths = self._lengths
+            words = f"must make one period, and {lengths[0]:g} along x1 is not {lengths[1]:g} along x2"
+            require(abs(lengths[0] - lengths[1]) <= SAME * lengths[0], "spacing", spacing, words)
+            self.period = lengths[0]
+
+    def __repr__(self) -> str:
+        rows, columns = self.heights.shape
+        return f"HeightMap({rows} x {columns} heights, {self._lengths[0]:.4g} x {self._lengths[1]:.4g})"
+
+    @property
+    def _lengths(self) -> tuple[float, float]:
+        """Lengths along x1 and x2 for which the samples stand."""
+        rows, columns = self.heights.shape
+        return columns * self.spacing[0], rows * self.spacing[1]
+
+    @cached_property
+    def _there(self) -> Flags:
+        """Whether a sample is there, boolean array (rows, columns)."""
+        return np.isfinite(self.heights)
+
+    def height(self, x1: ArrayLike, x2: ArrayLike) -> Array:
+        """Returns heights at (x1, x2), arrays of one shape (lengths)."""
+        rows, columns = self.heights.shape
+        first = self._between(np.asarray(x1, float) / self.spacing[0] + (columns - 1) / 2, columns)
+        second = self._between(np.asarray(x2, float) / self.spacing[1] + (rows - 1) / 2, rows)
+        below = np.where(self._there, self.heights, 0.0)
+        height = np.zeros(np.broadcast_shapes(np.shape(x1), np.shape(x2)))
+        missing = np.zeros(height.shape, bool)
+        for row, along_row in second:
+            for column, along_column in first:
+                share = along_row * along_column
+                height = height + share * below[row, column]
+                missing |= (share != 0) & ~self._there[row, column]
+        return np.where(missing | np.isnan(height), np.inf, height)  # nan beyond the map
+
+    def _between(self, place: Array, count: int) -> list[tuple[Any, Array]]:
+        """Returns (numbers, shares) of the samples before and behind places, in spacings from the first one;
+        nan shares beyond the map.
+        """
+        nearest = np.rint(place)
+        place = np.where(np.abs(place - nearest) <= ON_SAMPLE, nearest, place)
+        if self.periodic:
+            before = np.floor(place).astype(int)
+            share = place - before
+            return [(before % count, 1 - share), ((before + 1) % count, share)]
+        before = np.clip(np.floor(place), 0, count - 2).astype(int)
+        share = np.where((place >= 0) & (place <= count - 1), place - before, np.nan)
+        return [(before, 1 - share), (before + 1, share)]
+
+    def coarser(self) -> "HeightMap":
+        """Returns the map of every second sample: what it changes is what the samples leave open."""
+        rows, columns = self.heights.shape
+        words = "must be even of a periodic map, of which every second one is left out"
+        even = rows % 2 == 0 and columns % 2 == 0
+        require(even or not self.periodic, "heights", self.heights.shape, words)
+        spacing = (2 * self.spacing[0], 2 * self.spacing[1])
+        return HeightMap(self.heights[::2, ::2].copy(), spacing, self.periodic)
+
+    def statistics(self) -> SurfaceStatistics:
+        """Returns the `SurfaceStatistics`: by Fourier's series of a periodic map without holes, else by
+        differences of neighbours that are there.
+        """
+        z = np.where(self._there, self.heights, np.nan)
+        z = z - np.nanmean(z)
+        if self.periodic and self._there.all():
+            waves = [2 * np.pi * np.fft.fftfreq(n, d) for n, d in zip(z.shape, self.spacing[::-1])]
+            square = waves[0][:, None] ** 2 + waves[1] ** 2
+            power = np.abs(np.fft.fft2(z) / z.size) ** 2
+            return SurfaceStatistics.of_surface(*(float(np.sum(square**n * power)) for n in (0, 1, 2)))
+        slopes = [np.diff(z, axis=1 - axis) / self.spacing[axis] for axis in (0, 1)]
+        second = [np.diff(slopes[axis], axis=1 - axis) / self.spacing[axis] for axis in (0, 1)]
+        laplacian = second[0][1:-1] + second[1][:, 1:-1]
+        squares = (z**2, sum(np.nanmean(slope**2) for slope in slopes), laplacian**2)
+        return SurfaceStatistics.of_surface(*(float(np.nanmean(values)) for values in squares))
+
+
+def from_heights(
+    z: ArrayLike,
+    spacing: float | tuple[float, float],
+    periodic: bool = False,
+    detrend: str | None = None,
+    fill: bool = False,
+) -> HeightMap:
+    """Returns the HeightMap of `RoughSurface.from_heights`."""
+    heights = np.ma.filled(np.ma.asarray(z, dtype=float), np.nan).astype(float)
+    words = "must be an array (rows, columns) of numbers, two by two at least"
+    require(heights.ndim == 2 and min(heights.shape) >= 2, "z", z, words)
+    require(not np.isneginf(heights).any(), "z", z, "must not be -inf: inf, NaN and masks mean no obstacle")
+    lengths = require_numbers(spacing=np.broadcast_to(np.asarray(spacing), np.shape(spacing) or (2,)))
+    positive = len(lengths) == 2 and lengths.min() > 0
+    require(positive, "spacing", spacing, "must be a positive length, or two, along x1 and x2")
+    if detrend is not None:
+        require_choice(("mean", "plane"), detrend=detrend)
+    there = np.isfinite(heights)
+    squares = there[1:, 1:] & there[1:, :-1] & there[:-1, 1:] & there[:-1, :-1]
+    require(squares.any(), "z", z, "must have four neighbours that are neither masked, NaN nor inf")
+    if detrend:
+        heights = heights - _trend(heights, there, detrend)
+    if fill and not there.all():
+        heights = _filled(heights, there)
+    heights = np.where(np.isnan(heights), np.inf, heights)
+    return HeightMap(heights, (float(lengths[0]), float(lengths[1])), periodic)
+
+
+def _trend(heights: Array, there: Flags, detrend: str) -> Array:
+    """Returns the mean or the least-squares plane of heights that are there, array (rows, columns)."""
+    rows, columns = np.indices(heights.shape)
+    terms = np.array((np.ones(heights.shape), rows, columns))
+    if detrend == "mean":
+        terms = terms[:1]
+    factors = np.linalg.lstsq(terms[:, there].T, heights[there], rcond=None)[0]
+    return np.asarray(np.tensordot(factors, terms, 1))
+
+
+def _filled(heights: Array, there: Flags) -> Array:
+    """Returns heights with holes filled, linear between samples about them, else the nearest sample."""
+    from scipy.interpolate import griddata  # here: most maps have no holes
+
+    known = np.argwhere(there)
+    holes = np.argwhere(~there)
+    filled = heights.copy()
+    values = griddata(known, heights[there], holes)
+    outside = np.isnan(values)
+    values[outside] = griddata(known, heights[there], holes[outside], method="nearest")
+    filled[~there] = values
+    return filled
+
+
+def from_file(
+    file: str | os.PathLike[str],
+    spacing: float | tuple[float, float] | None = None,
+    unit: str | None = None,
+    **options: Any,
+) -> HeightMap:
+    """Returns the HeightMap of `RoughSurface.from_file`."""
+    require(Path(file).is_file(), "file", file, "must be a file")
+    if spacing is not None:
+        try:
+            heights = np.loadtxt(file, ndmin=2)
+        except ValueError as failure:
+            raise BadArgument("file", file, f"must be a matrix of numbers ({failure})") from failure
+        return from_heights(heights, spacing, **options)
+    try:
+        from SurfaceTopography import read_topography
+    except ImportError as failure:
+        words = "needs the extra `files`, SurfaceTopography; a matrix of numbers needs its `spacing`"
+        raise BadArgument("file", file, words) from failure
+    try:
+        topography = read_topography(str(file))
+        if unit is not None:
+            topography = topography.to_unit(unit)
+        heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+        sizes = topography.physical_sizes
+    except Exception as failure:  # of each reader its own
+        cause = str(failure).partition("\n")[0]
+        raise BadArgument("file", file, f"is none that SurfaceTopography reads ({cause})") from failure
+    require(heights.ndim == 2, "file", file, "must be a map: `Obstacle.from_samples` takes profiles")
+    lengths = (sizes[0] / heights.shape[0], sizes[1] / heights.shape[1])
+    # its first axis is x1, and heights are measured from above
+    return from_heights(-heights.T, lengths, **{"periodic": topography.is_periodic} | options)

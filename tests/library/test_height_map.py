@@ -1,0 +1,124 @@
+"""Measured height maps: where samples lie, holes, trends, and what roughness is called by."""
+
+import numpy as np
+import pytest
+
+import microblock as mb
+
+ROUGH = mb.RoughSurface(period=1.0, slope=0.1, waves=(2, 12), seed=3)
+COUNT = 96
+CENTRES = (np.arange(COUNT) + 0.5) / COUNT - 0.5
+# rows along x2, columns along x1
+HEIGHTS = ROUGH.height(*np.meshgrid(CENTRES, CENTRES))
+MAP = mb.RoughSurface.from_heights(HEIGHTS, 1 / COUNT, periodic=True)
+
+
+def test_cells_on_the_samples_have_the_contact_of_the_surface():
+    """The same heights, hence the same pressures but for the residual."""
+    body = mb.HalfSpace(mb.Elastic(E=100, nu=0.3), period=1.0)
+    states = [
+        mb.Contact(body, obstacle, mb.Unilateral(), mb.Cells(nodes=COUNT)).solve(load=0.5)
+        for obstacle in (ROUGH, MAP)
+    ]
+    pressure, expected = (state.pressure for state in states)
+    assert pressure == pytest.approx(expected, abs=1e-6 * expected.max())
+    assert np.count_nonzero(expected) > 100
+
+
+def test_rows_run_along_x2_and_columns_along_x1():
+    z = np.arange(12.0).reshape(3, 4)
+    surface = mb.RoughSurface.from_heights(z, spacing=(2.0, 5.0))
+    x1, x2 = np.meshgrid(2.0 * (np.arange(4) - 1.5), 5.0 * (np.arange(3) - 1.0))
+    assert np.array_equal(surface.height(x1, x2), z)
+    # bilinear between samples: what is linear stays so
+    assert surface.height(x1[:-1, :-1] + 0.5, x2[:-1, :-1] + 1.0) == pytest.approx(z[:-1, :-1] + 0.25 + 0.8)
+    beyond = np.array(((3.0 + 1e-6, 0.0), (0.0, -5.0 - 1e-6))).T
+    assert np.isinf(surface.height(*beyond)).all()
+    assert np.isfinite(surface.height(*np.array(((3.0, -3.0), (5.0, -5.0))))).all()
+
+
+def test_holes_reach_to_the_samples_about_them():
+    z = np.zeros((5, 5))
+    z[2, 2] = np.nan
+    masked = np.ma.masked_invalid(z)
+    for given in (z, masked, np.where(np.isnan(z), np.inf, z)):
+        surface = mb.RoughSurface.from_heights(given, spacing=1.0)
+        assert np.isinf(surface.height(np.array((0.0, 0.5, -0.99)), np.array((0.0, 0.5, 0.0)))).all()
+        # on the samples beside it, where the hole has no part, there is an obstacle
+        assert np.array_equal(
+            surface.height(np.array((1.0, 0.0, -1.0)), np.array((0.0, 1.0, 1.0))), np.zeros(3)
+        )
+    tilted = np.add.outer(np.arange(5.0), 2 * np.arange(5.0))
+    tilted[2, 2] = np.nan
+    filled = mb.RoughSurface.from_heights(tilted, spacing=1.0, fill=True)
+    assert filled.height(np.zeros(1), np.zeros(1)) == pytest.approx(6.0)
+
+
+def test_trends_are_taken_off_what_is_there():
+    rows, columns = np.indices((6, 7))
+    plane = 3.0 + 0.1 * rows - 0.2 * columns
+    plane[1, 1] = np.inf
+    level = mb.RoughSurface.from_heights(plane, 1.0, detrend="plane").heights
+    assert level[np.isfinite(level)] == pytest.approx(0, abs=1e-12) and np.isinf(level[1, 1])
+    mean = mb.RoughSurface.from_heights(plane, 1.0, detrend="mean").heights
+    assert mean[np.isfinite(mean)].mean() == pytest.approx(0, abs=1e-12) and mean[0, 0] > 0.1
+
+
+def test_statistics_of_waves_and_of_their_samples_agree():
+    """A cosine a cos k x1 has the mean squares a^2/2, (a k)^2/2 and (a k^2)^2/2."""
+    x = np.arange(64) / 64
+    waves = mb.RoughSurface.from_heights(
+        0.3 * np.cos(2 * np.pi * (x + 0 * x[:, None])), 1 / 64, periodic=True
+    )
+    k = 2 * np.pi
+    found = waves.statistics()
+    exact = np.array((0.3, 0.3 * k, 0.3 * k**2 / 2)) / np.sqrt(2)
+    assert [found.rms_height, found.rms_slope, found.rms_curvature] == pytest.approx(exact)
+    exact = ROUGH.statistics()
+    assert exact.rms_slope == pytest.approx(ROUGH.slope)
+    sampled = MAP.statistics()
+    for name in ("rms_height", "rms_slope", "rms_curvature", "nayak"):
+        assert getattr(sampled, name) == pytest.approx(getattr(exact, name))
+    # differences of the same map: waves of 8 samples have 5 % less slope, and 10 % less curvature
+    part = mb.RoughSurface.from_heights(HEIGHTS, 1 / COUNT).statistics()
+    assert part.rms_slope == pytest.approx(exact.rms_slope, rel=0.05)
+    assert part.rms_curvature == pytest.approx(exact.rms_curvature, rel=0.1)
+
+
+def test_a_spectrum_has_a_plateau_and_ends():
+    surface = mb.RoughSurface.from_spectrum(2.0, hurst=0.7, rms_slope=0.2, roll_off=0.25, cut_off=0.1, seed=4)
+    assert surface.statistics().rms_slope == pytest.approx(0.2) and surface.waves == (1, 20)
+    m1, m2 = np.mgrid[:21, -20:21]
+    m = np.hypot(m1, m2)
+    power = np.abs(surface.amplitudes) ** 2
+    assert np.ptp(power[(m <= 8) & (power > 0)]) < 1e-12 * power.max() and not power[m > 20].any()
+    falling = power[(m > 8) & (power > 0)] * (m[(m > 8) & (power > 0)] / 8) ** (2 * 0.7 + 2)
+    assert falling == pytest.approx(power.max(), rel=1e-9)
+    high = mb.RoughSurface.from_spectrum(2.0, rms_height=0.01)
+    assert high.statistics().rms_height == pytest.approx(0.01)
+
+
+def test_matrices_are_read_from_files(tmp_path):
+    file = tmp_path / "map.txt"
+    np.savetxt(file, HEIGHTS)
+    assert np.array_equal(mb.RoughSurface.from_file(file, spacing=0.5).heights, HEIGHTS)
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: mb.RoughSurface.from_heights([1.0, 2.0], 1.0), "z = .*two by two"),
+        (lambda: mb.RoughSurface.from_heights(np.full((2, 2), -np.inf), 1.0), "z = "),
+        (lambda: mb.RoughSurface.from_heights(np.full((3, 3), np.nan), 1.0), "four neighbours"),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS, 0.0), "spacing = 0.0: must be a positive length"),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS, (1.0, 2.0, 3.0)), "spacing = "),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS, (1.0, 2.0), periodic=True), "must make one period"),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS, 1.0, detrend="line"), "detrend = 'line'"),
+        (lambda: mb.RoughSurface.from_file("nowhere.txt", 1.0), "must be a file"),
+        (lambda: mb.RoughSurface.from_spectrum(1.0), "rms_slope = None: must be given"),
+        (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=0.1, roll_off=2.0), "roll_off = 2.0"),
+    ],
+)
+def test_bad_maps_are_named(make, message):
+    with pytest.raises(mb.BadArgument, match=message):
+        make()
