@@ -150,6 +150,16 @@ def test_what_would_take_too_much_memory_is_not_begun(memory):
     assert "GB of memory would be needed" in plan.refused[0].refusal
 
 
+@pytest.mark.parametrize("gibibytes, chosen", [(19, True), (21, False)])
+def test_20_gibibytes_are_the_most_of_a_method_that_is_chosen(monkeypatch, gibibytes, chosen):
+    """Of a usual machine with 24."""
+    problem = mb.Contact(LINE, ROUND, mb.Microblock())
+    forecast = problem.plan(load=0.5, rtol=1e-3).candidates[0].cost._replace(memory=gibibytes * 2.0**30)
+    monkeypatch.setattr("microblock.halfplane.panel_solver.PanelSolver.predicted", lambda *asked: forecast)
+    names = [candidate.name for candidate in problem.plan(load=0.5, rtol=1e-3).candidates]
+    assert ("panels" in names) == chosen
+
+
 def test_memory_of_what_is_no_longer_needed_is_there(monkeypatch):
     """A problem and its solver know one another, and go only when they are looked for."""
     problem = mb.Contact(LINE, ROUND, mb.Microblock())
