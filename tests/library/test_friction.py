@@ -3,6 +3,7 @@
 Closed forms stand in test_limits.
 """
 
+import copy
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from conftest import dome
 import microblock as mb
 from microblock.contact_solvers import event_driven
 from microblock.contact_solvers.event_driven import EventDrivenContact
+from microblock.contact_solvers.friction_pivots import ActiveSets
 from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.fem import friction, meshes
@@ -128,6 +130,27 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
             assert stepped.tangential == pytest.approx(t, abs=1e-9)
             assert stepped.dissipation == pytest.approx(state.dissipation, rel=1e-8, abs=1e-12)
             before, last = state.dissipation, end
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_determinants_foretell_the_sign_of_an_exchange(law):
+    """The product of its pivots, with t = tau + f sigma n where a node begins to slip either way."""
+    edges = cells(15, 1.6)
+    gaps = Problem(half_plane().solid, law, mb.Cylinder(R=1.0)).initial_gaps(edges.mean(axis=1))
+    system = frictional_contact(Problem(half_plane().solid, law, None), edges, np.vstack([gaps]), True)
+    path = EventDrivenContact(system)
+    path.follow(0.3, 0.0)
+    exchanged = np.flatnonzero(path.sets.tableau.exchanged).tolist()
+    # shear that presses nodes on the obstacle, so strongly that signs differ
+    sets = ActiveSets(replace(system, cross=20 * system.cross, friction=0.9), exchanged)
+    velocity = np.linspace(-1.0, 1.0, system.nodes)
+    signs = []
+    for limit in range(sets.rows.motions.start):
+        trial = copy.deepcopy(sets)
+        if sets.pivot_of(limit, velocity).pairs and trial.exchange(limit, velocity):
+            signs.append(np.sign(sets.determinant(limit, velocity)))
+            assert signs[-1] == trial.tableau.sign * sets.tableau.sign
+    assert {*signs} == {-1.0, 1.0} and len(signs) > 10
 
 
 # --- edges
