@@ -10,7 +10,7 @@ import numpy as np
 from .. import cost
 from ..errors import require
 from ..halfplane.forecast import likely_zones
-from ..model.deformable import Deformable
+from ..model.deformable import Deformable, body_of
 from ..model.intervals import zone_edges
 from ..model.solver import Solver
 from .body import Body
@@ -102,8 +102,17 @@ class OnGivenMesh(Solver):
         if not self.iterates:
             require_nothing_prescribed(self.body)
         if rtol is None:
-            return cost.predict(self.rate, self.body.unknowns)
+            return self._given_cost()
         return self.refined_cost(rtol)
+
+    def _given_cost(self) -> cost.Cost:
+        """Returns the Cost of the mesh as it is, and of a second body's."""
+        first = cost.predict(self.rate, self.body.unknowns)
+        second = body_of(self.obstacle)
+        if second is None:
+            return first
+        other = cost.predict(self.rate, second.unknowns)
+        return first._replace(seconds=first.seconds + other.seconds, memory=first.memory + other.memory)
 
     def refined_cost(self, rtol: float) -> cost.Cost:
         """Returns the Cost of meshes that are refined to an rtol, in the plane."""

@@ -321,8 +321,12 @@ def test_halves_of_a_symmetric_scene_are_the_whole(law):
     residual of both.
     """
 
-    def body(left, columns, sign):
-        mapped = lambda x, y: (left + (1.2 - left) * x, sign * y)  # noqa: E731
+    def body(left, columns, sign, bend=0.0):
+        def mapped(s, t):
+            x = left + (1.2 - left) * s
+            # facets at x1 = 0 are level: there a half has the normal of its own facet
+            return x, sign * t - bend * max(abs(x) - 0.12, 0) ** 2 * (1 - t)
+
         mesh = MakeStructured2DMesh(nx=columns, ny=4, mapping=mapped)
         names = ("contact", "right", "far", "left")
         mesh = named(mesh, *names)
@@ -339,6 +343,15 @@ def test_halves_of_a_symmetric_scene_are_the_whole(law):
     half, whole = (
         mb.Contact(below, mb.Deformable(above, mb.Obstacle(arc)), law).solve(load=load)
         for (below, above), load in ((halves, 0.75), (wholes, 1.5))
+    )
+    assert half.pressure == pytest.approx(whole.pressure[whole.x > -1e-9], abs=1e-8 * whole.pressure.max())
+    bent = [
+        [body(left, count, -1, 0.15), body(left, more, 1, 0.08)]
+        for left, count, more in ((0, 10, 7), (-1.2, 20, 14))
+    ]
+    half, whole = (
+        mb.Contact(below, mb.Deformable(above), law).solve(load=load)
+        for (below, above), load in zip(bent, (0.75, 1.5))
     )
     assert half.pressure == pytest.approx(whole.pressure[whole.x > -1e-9], abs=1e-8 * whole.pressure.max())
     with pytest.raises(mb.BadArgument, match="mesh the same part of both"):
@@ -379,7 +392,7 @@ def test_a_coarse_second_body_is_seen():
     assert fields.energy() + fields.second.energy() == pytest.approx(coarse.energy, rel=1e-9)
     reactions = [fields.reaction("far").force[2], fields.second.reaction("far").force[2]]
     assert reactions == pytest.approx([0.3, -0.3], rel=1e-10)
-    assert fine.error_estimate < coarse.error_estimate > error > 0.05
+    assert 1.5 * fine.error_estimate < coarse.error_estimate > error > 0.05  # 0.49 and 0.86
 
 
 def test_what_a_second_body_cannot_do_is_refused():
