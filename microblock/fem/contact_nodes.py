@@ -20,7 +20,7 @@ from .body_spaces import COMPONENTS, FIELDS3D
 from .facet_nodes import FacetNodes
 from .facet_polynomials import FacetPolynomials
 from .facet_rules import ROUNDED, at_rules, require_nodal_rule, rule_at, units
-from .meshes import elements_at
+from .meshes import elements_beside
 
 LEAST_FREE = 0.1  # part of n: where less of it is free forces would be a hundred times those beside them
 
@@ -61,7 +61,8 @@ class ContactNodes(FacetNodes):
         region = supports.pressed(body)
         facets = list(region.Elements())
         if body.mesh.dim > 1:
-            elements_at(body.mesh, region)  # which checks that there are some
+            alone = all(len(beside) == 1 for beside in elements_beside(body.mesh, region))
+            require(alone, "contact", body.contact, "must have the body on one side, not on both or none")
         if body.in_space:
             self._require_nodal_rule(facets)
         orders = [self._facet_order()] * len(facets)
@@ -196,16 +197,19 @@ class ContactNodes(FacetNodes):
         return FacetPolynomials(self.points, self.normals, self.facets, self.body.solid, steepest)
 
     @cached_property
-    def vertices_beside(self) -> tuple[Integers, Array]:
-        """Vertices in space of facets beside the contact that an obstacle may meet, array (k,), and their
-        mean normals, (k, 3).
+    def surface_beside(self) -> tuple[Integers, Array, Integers]:
+        """The surface in space beside the contact that an obstacle may meet: vertices, array (k,), their mean
+        normals, (k, 3), and triangles between them, numbers (m, 3) of these.
         """
-        beside = list((~self.region).Elements())
-        normals = at_rules(self.body.mesh, beside, [rule_at([(1 / 3, 1 / 3)])] * len(beside))[2]
+        facets = list((~self.region).Elements())
+        normals = at_rules(self.body.mesh, facets, [rule_at([(1 / 3, 1 / 3)])] * len(facets))[2]
         sums = np.zeros((self.body.mesh.nv, 3))
-        for facet, normal in zip(beside, normals):
+        triangles = np.zeros((0, 3), int)
+        for facet, normal in zip(facets, normals):
+            corners = np.array([vertex.nr for vertex in facet.vertices])
             if normal[2] > STEEPEST:
-                sums[[vertex.nr for vertex in facet.vertices]] += normal
-        sums[[vertex.nr for facet in self.region.Elements() for vertex in facet.vertices]] = 0.0
+                sums[corners] += normal
+                halves = corners[[(0, 1, 2), (0, 2, 3)][: len(corners) - 2]]
+                triangles = np.vstack((triangles, halves))
         vertices = np.flatnonzero(sums.any(axis=1))
-        return vertices, units(sums[vertices])
+        return vertices, units(sums[vertices]), np.searchsorted(vertices, triangles)

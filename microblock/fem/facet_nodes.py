@@ -308,20 +308,13 @@ class FacetNodes:
         """Returns nodal values in space, array (m, n), at places, (k,), seen from above: array (m, k), linear
         on triangles, nan beyond.
         """
-        from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
-
         vertices = [self.mesh.vertices[number].point for number in self._beside_vertices]
         points = np.vstack((self.points, np.reshape(vertices, (-1, 3))))
         beside = enumerate(self._beside_vertices.values(), len(self.points))
         at_vertices = [[(number, *nodes[1:]) for nodes in facets] for number, facets in beside]
         triangles = np.concatenate([*self._inside_facets(), *at_vertices])
         values = np.hstack((values, values @ self.continued.T))
-        interpolated = np.full((len(values), *np.shape(x1)), np.nan)
-        for piece in _pieces_from_above(points, triangles):  # at a step nodes lie one above the other
-            surface = Triangulation(points[:, 0], points[:, 1], piece)
-            on_piece = [LinearTriInterpolator(surface, nodal)(x1, x2).filled(np.nan) for nodal in values]
-            interpolated = np.where(np.isnan(on_piece), interpolated, on_piece)
-        return interpolated
+        return linear_on(points, triangles, values, x1, x2)
 
     @cached_property
     def multipliers(self) -> Any:
@@ -386,6 +379,20 @@ class FacetNodes:
         return density * ng.ds(definedon=self.region, intrules=self.rules)
 
 
+def linear_on(points: Array, triangles: Integers, values: Array, x1: Array, x2: Array) -> Array:
+    """Returns values at points in space, arrays (m, n) and (n, 3), at places, (k,), seen from above: array
+    (m, k), linear on triangles, (t, 3), nan beyond.
+    """
+    from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
+
+    interpolated = np.full((len(values), *np.shape(x1)), np.nan)
+    for piece in _pieces_from_above(points, triangles):  # at a step points lie one above the other
+        surface = Triangulation(points[:, 0], points[:, 1], piece)
+        on_piece = [LinearTriInterpolator(surface, each)(x1, x2).filled(np.nan) for each in values]
+        interpolated = np.where(np.isnan(on_piece), interpolated, on_piece)
+    return interpolated
+
+
 def _pieces_from_above(points: Array, triangles: Integers) -> list[Integers]:
     """Returns triangles, array (m, 3), that an obstacle may meet, by connected pieces of the surface: arrays
     (k, 3).
@@ -406,13 +413,35 @@ def _order_in_rows(points: Array) -> Integers:
 
 
 def _order_along_surface(points: Array, members: Sequence[Integers]) -> Integers:
-    """Returns the order of points, (n, 2), by x1, x2, and at a crack by the middle of their facets, whose
-    nodes are `members`: array (n,).
+    """Returns the order of points, (n, 2), by x1, then x2, and at a crack by the middle of their facets,
+    whose nodes are `members`: array (n,).
+
+    A vertical side begins where the surface comes from the left, or ends where it goes on to the right.
     """
+    x, level = points.T.copy()
+    along = np.zeros(len(points))
     middles = np.zeros(len(points))
-    for nodes in members:
+    vertical = [len(nodes) > 1 and np.ptp(x[nodes]) < ROUNDED * np.ptp(x) for nodes in members]
+    sides = _joined([nodes for nodes, upright in zip(members, vertical) if upright], len(points))
+    for side in sides:
+        x[side] = x[side].min()
+        level[side] = points[side, 1].min()
+        along[side] = points[side, 1]
+    for nodes, upright in zip(members, vertical):
         middles[nodes] += points[nodes, 0].mean()
-    return np.lexsort((middles, *points.T[::-1]))
+        for side in () if upright else sides:
+            for node in np.intersect1d(nodes, side):
+                goes_on = points[nodes, 0].mean() > x[node]
+                along[side] = np.abs(points[side, 1] - points[node, 1]) * (-1 if goes_on else 1)
+    return np.lexsort((middles, along, level, x))
+
+
+def _joined(members: Sequence[Integers], count: int) -> list[Integers]:
+    """Returns the nodes of facets that hang together, of so many nodes."""
+    links = [(nodes[0], node) for nodes in members for node in nodes]
+    rows, columns = np.reshape(links, (-1, 2)).T.astype(int)
+    labels = connected_components(csr_matrix((np.ones(len(rows)), (rows, columns)), (count, count)))[1]
+    return [np.flatnonzero(labels == label) for label in np.unique(labels[rows])]
 
 
 def _sparse(rows: Sequence[Any], width: int) -> Any:

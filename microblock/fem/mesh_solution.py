@@ -70,6 +70,26 @@ class OnMesh(OfNodes):
         require({name for name, chosen in named if chosen} != {"axis"}, "boundary", boundary, words)
         return reaction._replace(force=np.array((0.0, 2 * reaction.force[1])), moment=0.0)
 
+    def free_motions(self) -> list[str]:
+        """Returns a sentence where supports leave a rigid motion free that changes no gap."""
+        nodes = self.nodes
+        free = supports.free_motions(nodes.body, nodes.points, nodes.normals)
+        words = f"supports leave {' and '.join(free)} free: displacements hold up to a rigid motion"
+        return [words] if free else []
+
+    def overlap(self, depth: float) -> list[str]:
+        """Returns a sentence where a penalty lets corners this far into the obstacle."""
+        share = depth / np.abs(self.displacement).max()
+        words = f"corners lie {share:.1g} of the displacement inside the obstacle: take a larger rho"
+        return [words] if share > 0.01 else []
+
+    def deep_indentation(self) -> list[str]:
+        """Returns a sentence where the indentation is no small part of the body's depth."""
+        moved = self.approach - self.gaps.min()
+        depth = np.ptp([vertex.point[-1] for vertex in self.nodes.body.mesh.vertices])
+        words = f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"
+        return [words] if moved >= 0.1 * depth else []
+
     def coarse(self, half_width: float, advice: str = "") -> list[str]:
         """Returns sentences where elements below the contact lock, or do not resolve the layer, with more
         advice.
@@ -265,14 +285,13 @@ class MeshSolution(OnMesh, NodalSolution):
 
     def remarks(self) -> list[str]:
         """Returns sentences on what the state has no estimate for."""
-        remarks = self._overlap() if self.solver.penalizes else []
-        if "u1" not in self.nodes.body.fixed:
-            remarks.append("no support holds u1: displacements along x1 hold up to a translation")
+        remarks = self.overlap(-self.surface().gaps.min()) if self.solver.penalizes else []
+        remarks += self.free_motions()
         if not self.has_edges:
             return remarks
         condensed = self.block is None and self.method == "condensed"
         if condensed:
-            remarks = [*self._deep_indentation(), *remarks]
+            remarks = [*self.deep_indentation(), *remarks]
         if self.block is None:
             remarks += self.beyond()
         if self.error_estimate is None:
@@ -294,7 +313,8 @@ class MeshSolution(OnMesh, NodalSolution):
     def _few_nodes(self) -> list[str]:
         """Returns a sentence where a zone has few nodes."""
         zones = self.zones_by_name["contact"]
-        counts = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
+        x = self.x[np.any(self.closed, axis=0)]  # a side has many nodes at one place
+        counts = [np.count_nonzero((x >= left) & (x <= right)) for left, right in zones]
         few = min(counts, default=0)
         if few > FEWEST:
             return []
@@ -316,12 +336,6 @@ class MeshSolution(OnMesh, NodalSolution):
         few = [words + "take smaller elements for it"] * (min(counts, default=FEWEST + 1) <= FEWEST)
         return [*few, *counter.ends_in(self.closed), *counter.held_apart(self.closed)]
 
-    def _overlap(self) -> list[str]:
-        """Returns a sentence where a penalty lets corners far into the obstacle."""
-        share = -self.surface().gaps.min() / np.abs(self.displacement).max()
-        words = f"corners lie {share:.1g} of the displacement inside the obstacle: take a larger rho"
-        return [words] if share > 0.01 else []
-
     def beyond(self) -> list[str]:
         """Returns a sentence where surface and obstacle go on beyond an end of the contact."""
         for end, way in ((0, -1), (-1, 1)):
@@ -330,13 +344,6 @@ class MeshSolution(OnMesh, NodalSolution):
                 words = "name all of the surface that may be touched: the contact would go on beyond x1 = "
                 return [words + f"{self.x[end]:.3g}"]
         return []
-
-    def _deep_indentation(self) -> list[str]:
-        """Returns a sentence where the indentation is no small part of the body's depth."""
-        moved = self.approach - self.gaps.min()
-        depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
-        words = f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"
-        return [words] if moved >= 0.1 * depth else []
 
     @cached_property
     def _missed(self) -> list[str]:

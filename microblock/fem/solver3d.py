@@ -132,16 +132,25 @@ class Solver3D(OnGivenMesh):
 
     @cached_property
     def low_places(self) -> Array:
-        """x1, x2 and height of the lowest of TILE * TILE places of the obstacle, array (3, k). Half of ROWS
-        are evenly spaced over the contact boundary, the others as dense as its nodes. Of the surface of a
-        mesh they are the points of its facets.
+        """Those over the contact boundary, as `_lowest_over` returns them."""
+        return self._lowest_over(self.nodes.points)
+
+    @cached_property
+    def low_places_beside(self) -> Array:
+        """Those over the surface beside it."""
+        return self._lowest_over(self.body.mesh.ngmesh.Coordinates()[self.nodes.surface_beside[0]])
+
+    def _lowest_over(self, points: Array) -> Array:
+        """Returns x1, x2 and height of the lowest of TILE * TILE places of the obstacle, array (3, k). Half
+        of ROWS are evenly spaced over points, array (n, 3), the others as dense as these. Of the surface
+        of a mesh they are the points of its facets.
         """
         shape = shape_of(self.obstacle)
         if isinstance(shape, MeshSurface):
             return shape.points.T
         even = np.arange(0.5, ROWS, 2) / ROWS
         axes = []
-        for x in self.nodes.points.T[:2]:
+        for x in points.T[:2]:
             rows = (np.quantile((x.min(), x.max()), even), np.quantile(np.unique(x), even + 1 / ROWS))
             axes.append(np.sort(np.concatenate(rows)))
         places = np.array(np.meshgrid(*axes, indexing="ij"))

@@ -170,8 +170,8 @@ class SpaceBoundary:
         return slopes
 
     def missed(self) -> Array:
-        """Returns squares of pressures that the nodes miss, array (facets,): a depth d is worth E* d in L2,
-        whatever its width.
+        """Returns squares of pressures that the nodes miss, or a penalty leaves out, array (facets,): a depth
+        d is worth E* d in L2, whatever its width.
         """
         nodes = self.nodes
         touched = self._with_any(np.asarray(self._closed.any(axis=0)))
@@ -184,6 +184,9 @@ class SpaceBoundary:
         for _, overlap in self.solution.overlaps:
             np.maximum.at(depths, facets, np.where(away[facets], overlap, 0.0))
         depths[touched] = self._roughness(facets)[touched]
+        if self._solver.penalizes:
+            overlap = self.solution.overlap_of_nodes
+            depths += [np.ptp(overlap[members]) for members in nodes.facets]
         return (self._solver.solid.E_star * depths) ** 2
 
     def _with_any(self, flags: Flags) -> Flags:

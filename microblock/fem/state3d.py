@@ -1,7 +1,8 @@
 """A solution on the contact nodes of a body in space."""
 
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..model.state import State
 from ..model.types import Array, Flags, Integers
 from . import recovery
 from .body_spaces import COMPONENTS, FIELDS3D
+from .facet_nodes import linear_on
 from .mesh_solution import OnMesh
 
 FEW = 25  # nodes in contact
@@ -112,7 +114,9 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """Returns sentences on what the estimate does not say, or why it is large."""
         count = np.count_nonzero(self.closed)
         moved = np.abs(self.displacement).max()
-        remarks = []
+        remarks = [*self.deep_indentation(), *self.free_motions()]
+        if self.solver.penalizes:
+            remarks += self.overlap(self.overlap_of_nodes.max())
         if count < FEW and self.error_estimate > 0.1:
             remarks.append(f"only {count} nodes in contact: {self._finer}")
         remarks += self.coarse(float(np.sqrt(self.nodes.weights[self.closed > 0].sum() / np.pi)))
@@ -158,25 +162,36 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         boundary, (k,), 0 beside it.
         """
         nodes = self.nodes
-        low = self.solver.low_places
         values = np.vstack((nodes.points[:, 2], nodes.normals.T, self.displacement, self.psi))
+        return self._overlaps(self.solver.low_places, partial(nodes.interpolated, values))
+
+    def _overlaps(self, low: Array, surface: Callable[..., Array]) -> list[tuple[Array, Array]]:
+        """Returns the same of low places with their heights, array (3, k), and a surface that has x3, n,
+        displacement and psi at places x1 and x2, array (7, k), nan where it ends.
+        """
+        covers = np.isfinite(surface(*low[:2])[0])
+        covered = low[:, covers]
         overlaps = []
         for corner in range(len(self.forces)):
             # contact points of blocks with this corner below the places: blocks turn slowly along the surface
-            offset = self._blocks_below(low[:2], values)[0].offsets_from_contact_point[corner]
-            geometry, displacement, psi = self._blocks_below(low[:2] - offset.T[:2], values)
+            offset = self._blocks_below(covered[:2], surface)[0].offsets_from_contact_point[corner]
+            geometry, displacement, psi = self._blocks_below(covered[:2] - offset.T[:2], surface)
             corners = geometry.points + geometry.offsets_from_contact_point[corner]
-            depths = (self.approach + corners[:, 2] - low[2]) * geometry.normals[:, 2]
-            depths -= displacement + geometry.rotated(psi)[corner]
-            depths -= self.counter_along(corners, geometry.normals)
-            overlaps.append((low[:2], np.nan_to_num(depths, nan=0.0)))
+            inside = (self.approach + corners[:, 2] - covered[2]) * geometry.normals[:, 2]
+            inside -= displacement + geometry.rotated(psi)[corner]
+            inside -= self.counter_along(corners, geometry.normals)
+            depths = np.zeros(len(covers))
+            depths[covers] = np.nan_to_num(inside, nan=0.0)
+            overlaps.append((low[:2], depths))
         return overlaps
 
-    def _blocks_below(self, places: Array, values: Array) -> tuple[CornerGeometry, Array, Array]:
-        """Returns the corners of blocks at places, array (2, k), with displacement, (k,), and psi, (2, k),
-        from nodal values of x3, n, displacement and psi, (7, n); nan beside the contact boundary.
+    def _blocks_below(
+        self, places: Array, surface: Callable[..., Array]
+    ) -> tuple[CornerGeometry, Array, Array]:
+        """Returns the corners of blocks of a surface at places, array (2, k), with displacement, (k,), and
+        psi, (2, k).
         """
-        level, *normals, displacement, psi1, psi2 = self.nodes.interpolated(values, *places)
+        level, *normals, displacement, psi1, psi2 = surface(*places)
         points = np.column_stack((*places, level))
         units = np.column_stack(normals / np.linalg.norm(normals, axis=0))
         geometry = self.solver.blocks.under(self.solver.obstacle, points, units)
@@ -184,18 +199,26 @@ class SurfaceNodes(OnMesh, SpaceSolution):
 
     def _beside(self) -> float:
         """Returns how deep the obstacle reaches into the surface beside the contact boundary."""
-        vertices, normals = self.nodes.vertices_beside
-        places = self.nodes.body.mesh.ngmesh.Coordinates()[vertices]
-        blocks = self.solver.blocks.under(self.solver.obstacle, places, normals)
-        still = np.zeros(len(vertices))
-        if not self.inside(blocks, still, np.array((still, still))) > 0:
+        vertices, normals, triangles = self.nodes.surface_beside
+        if not len(vertices):
             return 0.0
+        points = self.nodes.body.mesh.ngmesh.Coordinates()[vertices]
         # an unknown of a vertex is the value there
         moved = np.zeros((len(FIELDS3D), len(vertices)))
         for name, field in zip(self.nodes.body.names, self.fields):
             moved[COMPONENTS[name]] = field.vec.FV().NumPy()[vertices]
         psi = np.einsum("snd,dn->sn", side_directions(normals), moved[3:])
-        return self.inside(blocks, -np.sum(normals.T * moved[:3], axis=0), psi)
+        values = np.vstack((points[:, 2], normals.T, -np.sum(normals.T * moved[:3], axis=0), psi))
+        surface = partial(linear_on, points, triangles, values)
+        overlaps = self._overlaps(self.solver.low_places_beside, surface)
+        return float(max(depths.max(initial=0.0) for _, depths in overlaps))
+
+    @cached_property
+    def overlap_of_nodes(self) -> Array:
+        """How deep corners lie in the obstacle at the nodes, array (n,): with a penalty beyond rounding."""
+        blocks = self.solver.at_nodes
+        gaps = blocks.gaps(self.displacement, self.psi, self.approach, self.counter_along)
+        return np.maximum(-gaps.min(axis=0), 0.0)
 
     def inside(self, blocks: CornerGeometry, displacement: Array, psi: Array) -> float:
         """Returns how deep the obstacle reaches into the surface at blocks with displacement, array (k,), and

@@ -5,10 +5,12 @@ from typing import Any
 
 import ngsolve as ng
 import numpy as np
+from scipy.linalg import null_space
 
 from ..errors import require
 from ..model.types import Array
-from .body_spaces import BodySpaces
+from .body_spaces import COMPONENTS, FIELDS3D, BodySpaces
+from .facet_rules import ROUNDED
 from .mesh_surface import Plane
 
 # fields that are 0 on a plane of symmetry across x1, and x2
@@ -61,6 +63,47 @@ def require_held(body: BodySpaces) -> None:
     for name in body.names:
         words = f"must hold the body: {name} is not fixed on any boundary, and nothing else stops it"
         require(name in body.fixed or not name.startswith("u"), "fixed", body.fixed, words)
+
+
+def free_motions(body: BodySpaces, points: Array, normals: Array) -> list[str]:
+    """Returns the rigid motions, "a rotation about x3", that no support stops and that change no gap along
+    normals at points, arrays (n, dim): where forces have no part along them, displacements hold up to these.
+    """
+    vertices = np.array([vertex.point for vertex in body.mesh.vertices])
+    if body.mesh.dim == 1:  # the only coordinate is x2
+        vertices = np.pad(vertices, ((0, 0), (1, 0)))
+    middle = vertices.mean(axis=0)
+    size = np.abs(vertices - middle).max()
+    rows = [_motions((points - middle) / size, normals)]
+    for name in body.fixed:
+        facets = body.boundary(body.fixed[name]).Elements()
+        held = sorted({vertex.nr for facet in facets for vertex in facet.vertices})
+        axis = np.eye(len(FIELDS3D))[COMPONENTS[name]]
+        places = (vertices[held] - middle) / size
+        if name.startswith("u"):
+            rows.append(_motions(places, np.tile(axis[: places.shape[1]], (len(places), 1))))
+        elif not body.is_classical:  # psi is the rotation of a rigid motion
+            rows.append(axis[None])
+    possible = [0, 1, 2, 3, 4, 5] if body.in_space else [0, 1] if body.periodic else [0, 1, 5]
+    _, triangle = np.linalg.qr(np.pad(np.vstack(rows)[:, possible], ((0, len(FIELDS3D)), (0, 0))))
+    free = null_space(triangle, rcond=ROUNDED)
+    motions = np.zeros((len(FIELDS3D), free.shape[1]))
+    motions[possible] = free
+    words = []
+    for motion in motions.T:
+        turns = np.abs(motion[3:]).max() > ROUNDED
+        kind = "rotation about" if turns else "translation along"
+        words.append(f"a {kind} x{1 + np.argmax(np.abs(motion[3:] if turns else motion[:3]))}")
+    return sorted(set(words))
+
+
+def _motions(places: Array, directions: Array) -> Array:
+    """Returns displacements along directions of translations and rotations along and about the axes, at
+    places, arrays (k, dim): array (k, 6).
+    """
+    pad = ((0, 0), (0, 3 - places.shape[1]))
+    along = np.pad(directions, pad)
+    return np.hstack((along, np.cross(np.pad(places, pad), along)))
 
 
 def require_periodic(body: BodySpaces) -> None:

@@ -29,6 +29,7 @@ from .library import copies, material, with_contact
 WARNINGS = {  # kinds of warnings, by words that a text of the kind has
     "rough": "pressures and edges are rough",
     "few nodes": "nodes in contact: take a finer mesh",
+    "deep": "deep into a body",
     "long elements": "do not resolve the layer",
     "beside": "beside the contact boundary",
     "between nodes": "between nodes",

@@ -366,7 +366,7 @@ def test_a_slope_beside_the_contact_boundary_is_looked_at():
     named = ng.Mesh(mesh.ngmesh)
     for gap, warned in ((0.0, True), (0.1, False)):
         body = mb.Body(named, SOLID, 1, fixed="bottom", contact="named")
-        problem = mb.Contact(body, lambda x1, x2, gap=gap: 1 + 0.5 * x1 + gap * (x1 > 0.55), UNILATERAL)
+        problem = mb.Contact(body, lambda x1, x2, gap=gap: 1 + 0.5 * x1 + gap * (x1 > 0.5 + 1e-9), UNILATERAL)
         said = " ".join(problem.solve(load=1.0).warnings)
         assert ("beside the contact boundary" in said) == warned
 

@@ -8,12 +8,13 @@ shapes                     100 standard shapes without an rtol, beside closed fo
 scales                     200 problems of every kind in four systems of units
 doors                      300 obstacles as users hand them over
 named                      200 states on discretisations that are named
+bodies_in_space            100 contacts of bodies on meshes in space
 """
 
 import argparse
 from functools import partial
 
-from . import SEED, doors, friction, judging, lines, named, scales, shapes, space_problems
+from . import SEED, doors, friction, judging, lines, named, scales, scenes_in_space, shapes, space_problems
 
 SETS = {
     **dict.fromkeys(lines.METHODS, 60),
@@ -24,6 +25,7 @@ SETS = {
     "shapes": 100,
     "doors": 300,
     "named": 200,
+    "bodies_in_space": 100,
 }
 
 
@@ -38,6 +40,7 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
         "shapes": shapes.case,
         "doors": doors.case,
         "named": named.case,
+        "bodies_in_space": scenes_in_space.case,
     }
     for k in numbers:
         yield k, makers[name](k)
