@@ -122,6 +122,7 @@ class FrictionGrid:
         forces = before.forces if before.load else None
         tangential = before.tangential
         raised = self.raised(tangential) * self.coupled
+        over_obstacle = np.isfinite(self.g0)
         steps = 0
         for _ in range(ALTERNATIONS):
             pressed = solve_matrix_free(  # 1
@@ -144,7 +145,9 @@ class FrictionGrid:
             steps += pressed.iterations
             raised_now = self.raised(tangential)
             change = np.abs(raised_now - raised).max() if self.coupled else 0.0  # 3
-            size = float(np.ptp(pressed.gaps[np.isfinite(pressed.gaps)] - self.g0[np.isfinite(self.g0)]))
+            size = float(
+                np.abs(pressed.approach + pressed.gaps[over_obstacle] - self.g0[over_obstacle]).max()
+            )
             if change <= 10 * self.residual * size:
                 break
             raised = raised_now
@@ -166,7 +169,7 @@ class FrictionGrid:
             approach=pressed.approach,
             motion=slid.motion,
             stick=touching & (np.hypot(*tangential) < (1 - AT_RIM) * radii),
-            residual=max(pressed.kkt, slid.residual, change / size if size else 0.0),
+            residual=max(pressed.kkt, slid.residual, change / size),
             iterations=before.iterations + steps,
         )
         return self._with_energies(before, after, slid.slip, raised_now)

@@ -20,6 +20,7 @@ from microblock.halfspace.symbol import shear_of_points
 
 F = 0.3
 N = 32  # cells along an axis
+FEW = 16  # of those that suffice for what no grid changes
 P = 4 / 3  # with E* = 1 and R = 1 the classical contact has the radius 1
 SPHERE = mb.Sphere(R=1.0)
 POINTS = mb.Unilateral(friction=F)
@@ -202,7 +203,7 @@ def test_equal_spheres_are_cattaneos_and_mindlins():
     pressed, sheared = equal_bodies((1, 0, 0), (1, 0.5 * F, 0)).states
     expected = F * (hertz(sheared, 1.0) - hertz(sheared, 0.5))
     off = sheared.shear_traction - np.column_stack((expected, 0 * expected))
-    assert relative(sheared, off, F * hertz(sheared, 1.0)) < sheared.error_estimate < 0.15
+    assert relative(sheared, off, F * hertz(sheared, 1.0)) < sheared.error_estimate < 0.2
     assert np.abs(pressed.shear_traction).max() < 1e-6
     radius = np.sqrt(sheared.weights @ sheared.stick / np.pi)
     assert radius == pytest.approx(0.5 ** (1 / 3), abs=0.04)
@@ -217,7 +218,7 @@ def test_equal_spheres_are_unloaded_as_sums_of_states_say():
     unloaded = equal_bodies((1, 0, 0), (1, 0.5 * F, 0), (0.7, 0, 0)).states[-1]
     expected = F * (2 * hertz(unloaded, 0.6) - hertz(unloaded, 0.5) - hertz(unloaded, 0.7))
     off = unloaded.shear_traction[:, 0] - expected
-    assert relative(unloaded, off, F * hertz(unloaded, 0.7)) < unloaded.error_estimate < 0.3
+    assert relative(unloaded, off, F * hertz(unloaded, 0.7)) < unloaded.error_estimate < 0.4
 
 
 def test_proportional_loads_stick_everywhere():
@@ -225,7 +226,7 @@ def test_proportional_loads_stick_everywhere():
     increments."""
     state = equal_bodies((1, 0.4 * F, 0.4 * F)).states[0]
     off = state.shear_traction - 0.4 * F * hertz(state, 1.0)[:, None]
-    assert relative(state, off, F * hertz(state, 1.0)) < state.error_estimate < 0.15
+    assert relative(state, off, F * hertz(state, 1.0)) < state.error_estimate < 0.2
 
 
 def test_a_sphere_that_is_pressed_sticks_as_spence_says():
@@ -246,32 +247,38 @@ def test_a_sphere_that_is_pressed_sticks_as_spence_says():
 # --- histories
 
 
+def states_of(case, *loads):
+    """States at loads on 16 cells a side, without an estimate."""
+    solver = case.solver
+    history = FrictionSolver(solver, P * np.array(loads), coupled=True)
+    return [solution.state() for solution in history._on_grid(solver.given_window(), FEW, None)]
+
+
 @cache
 def sheared(law, *loads):
-    return problem(law).history(P * np.array(loads))
+    return states_of(problem(law), *loads)
 
 
 @pytest.mark.parametrize("law", [POINTS, pytest.param(BLOCKS, marks=pytest.mark.nightly)], ids=str)
 def test_directions_are_alike(law):
     """x1 and x2 exchanged, and a mirror image: to the residual of increments."""
-    along_1 = sheared(law, (1, 0.2, 0)).states[-1]
-    along_2 = sheared(law, (1, 0, 0.2)).states[-1]
-    back = sheared(law, (1, -0.2, 0)).states[-1]
-    q = along_1.shear_traction.reshape(N, N, 2)
+    along_1 = sheared(law, (1, 0.2, 0))[-1]
+    along_2 = sheared(law, (1, 0, 0.2))[-1]
+    back = sheared(law, (1, -0.2, 0))[-1]
+    q = along_1.shear_traction.reshape(FEW, FEW, 2)
     size = np.abs(q).max()
-    exchanged = along_2.shear_traction.reshape(N, N, 2).swapaxes(0, 1)[..., ::-1]
+    exchanged = along_2.shear_traction.reshape(FEW, FEW, 2).swapaxes(0, 1)[..., ::-1]
     assert exchanged == pytest.approx(q, abs=1e-4 * size)
-    mirrored = back.shear_traction.reshape(N, N, 2)[::-1] * (-1, 1)
+    mirrored = back.shear_traction.reshape(FEW, FEW, 2)[::-1] * (-1, 1)
     assert mirrored == pytest.approx(q, abs=1e-4 * size)
-    p = along_1.pressure.reshape(N, N)
-    assert back.pressure.reshape(N, N)[::-1] == pytest.approx(p, abs=1e-4 * p.max())
+    p = along_1.pressure.reshape(FEW, FEW)
+    assert back.pressure.reshape(FEW, FEW)[::-1] == pytest.approx(p, abs=1e-4 * p.max())
 
 
-@pytest.mark.nightly
 def test_a_diagonal_shear_is_as_stiff():
     """To the cells of the contact's edge."""
-    along = sheared(POINTS, (1, 0.2, 0)).states[-1]
-    diagonal = sheared(POINTS, (1, 0.2 / 2**0.5, 0.2 / 2**0.5)).states[-1]
+    along = sheared(POINTS, (1, 0.2, 0))[-1]
+    diagonal = sheared(POINTS, (1, 0.2 / 2**0.5, 0.2 / 2**0.5))[-1]
     size = np.hypot(*diagonal.tangential_approach)
     assert size == pytest.approx(along.tangential_approach[0], rel=0.01)
     assert diagonal.tangential_approach == pytest.approx(size / 2**0.5 * np.ones(2), rel=1e-3)
@@ -280,7 +287,7 @@ def test_a_diagonal_shear_is_as_stiff():
 def test_all_slides_at_the_limit_and_work_is_lost():
     """q = f p along Q. Work of the loads over pairs before, by their means: energy and dissipation."""
     pairs = [(1, 0, 0), *((1, share * F, 0) for share in np.linspace(0, 1, 6)[1:])]
-    states = sheared(POINTS, *pairs).states
+    states = sheared(POINTS, *pairs)
     last = states[-1]
     assert not last.stick.any()
     assert last.shear_traction[:, 0] == pytest.approx(F * last.pressure, abs=1e-9)
@@ -310,8 +317,8 @@ def test_units_change_no_digits():
     solid = solid_of()
     small = mb.HalfSpace(mb.Cosserat(E=solid.E * 1e6, nu=0.3, ell=0.3e-3, beta=1))
     cells = mb.Cells(nodes=N, window=(-1.3e-3, 1.3e-3))
-    state = mb.Contact(small, mb.Sphere(R=1e-3), POINTS, cells).history([(P, 0.2 * P, 0)]).states[0]
-    usual = sheared(POINTS, (1, 0.2, 0)).states[0]
+    (state,) = states_of(mb.Contact(small, mb.Sphere(R=1e-3), POINTS, cells), (1, 0.2, 0))
+    (usual,) = sheared(POINTS, (1, 0.2, 0))
     assert state.tangential_approach * 1e3 == pytest.approx(usual.tangential_approach, abs=1e-9)
     assert state.shear_traction / 1e6 == pytest.approx(usual.shear_traction, abs=1e-7)
     assert state.dissipation * 1e3 == pytest.approx(usual.dissipation, rel=1e-6)
@@ -320,12 +327,28 @@ def test_units_change_no_digits():
 @pytest.mark.nightly
 def test_without_nodes_the_estimate_meets_rtol():
     case = problem().with_(method=mb.Cells())
-    (state,) = case.history([(P, 0.2 * P, 0)], rtol=0.15).states
-    assert 0 < state.error_estimate <= 0.15 and not state.warnings
+    (state,) = case.history([(P, 0.2 * P, 0)], rtol=0.1).states
+    assert 0 < state.error_estimate <= 0.1 and not state.warnings
+
+
+@pytest.mark.nightly
+def test_an_rtol_that_no_grid_reaches_is_refused_before_the_last_ones():
+    """After the first estimate, on 64 cells, as errors are at most divided by 2.5 from grid to grid."""
+    case = problem(mb.Unilateral(friction=0.01)).with_(method=mb.Cells(window=(-1.3, 1.3)))
+    with pytest.raises(mb.NotConverged, match="ask for rtol") as caught:
+        case.history([(P, 0, 0)], coupled=False, rtol=1e-4)
+    assert 0.01 < caught.value.rtol_reached < 0.1
+
+
+def test_a_flat_punch_settles():
+    """Gaps do not change under its face, so that residuals are over the displacement itself; it slips at the
+    rim, where the surface is dragged most, and sticks in the middle."""
+    (state,) = states_of(problem(shape=mb.FlatPunch(half_width=1.0)), (1, 0.15, 0))
+    assert state.residual < 2e-6 and 0.2 < state.stick.sum() / (state.closed > 0).sum() < 0.9
 
 
 def test_results_go_where_others_go(tmp_path):
-    history = sheared(POINTS, (1, 0.2, 0))
+    history = problem().history([(P, 0.2 * P, 0)])
     (state,) = history.states
     history.save(tmp_path / "history.npz")
     assert mb.load(tmp_path / "history.npz").to_dict() == history.to_dict()
@@ -341,9 +364,8 @@ def test_results_go_where_others_go(tmp_path):
     assert q.shape == (2, 2) and not q[1].any() and 0 < np.hypot(*q[0]) <= F * state.pressure_at([(0, 0)])[0]
 
 
-@pytest.mark.nightly
 def test_moments_of_blocks_are_those_of_corners_less_that_of_shear():
-    state = sheared(BLOCKS, (1, 0.2, 0)).states[0]
+    (state,) = sheared(BLOCKS, (1, 0.2, 0))
     corners = np.array([(a, b) for a in (-1, 1) for b in (-1, 1)])
     m = -np.array([*state.pressures.values()]).T @ corners - state.shear_traction
     assert state.micromoment == pytest.approx(0.15 * np.column_stack((m[:, 1], -m[:, 0])), abs=1e-9)
