@@ -26,7 +26,7 @@ from ..model.corner_geometry import Blocks
 from ..model.deformable import Deformable
 from ..model.law import Unilateral, tangents, upwards
 from ..model.obstacles import STEEPEST
-from ..model.types import Array, Flags
+from ..model.types import Array, Flags, Integers
 from ..threads import bounded
 from .body import Body
 from .body_fields import BodyFields
@@ -124,15 +124,21 @@ class SecondBody:
             return self.surface.met(points, lines)
         return self.surface.above(points[:, :-1])
 
-    def _rows_at(self, hits: Hits, along: Array) -> Any:
-        """Returns the displacement along vectors, array (n, dim), where lines meet the boundary, from the
-        unknowns there: sparse (n, m), 0 where they do not.
+    def _traced(self, hits: Hits) -> tuple[Integers, Integers, Array]:
+        """Returns the functions of a component of u where lines meet the boundary: rows, unknowns and values,
+        arrays (k,).
         """
-        along = along * hits.signs
         there = np.flatnonzero(hits.facets >= 0)
+        space = self.body.spaces[0]
+        rows, unknowns, values = self.surface.trace(space, hits.facets[there], hits.places[there])
+        return there[rows], unknowns, values
+
+    def _rows_along(self, traced: tuple[Integers, Integers, Array], along: Array) -> Any:
+        """Returns the displacement along vectors, array (n, dim), from the unknowns on the boundary and what
+        `_traced` returns: sparse (n, m), 0 where lines do not meet it.
+        """
+        rows, unknowns, values = traced
         body = self.body
-        rows, unknowns, values = self.surface.trace(body.spaces[0], hits.facets[there], hits.places[there])
-        rows = there[rows]
         displacement = csr_matrix((len(along), body.space.ndof))
         for name in body.names:
             if name[0] == "u":
@@ -190,9 +196,10 @@ class SecondBody:
         covered = areas > COVERED * (shares @ np.ones(len(corners)))
         averages = diags(covered / np.where(covered, areas, 1.0)) @ shares
         rows = csr_matrix((len(areas), len(self._bulk.contact)))
+        traced = self._traced(hits)
         for axis, along in enumerate(nodes.normals.T):
-            direction = np.tile(np.eye(nodes.dim)[axis], (len(corners), 1))
-            rows = rows + diags(along) @ (averages @ self._rows_at(hits, direction))
+            direction = hits.signs * np.eye(nodes.dim)[axis]
+            rows = rows + diags(along) @ (averages @ self._rows_along(traced, direction))
         return rows, covered
 
     def _corners(self, corner: int, rules: list[Any]) -> tuple[Array, Array]:
@@ -333,7 +340,8 @@ class SecondBody:
         return self._displacement(forces, self.surface.above(places), lines)
 
     def _displacement(self, forces: Array, hits: Hits, along: Array) -> Array:
-        return np.where(hits.facets >= 0, self._rows_at(hits, along) @ self.unknowns(forces), np.inf)
+        rows = self._rows_along(self._traced(hits), hits.signs * along)
+        return np.where(hits.facets >= 0, rows @ self.unknowns(forces), np.inf)
 
     def pressures(self, pressures: Array, points: Array, normals: Array) -> Array:
         """Returns the sum of nodal pressures of the corners, array (corners, n), that act at points of its
