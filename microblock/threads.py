@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 _lock = threading.Lock()
 _inside = _large = 0  # entries, and those of them on large matrices
@@ -60,7 +60,7 @@ def _entered(inside: int = 0, large: int = 0) -> Iterator[None]:
         _change(-inside, -large)
 
 
-def bounded(function: Function) -> Function:
+def bounded(function: Decorated) -> Decorated:
     """Returns the function with one BLAS thread inside."""
     return _entered(inside=1)(function)
 

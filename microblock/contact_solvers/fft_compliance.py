@@ -189,7 +189,7 @@ class CellResponse:
         return float(displacement), float(rotation)
 
 
-class SecondBody(Protocol):
+class SecondSurface(Protocol):
     """What a second body adds to the gaps of corners on cells.
 
     Attributes
@@ -206,7 +206,7 @@ class SecondBody(Protocol):
         """Returns R of both bodies from that of the first, whose short waves displace by `displaced`."""
 
 
-class TwistingBody(SecondBody, Protocol):
+class TwistingBody(SecondSurface, Protocol):
     """A second body under four corners of a block, which forces 1, -1, -1, 1 twist.
 
     Attributes
@@ -347,12 +347,14 @@ class CellFlexibility(Flexibility):
     ----------
     offsets, tilt : arrays, as of `Flexibility`
     cells : CellResponse
-    second : SecondBody or None
+    second : SecondSurface or None
     """
 
-    second: SecondBody | None
+    second: SecondSurface | None
 
-    def __init__(self, offsets: Array, tilt: Array, cells: CellResponse, second: SecondBody | None) -> None:
+    def __init__(
+        self, offsets: Array, tilt: Array, cells: CellResponse, second: SecondSurface | None
+    ) -> None:
         self.offsets = offsets
         self.tilt = tilt
         self.clamped = cells.clamped

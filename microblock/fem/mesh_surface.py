@@ -18,7 +18,7 @@ from ..model.types import Array, Flags, Integers
 from .facet_rules import at_rules, rule_at
 
 PAIRS = 1_000_000  # of lines and facets that are looked at at once
-STEPS = 20  # of Newton's method; facets that are straight take one
+NEWTON_STEPS = 20  # of Newton's method; facets that are straight take one
 REACHED = 1e-12  # last step in reference coordinates
 BESIDE = 1e-9  # of a facet, in reference coordinates, which rounding may take a line beside it
 
@@ -78,7 +78,7 @@ class Hits(NamedTuple):
     signs: Array
 
 
-class Plane(NamedTuple):
+class SymmetryPlane(NamedTuple):
     """A plane of symmetry, across an axis at a place; `side` is 1 where the body is above, else -1."""
 
     axis: int
@@ -102,7 +102,7 @@ class MeshSurface(RigidObstacle):
     Parameters
     ----------
     region : ngsolve.Region, of the boundary, in two or three dimensions
-    planes : sequence of Plane, beyond which lines meet the mirror image
+    planes : sequence of SymmetryPlane, beyond which lines meet the mirror image
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class MeshSurface(RigidObstacle):
     [1.25]
     """
 
-    def __init__(self, region: Any, planes: Sequence[Plane] = ()) -> None:
+    def __init__(self, region: Any, planes: Sequence[SymmetryPlane] = ()) -> None:
         self.planes = planes
         self.mesh = region.mesh
         self.dim: int = region.mesh.dim
@@ -224,7 +224,7 @@ class MeshSurface(RigidObstacle):
         places = np.tile(polynomials.points.mean(axis=0), (len(lines), 1))
         step = np.full(len(lines), np.inf)
         moving = np.arange(len(lines))
-        for _ in range(STEPS):
+        for _ in range(NEWTON_STEPS):
             if not len(moving):
                 break
             here = places[moving]

@@ -35,7 +35,7 @@ from .bulk import Bulk
 from .condensation import condensed_bytes, require_pressed, without_idle_rotation
 from .contact_nodes import ContactNodes
 from .facet_rules import composite, composite_line, rule_at, units
-from .mesh_surface import Hits, MeshSurface, Plane
+from .mesh_surface import Hits, MeshSurface, SymmetryPlane
 
 LEVEL = 1e-9  # of the extent of a boundary, and of a normal: what rounding leaves of a level one
 REFINES_ONE = "refines the mesh of the first body alone: with a second body solve without it"
@@ -169,7 +169,7 @@ class SecondBody:
         """Distance that rounding may leave on the boundary of the first body (length)."""
         return float(LEVEL * np.ptp(self._nodes.points, axis=0).max())
 
-    def _images(self, plane: Plane) -> list[int]:
+    def _images(self, plane: SymmetryPlane) -> list[int]:
         """Returns the corner that is each corner's mirror image; raises BadArgument where there is none."""
         blocks = self._blocks
         levers = blocks.levers(*np.zeros((self._nodes.dim - 1, 1))).reshape(len(blocks.names), -1)
@@ -351,7 +351,7 @@ class SecondBody:
         total = np.zeros(len(points))
         images = [(points, lines)]
         for plane in self.surface.planes:
-            mirror = Plane(plane.axis, 0.0, 1)
+            mirror = SymmetryPlane(plane.axis, 0.0, 1)
             images += [(plane.mirrored(places), mirror.mirrored(along)) for places, along in images]
         first = MeshSurface(self._nodes.region)  # what lies beyond a plane is an image's
         for places, along in images:

@@ -35,7 +35,7 @@ ROWS = 1024  # of heights of the obstacle that are looked at for what lies betwe
 TILE = 8  # of rows and columns, of which the lowest height counts
 
 
-LEAST_TWIST = 1e-3  # of the displacement of one corner alone
+LEAST_MOVED = 1e-3  # of the displacement of one corner alone
 
 
 class FlexibilityOfTwo(Flexibility3D):
@@ -75,11 +75,11 @@ class FlexibilityOfTwo(Flexibility3D):
         unit[0, middle] = 1.0
         twist = self._twist(unit)
         length = float(np.linalg.norm(twist))
-        if length < LEAST_TWIST:
+        if length < LEAST_MOVED:
             return 0.0
         twist /= length
         moved, alone = (float(np.sum(forces * self.second.moved(forces))) for forces in (twist, unit))
-        return 1 / max(moved, LEAST_TWIST * alone) if alone > 0 else 0.0
+        return 1 / max(moved, LEAST_MOVED * alone) if alone > 0 else 0.0
 
 
 class Solver3D(OnGivenMesh):

@@ -11,10 +11,10 @@ from ..errors import require
 from ..model.types import Array
 from .body_spaces import COMPONENTS, FIELDS3D, BodySpaces
 from .facet_rules import ROUNDED
-from .mesh_surface import Plane
+from .mesh_surface import SymmetryPlane
 
 # fields that are 0 on a plane of symmetry across x1, and x2
-ODD = (("u1", "psi", "psi2", "psi3"), ("u2", "psi1", "psi3"))
+ODD_FIELDS = (("u1", "psi", "psi2", "psi3"), ("u2", "psi1", "psi3"))
 
 
 def patterns(body: BodySpaces, fixed: Any) -> dict[str, str]:
@@ -119,7 +119,7 @@ def require_periodic(body: BodySpaces) -> None:
         require(len(numbers) < 2 and not functions, "prescribed", body.prescribed, words)
 
 
-def planes_of_symmetry(body: BodySpaces, region: Any) -> list[Plane]:
+def planes_of_symmetry(body: BodySpaces, region: Any) -> list[SymmetryPlane]:
     """Returns the planes across x1, and in space x2, at which a boundary ends and supports hold what is odd
     there, and nothing else.
     """
@@ -129,7 +129,7 @@ def planes_of_symmetry(body: BodySpaces, region: Any) -> list[Plane]:
         return vertices[[vertex.nr for facet in part.Elements() for vertex in facet.vertices], axis]
 
     planes = []
-    for axis, odd in enumerate(ODD[: body.mesh.dim - 1]):
+    for axis, odd in enumerate(ODD_FIELDS[: body.mesh.dim - 1]):
         names = [name for name in body.names if name in odd]
         for boundary in sorted(set(body.mesh.GetBoundaries())):
             if sorted(held_on(body, boundary)) != sorted(names):
@@ -139,7 +139,7 @@ def planes_of_symmetry(body: BodySpaces, region: Any) -> list[Plane]:
             rounding = 1e-9 * np.ptp(vertices)
             for place, side in ((ends.min(), 1), (ends.max(), -1)):
                 if np.abs(places - place).max() <= rounding:
-                    planes.append(Plane(axis, float(place), side))
+                    planes.append(SymmetryPlane(axis, float(place), side))
     return planes
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
-from microblock.data.provenance import digest, made_of
+from microblock.data.provenance import digest, loaded, made_of
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -173,6 +173,11 @@ def test_processes_find_what_threads_have_computed(tmp_path, capsys):
         study(executor=THREAD, records=record)
     word, equal = "steel", "".join(("st", "eel"))  # two objects
     assert digest(called, {"a": word, "b": word}) == digest(called, {"a": word, "b": equal})
+
+
+def test_records_depend_on_packages_and_not_on_modules_of_python():
+    names = loaded()
+    assert {"numpy", "microblock"} <= names.keys() and not {"json", "os", "sys"} & names.keys()
 
 
 def test_code_is_told_by_its_files_and_packages_by_their_versions(tmp_path, monkeypatch):
