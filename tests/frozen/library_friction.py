@@ -184,6 +184,18 @@ def history_of(problem):
     return History(contact, [solution.state() for solution in level.solutions], level.events)
 
 
+def history_in_space(law, coupled):
+    """The History of a sphere on cells of a half-space, sheared to one side, then to another while it is
+    relieved."""
+    solid = mb.Cosserat(E=1 - 0.3**2, nu=0.3, ell=0.3, beta=1)
+    rubbing = {kind.__name__: kind for kind in (mb.Unilateral, mb.Microclamped, mb.Microblock)}[law](
+        friction=0.3
+    )
+    cells = mb.Cells(nodes=32, window=(-1.3, 1.3))
+    problem = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=1.0), rubbing, cells)
+    return problem.history([(1.2, 0.2, 0.1), (0.8, 0.0, -0.15)], coupled=coupled)
+
+
 def cells_of(reach, number):
     """Edges of cells that are longer towards the ends."""
     places = np.linspace(-1, 1, number + 1)

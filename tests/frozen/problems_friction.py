@@ -316,3 +316,9 @@ BETWEEN = [
         nodes=64,
     ),
 ]
+
+IN_SPACE = {  # name: law, whether coupled
+    "space points": ("Unilateral", True),
+    "space clamped uncoupled": ("Microclamped", False),
+    "space blocks": ("Microblock", True),
+}

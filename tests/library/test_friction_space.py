@@ -205,6 +205,12 @@ def test_equal_spheres_are_cattaneos_and_mindlins():
     off = sheared.shear_traction - np.column_stack((expected, 0 * expected))
     assert relative(sheared, off, F * hertz(sheared, 1.0)) < sheared.error_estimate < 0.2
     assert np.abs(pressed.shear_traction).max() < 1e-6
+    touching = sheared.closed > 0
+    parted = (
+        sheared.displacement + sheared.opposite - sheared.approach + np.sum(sheared.points**2, axis=1) / 2
+    )
+    assert np.abs(parted[touching]).max() < 1e-5  # of both surfaces and the sphere
+    assert np.abs(sheared.opposite - sheared.displacement)[touching].max() > 0.01  # which shear bends apart
     radius = np.sqrt(sheared.weights @ sheared.stick / np.pi)
     assert radius == pytest.approx(0.5 ** (1 / 3), abs=0.04)
     # 3 (2 - nu) f P/(16 G a) [1 - (1 - Q/(f P))^(2/3)] of each body
@@ -292,6 +298,8 @@ def test_all_slides_at_the_limit_and_work_is_lost():
     assert not last.stick.any()
     assert last.shear_traction[:, 0] == pytest.approx(F * last.pressure, abs=1e-9)
     assert np.abs(last.shear_traction[:, 1]).max() < 1e-9
+    slid = (last.slip - states[-2].slip)[last.closed > 0, 0]
+    assert slid.max() > 0.05 and slid.min() > -1e-9  # forwards, and the least that no cell contradicts
     work = sum(
         (after.shear + before.shear) @ (after.tangential_approach - before.tangential_approach) / 2
         + (after.load + before.load) * (after.approach - before.approach) / 2

@@ -5,6 +5,7 @@ from .. import problems_friction as problems
 from ..states import rows_refused
 
 LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
+SOLVED = 1e-4  # of what increments on half-spaces add up to, each to 1e-7 of its displacement
 
 
 def rows(choice):
@@ -15,6 +16,27 @@ def rows(choice):
     if choice.named({"refused friction of no unique answer": set()}):
         yield from rows_refused(library_friction.refused_at_length)
     yield from library_reports.histories(choice)
+    for name in choice.named({name: set() for name in problems.IN_SPACE}):
+        yield from rows_in_space(name)
+
+
+def rows_in_space(name):
+    """Rows of the states of a history on a half-space, to what is left of increments solved to 1e-7."""
+    for number, state in enumerate(library_friction.history_in_space(*problems.IN_SPACE[name]).states):
+        q1, q2 = state.shear_traction.T
+        values = {
+            "approach": state.approach,
+            "motion 1": state.tangential_approach[0],
+            "motion 2": state.tangential_approach[1],
+            "energy": state.energy,
+            "dissipation": state.dissipation,
+            "squares of q1": state.weights @ q1**2,
+            "squares of q2": state.weights @ q2**2,
+            "squares of slip": state.weights @ (state.slip**2).sum(axis=1),
+        }
+        for quantity, value in values.items():
+            yield f"{name} state {number} {quantity}", value, "estimated", SOLVED
+        yield f"{name} state {number} error_estimate", state.error_estimate, "count"
 
 
 def rows_of_history(problem):
