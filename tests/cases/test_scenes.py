@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from cases import friction, own_mesh, punch3d, rough, rough3d, samples, sphere, two_bodies, wave
+from cases import friction, friction3d, own_mesh, punch3d, rough, rough3d, samples, sphere, two_bodies, wave
 from cases.__main__ import main
 from cases.closed_forms import ThinLayer
 from microblock.halfplane.kernels import plane_symbol
@@ -77,6 +77,21 @@ def test_small_blocks_are_the_classical_punch(face, approach):
     problem = mb.Contact(mb.HalfSpace(solid), mb.FlatPunch(1.0, face), mb.Unilateral(), mb.Cells(nodes=96))
     # cells cut the round rim into steps
     assert problem.solve(load=1.0).approach == pytest.approx(approach, rel=0.01)
+
+
+# --- a sphere with friction
+
+
+@pytest.mark.nightly
+def test_a_sphere_sticks_beside_the_middle_and_under_blocks_less():
+    """Edges of stick zones move by whole cells, an eighth of their radius: shares of the contact to 0.1."""
+    states = friction3d.solve(cells=32)
+    shares = {name: state.weights @ state.stick / state.contact_area for name, state in states.items()}
+    assert shares == {"unilateral": pytest.approx(0.54, abs=0.1), "microblock": pytest.approx(0.21, abs=0.1)}
+    for state in states.values():
+        assert state.points[state.stick, 0].mean() < -0.05  # in the middle it would be 0
+        assert abs(state.points[state.stick, 1].mean()) < 1e-6
+        assert state.tangential_approach[0] > 10 * abs(state.tangential_approach[1])
 
 
 # --- samples: the polygon through them, the smooth curve, and the formula behind both
