@@ -6,6 +6,7 @@ import pytest
 from microblock import NotConverged
 from microblock.contact_solvers import active_set
 from microblock.contact_solvers.active_set import path, solve
+from microblock.contact_solvers.projected_gradients import MatrixFree, solve_matrix_free
 
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")
 KKT = 1e-10  # what is promised; the solver aims at 1e-15
@@ -176,3 +177,28 @@ def test_the_residual_sees_the_load_and_the_gaps():
     assert active_set.relative_residual(H, gaps, 1.01 * halves, closed, 0.505, 1.0) == pytest.approx(0.01)
     assert active_set.relative_residual(H, gaps, halves, closed, 0.51, 1.0) == pytest.approx(0.01 / 1.01)
     assert active_set.relative_residual(H, gaps, halves * (1, 0), closed & (True, False), 0.5, 0.5) == 0.5
+
+
+class OfThreeEigenvalues(MatrixFree):
+    """A flexibility with eigenvalues of 1, 30 and 900, without a preconditioner."""
+
+    def __init__(self, count, random):
+        vectors = np.linalg.qr(random.normal(size=(count, count)))[0]
+        self.matrix = vectors @ np.diag(np.resize([1.0, 30.0, 900.0], count)) @ vectors.T
+
+    def __matmul__(self, forces):
+        return (self.matrix @ forces.ravel()).reshape(forces.shape)
+
+    def on_face(self, face):
+        return lambda gaps: gaps * face
+
+
+def test_conjugate_gradients_end_after_as_many_steps_as_there_are_eigenvalues():
+    """Three on each face, of which there are a few: 22 products; 2000 where steps are half as conjugate."""
+    random = np.random.default_rng(1)
+    flexibility = OfThreeEigenvalues(30, random)
+    expected = random.uniform(1.0, 2.0, 30)
+    gaps = (1000.0 - flexibility.matrix @ expected)[None]
+    state = solve_matrix_free(flexibility, gaps, approach=1000.0, rtol=1e-9)
+    assert state.forces[0] == pytest.approx(expected, abs=1e-7)
+    assert state.iterations < 60
