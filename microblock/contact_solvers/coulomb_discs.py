@@ -27,19 +27,16 @@ import numpy as np
 from ..errors import NotConverged, at_least
 from ..model.progress import counted
 from ..model.types import Array, Flags
+from .discs import AT_RIM, Discs
 from .rounding import EPS_TERM
 
 Operator = Callable[[Array], Array]
 
-AT_RIM = (
-    1e-12  # relative, below the limit of friction, within which a node is at it: rounding of a projection
-)
 OUTER_STEPS = 200  # 3 to 20 are met
-INNER_STEPS = 80  # of conjugate gradients; of steps of a projection; of alpha
+INNER_STEPS = 80  # of conjugate gradients; of alpha
 # of the steps of gradients, over that which moves all by a radius: waves as long as the contact need the
 # least, and the shortest ones a hundred to a thousand times as much
 STEPS = 1e-3, 1e6
-SLIDING = 1e-9  # relative, below the sum of all limits, within which all slides
 
 
 class SlidStep(NamedTuple):
@@ -57,75 +54,6 @@ class SlidStep(NamedTuple):
     slip: Array
     motion: Array
     residual: float
-
-
-@dataclass(frozen=True)
-class Discs:
-    """The set of (d): forces within radii, array (n,), with a resultant, array (2,)."""
-
-    radii: Array
-    resultant: Array
-
-    @property
-    def all_slide(self) -> bool:
-        """Whether the resultant leaves no other forces than those of sliding along it."""
-        return bool(np.hypot(*self.resultant) >= self.radii.sum() * (1 - SLIDING))
-
-    def within(self, values: Array) -> Array:
-        """Returns the nearest forces within the radii, array (2, n)."""
-        sizes = np.hypot(*values)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(sizes > self.radii, values * (self.radii / sizes), values)
-
-    def project(self, values: Array) -> Array:
-        """Returns the nearest forces of the set to values, array (2, n)."""
-        return self._with_resultant(self.within(values - self.shift(values)[:, None]))
-
-    def shift(self, values: Array) -> Array:
-        """Returns t for which ``within(values - t)`` has the resultant, array (2,), by Newton's method on a
-        concave function of t.
-        """
-        t = np.zeros(2)
-        excess = self._excess(values, t)
-        for _ in range(INNER_STEPS):
-            if np.abs(excess).max() <= 1e-13 * self.radii.sum():
-                break
-            step = np.asarray(np.linalg.solve(self._slope(values - t[:, None]), excess), float)
-            t, excess = self._searched(values, t, step, excess)
-        return t
-
-    def _excess(self, values: Array, t: Array) -> Array:
-        """Returns the resultant of ``within(values - t)`` less the given one."""
-        return np.asarray(self.within(values - t[:, None]).sum(axis=1) - self.resultant)
-
-    def _slope(self, values: Array) -> Array:
-        """Returns the derivative of the resultant of `within`, array (2, 2), positive definite."""
-        sizes = np.maximum(np.hypot(*values), 1e-300)
-        outside = sizes > self.radii
-        ratio = np.where(outside, self.radii / sizes, 1.0)
-        e = values / sizes
-        slope = ratio.sum() * np.eye(2) - (ratio * outside * e) @ e.T
-        return np.asarray(slope + 1e-10 * np.trace(slope) * np.eye(2))
-
-    def _searched(self, values: Array, t: Array, step: Array, excess: Array) -> tuple[Array, Array]:
-        """Returns (t, excess) after the longest of halved steps that makes the excess smaller."""
-        size = np.hypot(*excess)
-        for _ in range(INNER_STEPS):
-            trial = t + step
-            changed = self._excess(values, trial)
-            if np.hypot(*changed) < size:
-                return trial, changed
-            step = step / 2
-        return t, excess
-
-    def _with_resultant(self, forces: Array) -> Array:
-        """Returns forces with what rounding has left of the resultant on those inside of their discs."""
-        inside = np.hypot(*forces) < (1 - AT_RIM) * self.radii
-        missing = self.resultant - forces.sum(axis=1)
-        room = np.where(inside, self.radii - np.hypot(*forces), 0.0)
-        if room.sum() > np.hypot(*missing):
-            forces = forces + missing[:, None] * (room / room.sum())
-        return forces
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,6 +37,7 @@ QUICK = 2.5  # by more than this no grid was seen to divide an error: by 1.8 to 
 RESIDUAL = 1e-7  # of an increment: far below what cells and increments leave
 WIDER = 1.4  # times a window that the contact fills
 WINDOWS = 6
+LONGEST = 1800.0  # seconds of one core, on one grid
 LONG = 1e-30  # wavenumber over 1/ell of a mean
 
 
@@ -84,6 +85,8 @@ class FrictionSolver:
     def _levels(self, window: Grid, goal: Any) -> Iterator[RefinementLevel[History]]:
         """Yields the RefinementLevels with an error estimate."""
         nodes = self.solver.options.nodes
+        if nodes:
+            self._require_short(nodes)
         sizes = self.solver.sizes(window) if nodes else _doublings(COARSEST, MOST)
         candidates = self.solver.candidates(self._largest, None, self.solver.given_window())
         candidates.sample_squares(window)
@@ -109,8 +112,18 @@ class FrictionSolver:
     def _seconds(self, count: int) -> float:
         """Returns seconds that the history is expected to take on so many cells a side."""
         steps = sum(len(steps) for steps in self._legs(count))
-        forces = (len(self.solver.offsets) + 2 * self.coupled) * count**2
-        return cost.predict("cells in space", forces, steps).seconds
+        forces = len(self.solver.offsets) * count**2
+        alternations = 3 if self.coupled else 1
+        return cost.predict("cells in space", alternations * forces, steps).seconds
+
+    def _require_short(self, count: int) -> None:
+        """Raises NotConverged where the history on so many cells a side would take half an hour."""
+        seconds = self._seconds(count)
+        if seconds > LONGEST:
+            raise NotConverged(
+                f"a history on {count} x {count} cells would take some {seconds / 60:.2g} minutes: take "
+                "fewer loads or cells, or a larger rtol"
+            )
 
     def _legs(self, count: int) -> Iterator[Array]:
         """Yields of each leg the loads of its increments on so many cells a side, arrays (m, 3)."""
@@ -121,6 +134,7 @@ class FrictionSolver:
 
     def _on_grid(self, window: Grid, count: int, before: Any) -> list[SlidingCells]:
         """Returns the solutions at the given loads on so many cells a side."""
+        self._require_short(count)
         grid = window.with_count(count)
         followed = self._friction_grid(grid)
         increment = followed.at_rest()

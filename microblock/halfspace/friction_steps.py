@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from ..contact_solvers.coulomb_discs import AT_RIM, SlidingProblem, slide
+from ..contact_solvers.coulomb_discs import SlidingProblem, slide
+from ..contact_solvers.discs import AT_RIM
 from ..contact_solvers.projected_gradients import solve_matrix_free
 from ..errors import NotConverged
 from ..model.types import Array, Flags

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import microblock as mb
-from microblock.contact_solvers.coulomb_discs import Discs
+from microblock.contact_solvers.discs import Discs
 from microblock.contact_solvers.event_driven import EventDrivenContact
 from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.data.records import read_records
@@ -390,6 +390,11 @@ def test_what_is_out_of_scope_is_said():
         problem().history([(1, 0.25, 0.25)])
     with pytest.raises(mb.BadArgument, match="chooses the nodes"):
         problem().history([(1, 0, 0)], rtol=0.1)
+
+
+def test_a_history_of_hours_is_refused_at_once():
+    with pytest.raises(mb.NotConverged, match="512 x 512 cells would take some .* minutes"):
+        problem(BLOCKS, nodes=512).history([(P, 0, 0)])
 
 
 def test_alternations_that_do_not_settle_are_said(monkeypatch):

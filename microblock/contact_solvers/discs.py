@@ -1,0 +1,80 @@
+"""Forces of two components within discs, with a given sum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model.types import Array
+
+AT_RIM = 1e-12  # relative, below a radius, within which forces are at it: rounding of a projection
+SLIDING = 1e-9  # relative, below the sum of all radii, within which all are parallel
+NEWTON_STEPS = 80  # and halvings of each; 5 to 20 are met
+
+
+@dataclass(frozen=True)
+class Discs:
+    """The set of (d) in `coulomb_discs`: forces within radii, array (n,), with a resultant, array (2,)."""
+
+    radii: Array
+    resultant: Array
+
+    @property
+    def all_slide(self) -> bool:
+        """Whether the resultant leaves no other forces than those of sliding along it."""
+        return bool(np.hypot(*self.resultant) >= self.radii.sum() * (1 - SLIDING))
+
+    def within(self, values: Array) -> Array:
+        """Returns the nearest forces within the radii, array (2, n)."""
+        sizes = np.hypot(*values)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(sizes > self.radii, values * (self.radii / sizes), values)
+
+    def project(self, values: Array) -> Array:
+        """Returns the nearest forces of the set to values, array (2, n)."""
+        return self._with_resultant(self.within(values - self.shift(values)[:, None]))
+
+    def shift(self, values: Array) -> Array:
+        """Returns t for which ``within(values - t)`` has the resultant, array (2,), by Newton's method on a
+        concave function of t.
+        """
+        t = np.zeros(2)
+        excess = self._excess(values, t)
+        for _ in range(NEWTON_STEPS):
+            if np.abs(excess).max() <= 1e-13 * self.radii.sum():
+                break
+            step = np.asarray(np.linalg.solve(self._slope(values - t[:, None]), excess), float)
+            t, excess = self._searched(values, t, step, excess)
+        return t
+
+    def _excess(self, values: Array, t: Array) -> Array:
+        """Returns the resultant of ``within(values - t)`` less the given one."""
+        return np.asarray(self.within(values - t[:, None]).sum(axis=1) - self.resultant)
+
+    def _slope(self, values: Array) -> Array:
+        """Returns the derivative of the resultant of `within`, array (2, 2), positive definite."""
+        sizes = np.maximum(np.hypot(*values), 1e-300)
+        outside = sizes > self.radii
+        ratio = np.where(outside, self.radii / sizes, 1.0)
+        e = values / sizes
+        slope = ratio.sum() * np.eye(2) - (ratio * outside * e) @ e.T
+        return np.asarray(slope + 1e-10 * np.trace(slope) * np.eye(2))
+
+    def _searched(self, values: Array, t: Array, step: Array, excess: Array) -> tuple[Array, Array]:
+        """Returns (t, excess) after the longest of halved steps that makes the excess smaller."""
+        size = np.hypot(*excess)
+        for _ in range(NEWTON_STEPS):
+            trial = t + step
+            changed = self._excess(values, trial)
+            if np.hypot(*changed) < size:
+                return trial, changed
+            step = step / 2
+        return t, excess
+
+    def _with_resultant(self, forces: Array) -> Array:
+        """Returns forces with what rounding has left of the resultant on those inside of their discs."""
+        inside = np.hypot(*forces) < (1 - AT_RIM) * self.radii
+        missing = self.resultant - forces.sum(axis=1)
+        room = np.where(inside, self.radii - np.hypot(*forces), 0.0)
+        if room.sum() > np.hypot(*missing):
+            forces = forces + missing[:, None] * (room / room.sum())
+        return forces
