@@ -12,7 +12,7 @@ import pytest
 
 from cases import report
 from cases.__main__ import main
-from cases.benchmarks import chart, limits, speed
+from cases.benchmarks import chart, limits, peers, speed
 from cases.benchmarks.verification import __main__ as verification
 from cases.benchmarks.verification import judging
 from microblock import NotConverged
@@ -133,3 +133,28 @@ def test_records_are_drawn_in_the_report(name, tmp_path):
     item = report.drawn(name, report.modules()[name], tmp_path)
     files = [tmp_path / "figures" / f"{file}.png" for file in item["figures"]]
     assert item["message"] and files and all(file.exists() for file in files)
+
+
+# ---- beside NGSolve's ContactBoundary
+
+
+def test_the_table_beside_contact_boundary_is_that_of_the_record():
+    runs = pd.read_csv(peers.RECORD)
+    page = (RESULTS.parents[2] / "docs" / "methods.md").read_text()
+    rows = peers.table(runs)
+    assert len(rows) >= 6
+    for name, cells in rows.items():
+        assert f"| {' | '.join([name, *cells])} |" in page
+    plane = runs[(runs.dim == 2) & (runs.program == "ContactBoundary")]
+    peaks = plane[(plane.stiffness >= 100) & (plane.rule > 2 * plane.order)].peak_error
+    assert peaks.between(0.007, 2.6).all() and peaks.max() > 2.5
+    assert plane[plane.stiffness == 1][["load_error", "peak_error"]].stack().between(0.04, 0.071).all()
+
+
+def test_contact_boundary_and_the_program_agree_on_a_mesh():
+    """A penalty of 30 is off by 1 % of the load; the search has pairs."""
+    scene = peers.Scene(2, 2, 0.3)
+    load, peak, _, _ = scene.own(None)
+    load_of_peer, peak_of_peer, _, _ = peers.contact_boundary(scene, 30.0, 4)
+    assert load_of_peer == pytest.approx(load, rel=0.02)
+    assert peak_of_peer == pytest.approx(peak, rel=0.05)  # where its points lie

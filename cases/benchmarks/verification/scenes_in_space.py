@@ -5,7 +5,7 @@ Contact k comes from (SEED, 80, k); its kind is k modulo the number of KINDS. Wh
 
 closed       closed forms of symmetric profiles (`shapes.Symmetric`), on a quarter of a block
 half-space   a half-space of the same solid, by cells
-finer        the same body with facets of 0.45 times the length, or 0.6 times
+finer        the same body with facets of 0.45 times the length, or 0.7 times
 tolerance    one of these, for a state that was refined to an rtol
 invariance   the same contact turned, mirrored, or in other units
 methods      the same mesh by another method
@@ -36,7 +36,7 @@ R = 10.0  # of obstacles, so that slopes are about a tenth
 EXACT = 1e-6  # of balance and tension, which no mesh spoils
 SAME = 1e-5  # relative difference of states that are alike: residuals are 1e-9
 FINER = 0.45  # length of facets of the reference, and where one takes a minute
-LESS_FINER = 0.6
+LESS_FINER = 0.7
 HALF_SPACE = 5e-3  # what the sides of a block of some six contact radii are worth
 PLANES = meshes3d.supports("bottom", x1="left", x2="front")
 RULES = {kind: ng.IntegrationRule(kind, 9) for kind in (ng.TRIG, ng.QUAD)}
@@ -231,7 +231,7 @@ def cells(rng, rows, classical=True):
         order = int(rng.integers(1, 4 if classical else 3))  # six fields of order 3 take a minute
         return f"hexahedra {order}", rows, order, log(rng, 0.25, 0.4) * (1, 1.7, 2.4)[order - 1]
     order = int(rng.integers(1, 3))
-    size = log(rng, 0.25, 0.4) * (1, 1.6)[order - 1]
+    size = log(rng, 0.25, 0.4) * (1, 1.6 if classical else 2.1)[order - 1]
     return f"tetrahedra {order}", lambda size: bodies_in_space.cut(rows(size)), order, size
 
 
