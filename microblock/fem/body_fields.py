@@ -30,7 +30,9 @@ class BodyFields:
     """The fields of a state, as NGSolve functions: u1, u2, psi; in three dimensions u1, u2, u3, psi1,
     psi2, psi3 and the vectors u and psi.
 
-    On a boundary stresses are those of the element beside it; `reaction` balances the loads to rounding.
+    On a boundary stresses are those of the element beside it; `reaction` balances the loads to rounding, and
+    their moments where the mesh is curved to no higher order than u: on others rotations are not among the
+    displacements.
 
     Parameters
     ----------
