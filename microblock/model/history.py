@@ -155,5 +155,5 @@ def pairs_of(pairs: ArrayLike, friction: float, in_space: bool = False) -> Array
         require(np.hypot(*Q, *[0.0] * (3 - columns)) <= friction * P * (1 + SLIDING), "pairs", (P, *Q), words)
     normal = forces[:, :1]
     sizes = np.linalg.norm(forces[:, 1:], axis=1, keepdims=True)
-    within = np.minimum(1.0, friction * normal / np.maximum(sizes, np.finfo(float).tiny))
+    within = np.divide(friction * normal, sizes, out=np.ones_like(sizes), where=sizes > friction * normal)
     return np.hstack((normal, forces[:, 1:] * within))
