@@ -17,7 +17,6 @@ with D the multiplier of the sum. An outer step is
 It is `projected_gradients` with discs in place of half-lines.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -28,15 +27,14 @@ from ..errors import NotConverged, at_least
 from ..model.progress import counted
 from ..model.types import Array, Flags
 from .discs import AT_RIM, Discs
+from .fft_compliance import Operator
 from .rounding import EPS_TERM
 
-Operator = Callable[[Array], Array]
-
-OUTER_STEPS = 200  # 3 to 20 are met
-INNER_STEPS = 80  # of conjugate gradients; of alpha
+MOST_ROUNDS = 200  # 3 to 20 are met
+MOST_STEPS = 80  # of conjugate gradients; of alpha
 # of the steps of gradients, over that which moves all by a radius: waves as long as the contact need the
 # least, and the shortest ones a hundred to a thousand times as much
-STEPS = 1e-3, 1e6
+STEP_BOUNDS = 1e-3, 1e6
 
 
 class SlidStep(NamedTuple):
@@ -134,19 +132,19 @@ def slide(problem: SlidingProblem, start: Array, rtol: float) -> SlidStep:
     point = _at(problem, discs.project(discs.within(start[:, problem.touch])))
     alpha = problem.unit_step
     least = np.inf
-    for _ in range(OUTER_STEPS):
+    for _ in range(MOST_ROUNDS):
         counted()
         residual, motion = _violation(problem, point)
         least = min(least, residual)
         if residual <= rtol:
             return _ended(problem, point, motion, residual)
-        point, alpha = _gradient_step(problem, point, motion, alpha)  # 1
-        trial = _face_step(problem, point, rtol)  # 2
-        point = _projected_search(problem, point, trial)  # 3
+        point, alpha = _gradient_step_on_discs(problem, point, motion, alpha)  # 1
+        trial = _step_of_sticking(problem, point, rtol)  # 2
+        point = _search_on_discs(problem, point, trial)  # 3
     raise NotConverged(
-        f"relative residual {at_least(least)} of the shear forces instead of {rtol:g} after {OUTER_STEPS} "
+        f"relative residual {at_least(least)} of the shear forces instead of {rtol:g} after {MOST_ROUNDS} "
         "steps; take Cells(residual=...) larger",
-        iterations=OUTER_STEPS,
+        iterations=MOST_ROUNDS,
     )
 
 
@@ -200,12 +198,12 @@ def _rise(problem: SlidingProblem, before: _Point, after: _Point) -> tuple[float
     return float((change * mean).sum()), float(EPS_TERM * problem.size * np.abs(change).sum())
 
 
-def _gradient_step(
+def _gradient_step_on_discs(
     problem: SlidingProblem, point: _Point, motion: Array, alpha: float
 ) -> tuple[_Point, float]:
     """1: the projected step and the next alpha."""
     slip = motion[:, None] - point.gradient
-    for _ in range(INNER_STEPS):
+    for _ in range(MOST_STEPS):
         trial_forces = problem.discs.project(point.forces + alpha * slip)
         change = trial_forces - point.forces
         length = float((change**2).sum())
@@ -214,7 +212,7 @@ def _gradient_step(
         trial = _at(problem, trial_forces)
         curvature = float((change * (trial.gradient - point.gradient)).sum())
         step = length / curvature if curvature > 0 else 2 * alpha
-        step = float(np.clip(step, *np.multiply(STEPS, problem.unit_step)))
+        step = float(np.clip(step, *np.multiply(STEP_BOUNDS, problem.unit_step)))
         rise, rounding = _rise(problem, point, trial)
         if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
             return trial, step
@@ -222,7 +220,7 @@ def _gradient_step(
     return point, alpha
 
 
-def _face_step(problem: SlidingProblem, point: _Point, rtol: float) -> Array:
+def _step_of_sticking(problem: SlidingProblem, point: _Point, rtol: float) -> Array:
     """2: forces near the minimum of the quadratic model on the face of a point, array (2, n)."""
     rim = _at_rim(problem, point)
     radii = problem.discs.radii
@@ -246,7 +244,7 @@ def _face_step(problem: SlidingProblem, point: _Point, rtol: float) -> Array:
     forces = np.zeros_like(point.forces)
     direction = np.zeros_like(forces)
     product_before = np.inf
-    for _ in range(INNER_STEPS):
+    for _ in range(MOST_STEPS):
         z = precondition(residual)
         multipliers = sums @ np.einsum("acn,cn->a", faces, z)
         z -= np.einsum("a,acn->cn", multipliers, images)
@@ -266,7 +264,7 @@ def _face_step(problem: SlidingProblem, point: _Point, rtol: float) -> Array:
     return np.asarray(point.forces + forces)
 
 
-def _projected_search(problem: SlidingProblem, point: _Point, trial: Array) -> _Point:
+def _search_on_discs(problem: SlidingProblem, point: _Point, trial: Array) -> _Point:
     """3: the first trial that does not rise."""
     for step in (1, 1 / 4, 1 / 4**2):
         projected = _at(problem, problem.discs.project(point.forces + step * (trial - point.forces)))

@@ -7,7 +7,7 @@ import numpy as np
 from ..model.types import Array
 
 AT_RIM = 1e-12  # relative, below a radius, within which forces are at it: rounding of a projection
-SLIDING = 1e-9  # relative, below the sum of all radii, within which all are parallel
+PARALLEL = 1e-9  # relative, below the sum of all radii, within which all are parallel
 NEWTON_STEPS = 80  # and halvings of each; 5 to 20 are met
 
 
@@ -21,7 +21,7 @@ class Discs:
     @property
     def all_slide(self) -> bool:
         """Whether the resultant leaves no other forces than those of sliding along it."""
-        return bool(np.hypot(*self.resultant) >= self.radii.sum() * (1 - SLIDING))
+        return bool(np.hypot(*self.resultant) >= self.radii.sum() * (1 - PARALLEL))
 
     def within(self, values: Array) -> Array:
         """Returns the nearest forces within the radii, array (2, n)."""

@@ -23,7 +23,7 @@ UNDOES = {"born": "vanished", "vanished": "born", "merged": "split", "split": "m
 Spots = dict[str, Integers]  # labels of connected places, array (n, ...), by the zone's name
 
 
-class Change(NamedTuple):
+class ZoneChange(NamedTuple):
     """What happens to spots between two loads.
 
     Attributes
@@ -160,21 +160,21 @@ class ZoneScan:
                 events.append(Event(late, late, "born", name, self.middle(np.argwhere(spot))))
         return events
 
-    def changes(self, before: Integers, after: Integers) -> Iterator[Change]:
+    def changes(self, before: Integers, after: Integers) -> Iterator[ZoneChange]:
         """Yields what happens to spots."""
         stays: Flags = (before > 0) & (after > 0)
         pairs = set(zip(before[stays].tolist(), after[stays].tolist()))
         for kind, labels, side in (("vanished", before, 0), ("born", after, 1)):
             alone = set(np.unique(labels[labels > 0]).tolist()) - {pair[side] for pair in pairs}
             for number in sorted(alone):
-                yield Change(kind, labels, (number,))
+                yield ZoneChange(kind, labels, (number,))
         for kind, labels, side in (("split", after, 0), ("merged", before, 1)):
             for joint in sorted({pair[side] for pair in pairs}):
                 pieces = sorted(pair[1 - side] for pair in pairs if pair[side] == joint)
                 for two in zip(pieces, pieces[1:]):
-                    yield Change(kind, labels, two)
+                    yield ZoneChange(kind, labels, two)
 
-    def place(self, change: Change) -> float:
+    def place(self, change: ZoneChange) -> float:
         """Returns x1 of the middle of a spot, or between the nearest places of two."""
         places, *others = (np.argwhere(change.labels == number) for number in change.spots)
         if not others:

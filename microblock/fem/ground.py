@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import require, require_depth, require_finite
+from ..errors import require, require_depth
 from ..model.bodies import Block
 from ..model.contact_candidates import ContactCandidates
 from ..model.intervals import distance_to_root, runs
@@ -85,7 +85,6 @@ class GroundSolver(Solver):
             "give the load, or a size"
         )
         require(self.has_approach, "approach", approach, words)
-        require_finite(approach=approach)
         places = np.linspace(-1, 1, 4097) * self.domain * WITHIN
         # the corner stands at the places
         shifts = enumerate(self.problem.shifts)

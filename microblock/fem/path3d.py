@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..contact_solvers.nodal import crossing_error
-from ..contact_solvers.zone_scan import Change, ZoneScan
+from ..contact_solvers.zone_scan import ZoneChange, ZoneScan
 from ..model.events import Event, LoadPath, following
 from ..model.progress import kept
 from ..model.refinement import FEWEST
@@ -135,7 +135,7 @@ class NodeScan(ZoneScan):
         areas = self.nodes.weights[state.closed > 0]
         return float(min(1.0, max(np.sqrt(areas.mean()), least) / np.sqrt(areas.sum() / np.pi)))
 
-    def wider(self, event: Event, change: Change, opened: float) -> float:
+    def wider(self, event: Event, change: ZoneChange, opened: float) -> float:
         """Returns by how much the load of a merger or split may be off, from where spots that are wider by a
         node have it, and as in the plane where edges of two corners may cross.
         """
@@ -156,7 +156,7 @@ class NodeScan(ZoneScan):
         # edges are a node from the place at most, and two of zones that are wider
         return change_by_node / (2**POWER - 1) if resolved else change_by_node
 
-    def growth(self, event: Event, change: Change, closed: float) -> float:
+    def growth(self, event: Event, change: ZoneChange, closed: float) -> float:
         """Returns by how much the load changes until a spot is wider by a node, or the whole load where it
         never is. Nodes see a spot late, by up to as much.
         """
@@ -192,7 +192,7 @@ class NodeScan(ZoneScan):
                 outside = middle
         return outside
 
-    def lowest_touches(self, change: Change, load: float, further: float) -> float:
+    def lowest_touches(self, change: ZoneChange, load: float, further: float) -> float:
         """Returns the load at which the lowest place of the obstacle over a spot touches, from two at which
         no node of it does; the one itself where the gap does not get wider to the other.
         """

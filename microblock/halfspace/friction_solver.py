@@ -42,7 +42,7 @@ LONG = 1e-30  # wavenumber over 1/ell of a mean
 
 
 @dataclass(frozen=True)
-class FrictionSolver:
+class SurfaceFrictionSolver:
     """Histories of one Contact through loads (P, Q1, Q2), array (k, 3); `solver` is that without history."""
 
     solver: Any

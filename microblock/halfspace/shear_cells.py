@@ -16,7 +16,7 @@ from .symbol import ShearSymbol
 Symbol = Callable[[Array], ShearSymbol]  # of wavenumbers (1/length)
 
 # of the components z1, z2, then 11, 12, 22 of displacement and rotation: whether they are odd in x1 and x2
-ODD = ((True, False), (False, True), *((False, False), (True, True), (False, False)) * 2)
+ODD_SPECTRA = ((True, False), (False, True), *((False, False), (True, True), (False, False)) * 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,9 @@ class ShearCells:
             averages[5:] *= width**2
         if self.second is not None:
             averages[:5] += _opposed(ShearKernels(self.second, self.second_length).cells(count, width)[:5])
-        waves = [circulant_spectrum(values, self._period[0], *odd) for values, odd in zip(averages, ODD)]
+        waves = [
+            circulant_spectrum(values, self._period[0], *odd) for values, odd in zip(averages, ODD_SPECTRA)
+        ]
         return np.array(waves)
 
     def _periodic_spectrum(self, moved: float, turned: float) -> Array:
@@ -84,7 +86,7 @@ class ShearCells:
             second[:, 0, 0] = 0
             spectrum[:5] += _opposed(second)
         shortest = np.pi / width * (1 - 0.5 / length)  # of which cells see no odd part
-        for values, odd in zip(spectrum, ODD):
+        for values, odd in zip(spectrum, ODD_SPECTRA):
             for way, is_odd in zip(ways, odd):
                 values *= (np.abs(way) < shortest) | (not is_odd)
         return spectrum

@@ -29,7 +29,7 @@ from ..model.refinement import GeometricSeries
 from ..model.types import Array
 from . import square_search
 from .candidate_squares import CONTACT_ROWS, CandidateSquares
-from .friction_solver import FrictionSolver
+from .friction_solver import SurfaceFrictionSolver
 from .half_space import HalfSpace
 from .images import PeriodicGreen
 from .kernels import surface_kernels
@@ -118,7 +118,7 @@ class SurfaceSolver(CellSolver):
         """Returns the History through loads (P, Q1, Q2), array (k, 3)."""
         words = "deforms: histories in space take a second body under laws without blocks alone"
         require(self.second is None or len(self.offsets) == 1, "obstacle", self.obstacle, words)
-        return FrictionSolver(self, pairs, coupled).history(rtol)
+        return SurfaceFrictionSolver(self, pairs, coupled).history(rtol)
 
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> cost.Cost:
         """Returns the Cost of cells whose edges leave rtol, as many under each valley that touches."""

@@ -461,6 +461,16 @@ def block(method):
     return lambda: on_block(3.0, BLOCKS, mb.Cylinder(R=10), SOLID, method)
 
 
+def test_squares_at_an_approach_are_those_of_its_load():
+    """The mesh reaches as far as the load asks for, which the approach gives after two meshes."""
+    problem = on_block(2.0, BLOCKS, mb.Cylinder(R=10), SOLID, mb.Uniform(h=0.05))
+    state = problem.solve(approach=0.02)
+    expected = problem.solve(load=state.load)
+    assert state.unknowns == expected.unknowns and state.approach == pytest.approx(expected.approach)
+    assert np.array_equal(state.x, expected.x)
+    assert state.pressure == pytest.approx(expected.pressure, abs=1e-9 * expected.pressure.max())
+
+
 PROBLEMS = {
     "fitted": block(mb.Fitted(order=3)),
     "uniform": block(mb.Uniform(h=0.1)),
