@@ -14,7 +14,7 @@ from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.data.records import read_records
 from microblock.halfplane.kernels import at_rest, plane_symbol
 from microblock.halfspace import friction_steps
-from microblock.halfspace.friction_solver import FrictionSolver, increments
+from microblock.halfspace.friction_solver import SurfaceFrictionSolver, increments
 from microblock.halfspace.kernels import ShearKernels
 from microblock.halfspace.symbol import shear_of_points
 
@@ -121,7 +121,7 @@ def test_cylinders_on_a_period_are_those_of_the_plane(law, coupled):
     in_space = mb.Contact(mb.HalfSpace(solid, period=period), cylinder, law, mb.Cells(nodes=n))
     triples = period * np.array([(*pair, 0.0) for pair in loads])
     solver = in_space.solver
-    solutions = FrictionSolver(solver, triples, coupled)._on_grid(solver.given_window(), n, None)
+    solutions = SurfaceFrictionSolver(solver, triples, coupled)._on_grid(solver.given_window(), n, None)
     for state, solution in zip(states, solutions):
         row = solution.increment
         pressing = state.normal.reshape(len(shifts), -1).sum(axis=0) * period / n
@@ -173,7 +173,7 @@ def test_seeded_histories_keep_all_conditions(law, seeds):
         sizes = F * loads * random.uniform(0, 0.98, 3)
         triples = np.column_stack((loads, sizes * np.cos(angles), sizes * np.sin(angles)))
         solver = problem(law).solver
-        history = FrictionSolver(solver, triples, coupled=True)
+        history = SurfaceFrictionSolver(solver, triples, coupled=True)
         grid = history._friction_grid(solver.given_window().with_count(16))
         before = grid.at_rest()
         for leg in history._legs(16):
@@ -256,7 +256,7 @@ def test_a_sphere_that_is_pressed_sticks_as_spence_says():
 def states_of(case, *loads):
     """States at loads on 16 cells a side, without an estimate."""
     solver = case.solver
-    history = FrictionSolver(solver, P * np.array(loads), coupled=True)
+    history = SurfaceFrictionSolver(solver, P * np.array(loads), coupled=True)
     return [solution.state() for solution in history._on_grid(solver.given_window(), FEW, None)]
 
 
