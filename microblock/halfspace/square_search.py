@@ -36,6 +36,7 @@ TRIES = 60  # repetitions
 FIRST_MARGIN = 1.5  # side of the first squares over the width of their patches
 MARGIN = 1.16 + 6 / SEARCH_CELLS  # of later ones: a twelfth and three cells free on either side
 JOINING_GAP = 0.5  # of the smaller side, gap below which two squares become one
+ROUNDED_GAP = 0.2  # the same of rounded squares; of two alike rounding leaves 0.22 of JOINING_GAP
 MOST_SQUARES = 64  # whose pairs would fill the memory
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
@@ -126,13 +127,19 @@ class SquareLayout:
 
     def _joined(self, patches: list[Patch], margin: float) -> list[Patch]:
         """Returns patches with squares at least `margin` times as wide, farther than JOINING_GAP of the
-        smaller side from each other.
+        smaller side from each other, and than ROUNDED_GAP when they are rounded: a large square grows over a
+        small one.
         """
         while True:
             patches = [patch.with_margin(margin) for patch in patches]
             sides = np.array([patch.side for patch in patches])
-            images, gaps = self._distances(patches)
-            close = np.argwhere(np.triu(gaps < JOINING_GAP * np.minimum.outer(sides, sides), 1))
+            images, gaps = self._distances(np.array([patch.box.mean(axis=0) for patch in patches]), sides)
+            rounded = [_rounded_square(patch, float(sides.max()), 0.0) for patch in patches]
+            middles = np.array([grid.middle for grid in rounded])
+            _, rounded_gaps = self._distances(middles, np.array([grid.side for grid in rounded]))
+            smaller = np.minimum.outer(sides, sides)
+            too_close = (gaps < JOINING_GAP * smaller) | (rounded_gaps < ROUNDED_GAP * smaller)
+            close = np.argwhere(np.triu(too_close, 1))
             if not len(close):
                 return patches
             i, j = close[0]
@@ -140,17 +147,16 @@ class SquareLayout:
             patches = [patch for number, patch in enumerate(patches) if number not in (i, j)]
             patches.append(Patch(box, float(max(sides[i], sides[j]))))
 
-    def _distances(self, patches: list[Patch]) -> tuple[Array, Array]:
-        """Returns the way from each square to its image next to another one, array (k, k, 2), and the gap
-        between the two, array (k, k), the least of corners of blocks on two bodies (lengths).
+    def _distances(self, middles: Array, sides: Array) -> tuple[Array, Array]:
+        """Returns the way from each square, of middles (k, 2) and sides (k,), to its image next to another
+        one, array (k, k, 2), and the gap between the two, array (k, k), the least of corners of blocks on two
+        bodies (lengths).
         """
         period = self.solver.period
         shifts = np.zeros((1, 2))
         if self.solver.second is not None:
             offsets = self.solver.offsets
             shifts = self.solver.solid.ell / 2 * (offsets[:, None] - offsets).reshape(-1, 2)
-        middles = np.array([patch.box.mean(axis=0) for patch in patches])
-        sides = np.array([patch.side for patch in patches])
         distances = middles[:, None] - middles
         images = (period or 0.0) * np.rint(distances / (period or 1.0))
         gaps = np.abs((distances - images)[..., None, :] + shifts).max(axis=-1).min(axis=-1)

@@ -1,7 +1,6 @@
 """Measured heights over a surface: samples of a regular grid, and what a roughness is called by."""
 
 import os
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -9,47 +8,43 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require, require_choice, require_numbers
+from ..errors import (
+    BadArgument,
+    require,
+    require_choice,
+    require_flag,
+    require_floats,
+    require_kind,
+    require_numbers,
+)
 from .obstacles import RigidObstacle
 from .types import Array, Flags
 
 ON_SAMPLE = 1e-9  # of a spacing: nearer to a sample its neighbours do not count, holes among them
 SAME = 1e-9  # relative, of the periods along both axes
 
+Statistics = dict[str, float | None]
 
-@dataclass(frozen=True)
-class SurfaceStatistics:
-    """What the roughness of a surface is called by.
 
-    Attributes
-    ----------
-    rms_height : float
-        Root mean square of the heights about their mean (length).
-    rms_slope : float
-        Root mean square of ``|grad h|``.
-    rms_curvature : float
-        Root mean square of half the Laplacian, of a profile of the second derivative (1/length).
-    nayak : float
-        Nayak's parameter ``m0 m4/m2^2`` (J. Lubr. Technol. 93 (1971) 398) of an isotropic surface, with the
-        moments of its profiles: ``m2 = rms_slope^2/2`` and ``m4 = 3/2 rms_curvature^2``.
+def statistics_of(height: float, slope: float, laplacian: float | None) -> Statistics:
+    """Returns what the roughness of a surface is called by, from mean squares of heights, gradients and
+    Laplacians; None where there is no such value, of a curvature without a Laplacian, or of a flat surface.
+
+    Nayak's parameter ``m0 m4/m2^2`` (J. Lubr. Technol. 93 (1971) 398) has the moments of the profiles of an
+    isotropic surface, ``m2 = rms_slope^2/2`` and ``m4 = 3/2 rms_curvature^2``. The curvature is half the
+    Laplacian.
     """
-
-    rms_height: float
-    rms_slope: float
-    rms_curvature: float
-    nayak: float
-
-    @classmethod
-    def of_surface(cls, height: float, slope: float, laplacian: float) -> "SurfaceStatistics":
-        """Returns those of mean squares of heights, gradients and Laplacians of a surface."""
-        nayak = height * (3 / 8 * laplacian) / (slope / 2) ** 2
-        return cls(float(height**0.5), float(slope**0.5), float(laplacian**0.5 / 2), float(nayak))
-
-    @classmethod
-    def of_profile(cls, height: float, slope: float, second: float) -> "SurfaceStatistics":
-        """Returns those of mean squares of heights and of their first and second derivatives."""
-        nayak = height * second / slope**2
-        return cls(float(height**0.5), float(slope**0.5), float(second**0.5), float(nayak))
+    statistics: Statistics = {
+        "rms_height": height**0.5,
+        "rms_slope": slope**0.5,
+        "rms_curvature": None,
+        "nayak": None,
+    }
+    if laplacian is not None:
+        statistics["rms_curvature"] = laplacian**0.5 / 2
+    if laplacian is not None and slope > 0:
+        statistics["nayak"] = height * (3 / 8 * laplacian) / (slope / 2) ** 2
+    return statistics
 
 
 class HeightMap(RigidObstacle):
@@ -136,22 +131,27 @@ class HeightMap(RigidObstacle):
         spacing = (2 * self.spacing[0], 2 * self.spacing[1])
         return HeightMap(self.heights[::2, ::2].copy(), spacing, self.periodic)
 
-    def statistics(self) -> SurfaceStatistics:
-        """Returns the `SurfaceStatistics`: by Fourier's series of a periodic map without holes, else by
-        differences of neighbours that are there.
+    def statistics(self) -> Statistics:
+        """Returns rms_height, rms_slope, rms_curvature (half the Laplacian) and nayak, Nayak's parameter: by
+        Fourier's series of a periodic map without holes, else by differences of neighbours that are there.
+        None is what a flat map, or one of two rows, does not have.
         """
         z = np.where(self._there, self.heights, np.nan)
+        z = z - np.nanmin(z)  # a flat map has no rounding then
         z = z - np.nanmean(z)
         if self.periodic and self._there.all():
             waves = [2 * np.pi * np.fft.fftfreq(n, d) for n, d in zip(z.shape, self.spacing[::-1])]
             square = waves[0][:, None] ** 2 + waves[1] ** 2
             power = np.abs(np.fft.fft2(z) / z.size) ** 2
-            return SurfaceStatistics.of_surface(*(float(np.sum(square**n * power)) for n in (0, 1, 2)))
+            return statistics_of(*(float(np.sum(square**n * power)) for n in (0, 1, 2)))
         slopes = [np.diff(z, axis=1 - axis) / self.spacing[axis] for axis in (0, 1)]
         second = [np.diff(slopes[axis], axis=1 - axis) / self.spacing[axis] for axis in (0, 1)]
         laplacian = second[0][1:-1] + second[1][:, 1:-1]
-        squares = (z**2, sum(np.nanmean(slope**2) for slope in slopes), laplacian**2)
-        return SurfaceStatistics.of_surface(*(float(np.nanmean(values)) for values in squares))
+        slope = sum(float(np.nanmean(along**2)) for along in slopes)
+        curved = np.isfinite(laplacian).any()
+        return statistics_of(
+            float(np.nanmean(z**2)), slope, float(np.nanmean(laplacian**2)) if curved else None
+        )
 
 
 def from_heights(
@@ -162,8 +162,10 @@ def from_heights(
     fill: bool = False,
 ) -> HeightMap:
     """Returns the HeightMap of `RoughSurface.from_heights`."""
-    heights = np.ma.filled(np.ma.asarray(z, dtype=float), np.nan).astype(float)
     words = "must be an array (rows, columns) of numbers, two by two at least"
+    heights = require_floats(words, z=z)
+    require_flag(periodic=periodic)
+    require_flag(fill=fill)
     require(heights.ndim == 2 and min(heights.shape) >= 2, "z", z, words)
     require(not np.isneginf(heights).any(), "z", z, "must not be -inf: inf, NaN and masks mean no obstacle")
     lengths = require_numbers(spacing=np.broadcast_to(np.asarray(spacing), np.shape(spacing) or (2,)))
@@ -213,8 +215,10 @@ def from_file(
     **options: Any,
 ) -> HeightMap:
     """Returns the HeightMap of `RoughSurface.from_file`."""
+    require_kind((str, os.PathLike), "a path", file=file)
     require(Path(file).is_file(), "file", file, "must be a file")
     if spacing is not None:
+        require(unit is None, "unit", unit, "must be left out with a spacing, which has that of the heights")
         try:
             heights = np.loadtxt(file, ndmin=2)
         except ValueError as failure:

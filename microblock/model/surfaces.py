@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import Checked, checked, require, require_choice, require_positive
 from . import height_map
-from .height_map import HeightMap, SurfaceStatistics
+from .height_map import HeightMap, Statistics, statistics_of
 from .obstacles import RigidObstacle, SelfAffine
 from .quadrature import in_blocks
 from .types import AnyArray as Array
@@ -200,13 +200,20 @@ class RoughSurface(SelfAffine):
             heights.append((first * second).sum(axis=1).real)
         return np.concatenate(heights).reshape(x1.shape)
 
-    def statistics(self) -> SurfaceStatistics:
-        """Returns rms height, slope and curvature, and Nayak's parameter, exact for these waves."""
+    def statistics(self) -> Statistics:
+        """Returns rms_height, rms_slope, rms_curvature (half the Laplacian) and nayak, Nayak's parameter,
+        exact for these waves.
+        """
+        return statistics_of(*self._mean_squares)
+
+    @property
+    def _mean_squares(self) -> list[float]:
+        """Those of heights, gradients and Laplacians."""
         n = self.waves[1]
         m1, m2 = np.mgrid[: n + 1, -n : n + 1]
         square = (2 * np.pi / self.period) ** 2 * (m1**2 + m2**2)
         power = np.abs(self.amplitudes) ** 2 / 2
-        return SurfaceStatistics.of_surface(*(float(np.sum(square**k * power)) for k in (0, 1, 2)))
+        return [float(np.sum(square**k * power)) for k in (0, 1, 2)]
 
     @staticmethod
     def from_heights(
@@ -264,7 +271,7 @@ class RoughSurface(SelfAffine):
         spacing : float or (float, float), optional
             Of a matrix (length).
         unit : str, optional
-            Unit of lengths, as "um"; that of the file without it.
+            Unit of lengths, as "um"; that of the file without it. A matrix has none.
         **options
             `periodic`, `detrend` and `fill` of `from_heights`.
 
@@ -309,7 +316,7 @@ class RoughSurface(SelfAffine):
         Examples
         --------
         >>> rough = mb.RoughSurface.from_spectrum(1.0, rms_height=0.01, roll_off=0.25, cut_off=0.05)
-        >>> round(rough.statistics().rms_height, 12), rough.waves
+        >>> round(rough.statistics()["rms_height"], 12), rough.waves
         (0.01, (1, 20))
         """
         require_positive(period=period)
@@ -318,16 +325,17 @@ class RoughSurface(SelfAffine):
         roll_off = period / 2 if roll_off is None else roll_off
         cut_off = period / 32 if cut_off is None else cut_off
         require_positive(roll_off=roll_off, cut_off=cut_off)
-        words = "must lie between cut_off and the period"
-        require(cut_off <= roll_off <= period, "roll_off", roll_off, words)
+        require(roll_off <= period, "roll_off", roll_off, "must be at most the period")
+        require(cut_off <= roll_off, "cut_off", cut_off, f"must be at most roll_off = {roll_off:g}")
         shortest = round(period / cut_off)
         plateau = round(period / roll_off)
         slope = 1.0 if rms_slope is None else rms_slope
+        require_positive(rms_slope=slope)
         surface = cls(period, slope, hurst, (1, shortest), seed, plateau)
         if rms_height is None:
             return surface
         require_positive(rms_height=rms_height)
-        return replace(surface, slope=rms_height / surface.statistics().rms_height)
+        return replace(surface, slope=rms_height / surface._mean_squares[0] ** 0.5)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))

@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_waves
 from microblock.halfspace.kernels import BESSEL_ORDERS, Radial, surface_kernels
 from microblock.halfspace.penetration import gaps_beside
-from microblock.halfspace.squares import Squares
+from microblock.halfspace.square_search import Patch, SquareLayout
+from microblock.halfspace.squares import Squares, separation
 from microblock.halfspace.symbol import rotation_along_wave, shear_across_wave
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
@@ -655,6 +658,19 @@ def test_forces_that_displace_nothing_do_not_end_the_search():
     touching = body, FUNCTIONS["raised bowl"], mb.Microblock()
     states = [mb.Contact(*touching, *method).solve(load=2.0) for method in ((), (mb.Newton(),))]
     assert states[0].energy == pytest.approx(states[1].energy, rel=1e-6)
+
+
+# --- squares
+
+
+def test_squares_that_are_rounded_do_not_overlap():
+    """The sides of the second square grow by a quarter, over the third one, which lies 0.05 beside it."""
+    boxes = [((-10, 0), 1.25), ((0, 0), 1.0), ((0.555, 0), 0.01)]
+    patches = [Patch(np.array([place, place], float), side) for place, side in boxes]
+    squares = SquareLayout(SimpleNamespace(period=None, second=None)).squares(patches, 1.0)
+    assert len(squares.grids) == 2
+    for first, second in combinations(squares.grids, 2):
+        assert separation(squares, first, second, np.zeros(2)) > 0
 
 
 # --- rough surfaces

@@ -73,21 +73,32 @@ def test_statistics_of_waves_and_of_their_samples_agree():
     k = 2 * np.pi
     found = waves.statistics()
     exact = np.array((0.3, 0.3 * k, 0.3 * k**2 / 2)) / np.sqrt(2)
-    assert [found.rms_height, found.rms_slope, found.rms_curvature] == pytest.approx(exact)
+    assert [found[name] for name in ("rms_height", "rms_slope", "rms_curvature")] == pytest.approx(exact)
     exact = ROUGH.statistics()
-    assert exact.rms_slope == pytest.approx(ROUGH.slope)
-    sampled = MAP.statistics()
-    for name in ("rms_height", "rms_slope", "rms_curvature", "nayak"):
-        assert getattr(sampled, name) == pytest.approx(getattr(exact, name))
+    assert exact["rms_slope"] == pytest.approx(ROUGH.slope)
+    assert MAP.statistics() == pytest.approx(exact)
     # differences of the same map: waves of 8 samples have 5 % less slope, and 10 % less curvature
     part = mb.RoughSurface.from_heights(HEIGHTS, 1 / COUNT).statistics()
-    assert part.rms_slope == pytest.approx(exact.rms_slope, rel=0.05)
-    assert part.rms_curvature == pytest.approx(exact.rms_curvature, rel=0.1)
+    assert part["rms_slope"] == pytest.approx(exact["rms_slope"], rel=0.05)
+    assert part["rms_curvature"] == pytest.approx(exact["rms_curvature"], rel=0.1)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_what_a_flat_map_does_not_have_is_none(periodic):
+    """0.1 is not the mean of nine of it, to rounding."""
+    flat = mb.RoughSurface.from_heights(np.full((3, 3), 0.1), 1.0, periodic).statistics()
+    assert flat == {"rms_height": 0.0, "rms_slope": 0.0, "rms_curvature": 0.0, "nayak": None}
+
+
+def test_two_rows_have_no_curvature():
+    rows = mb.RoughSurface.from_heights([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0).statistics()
+    assert rows["rms_slope"] == pytest.approx(1.0)
+    assert rows["rms_curvature"] is None and rows["nayak"] is None
 
 
 def test_a_spectrum_has_a_plateau_and_ends():
     surface = mb.RoughSurface.from_spectrum(2.0, hurst=0.7, rms_slope=0.2, roll_off=0.25, cut_off=0.1, seed=4)
-    assert surface.statistics().rms_slope == pytest.approx(0.2) and surface.waves == (1, 20)
+    assert surface.statistics()["rms_slope"] == pytest.approx(0.2) and surface.waves == (1, 20)
     m1, m2 = np.mgrid[:21, -20:21]
     m = np.hypot(m1, m2)
     power = np.abs(surface.amplitudes) ** 2
@@ -95,7 +106,7 @@ def test_a_spectrum_has_a_plateau_and_ends():
     falling = power[(m > 8) & (power > 0)] * (m[(m > 8) & (power > 0)] / 8) ** (2 * 0.7 + 2)
     assert falling == pytest.approx(power.max(), rel=1e-9)
     high = mb.RoughSurface.from_spectrum(2.0, rms_height=0.01)
-    assert high.statistics().rms_height == pytest.approx(0.01)
+    assert high.statistics()["rms_height"] == pytest.approx(0.01)
 
 
 def test_matrices_are_read_from_files(tmp_path):
@@ -114,9 +125,18 @@ def test_matrices_are_read_from_files(tmp_path):
         (lambda: mb.RoughSurface.from_heights(HEIGHTS, (1.0, 2.0, 3.0)), "spacing = "),
         (lambda: mb.RoughSurface.from_heights(HEIGHTS, (1.0, 2.0), periodic=True), "must make one period"),
         (lambda: mb.RoughSurface.from_heights(HEIGHTS, 1.0, detrend="line"), "detrend = 'line'"),
+        (lambda: mb.RoughSurface.from_heights([["a", "b"], ["c", "d"]], 1.0), "z = .*of numbers"),
+        (lambda: mb.RoughSurface.from_heights([[1.0, 2.0], [3.0]], 1.0), "z = .*of numbers"),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS + 1j, 1.0), "z = .*of numbers"),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS, 1.0, periodic="no"), "periodic = 'no'"),
+        (lambda: mb.RoughSurface.from_heights(HEIGHTS, 1.0, fill="no"), "fill = 'no'"),
         (lambda: mb.RoughSurface.from_file("nowhere.txt", 1.0), "must be a file"),
+        (lambda: mb.RoughSurface.from_file(None, 1.0), "file = None: must be a path"),
+        (lambda: mb.RoughSurface.from_file(__file__, 1.0, unit="um"), "unit = 'um': must be left out"),
         (lambda: mb.RoughSurface.from_spectrum(1.0), "rms_slope = None: must be given"),
         (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=0.1, roll_off=2.0), "roll_off = 2.0"),
+        (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=0.1, cut_off=0.6), "cut_off = 0.6"),
+        (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=np.nan), "rms_slope = nan"),
     ],
 )
 def test_bad_maps_are_named(make, message):
