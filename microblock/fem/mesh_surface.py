@@ -125,6 +125,7 @@ class MeshSurface(RigidObstacle):
 
     def __init__(self, region: Any, planes: Sequence[SymmetryPlane] = ()) -> None:
         self.planes = planes
+        self.region = region
         self.mesh = region.mesh
         self.dim: int = region.mesh.dim
         self.facets = list(region.Elements())
@@ -149,6 +150,10 @@ class MeshSurface(RigidObstacle):
         self._middles = np.array([part.mean(axis=0) for part in parts])
         reach = [np.linalg.norm(part - middle, axis=1).max() for part, middle in zip(parts, self._middles)]
         self.radii: Array = 1.2 * np.array(reach)  # curved facets leave the sphere of their points a little
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy is made anew: NGSolve's facets have none."""
+        return _remade, (self.mesh, self.mesh.GetCurveOrder(), list(self.region.Mask()), self.planes)
 
     def height(self, *x: ArrayLike) -> Array:
         """Returns the height of the lowest facet that faces downwards at x1, or x1 and x2, arrays (n,): array
@@ -307,3 +312,12 @@ def _solved(matrices: Array, right: Array) -> Array:
 def _nonzero(values: Array) -> Array:
     """Returns values, those of 0 as the least number: lines along a facet do not meet it."""
     return np.where(np.abs(values) > 0, values, np.finfo(float).tiny)
+
+
+def _remade(mesh: Any, curve_order: int, mask: list[bool], planes: Sequence[SymmetryPlane]) -> MeshSurface:
+    """Returns the surface of a boundary, the boundaries of a mask, in a copy: NGSolve mixes up curves of a
+    refined mesh.
+    """
+    if curve_order > 1:
+        mesh.Curve(curve_order)
+    return MeshSurface(ng.Region(mesh, ng.BND, ng.BitArray(mask)), planes)

@@ -1,5 +1,8 @@
 """Second bodies on meshes: curved and tilted boundaries, in the plane and in space."""
 
+import copy
+import pickle
+
 import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
@@ -512,3 +515,20 @@ def test_twists_of_closed_blocks_press_the_second_body():
     assert (state.closed == 4).all()
     energies = state.fields.energy() + state.fields.second.energy()
     assert energies == pytest.approx(state.energy, rel=1e-8)
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda state: pickle.loads(pickle.dumps(state))])
+@pytest.mark.parametrize("in_space", [False, True])
+def test_copies_have_both_bodies(in_space, again):
+    """Also of curved and mirrored surfaces, to the rounding of factors made anew."""
+    if in_space:
+        bodies = quarter(0.3, CLASSICAL), quarter(0.3, OTHER, up=True, curvature=0.1)
+    else:
+        bodies = arched(-1, 0.4, 2), arched(1, 0.3, 2)
+    state = mb.Contact(bodies[0], mb.Deformable(bodies[1]), UNILATERAL).solve(approach=0.01)
+    twin = again(state)
+    assert twin.stiffness == pytest.approx(state.stiffness, rel=1e-10)
+    assert twin.fields.second.energy() == pytest.approx(state.fields.second.energy(), rel=1e-10)
+    if not in_space:  # gaps between nodes are those of bodies in the plane
+        x = np.linspace(-0.3, 0.3, 7)
+        assert twin.gap_at("C", x) == pytest.approx(state.gap_at("C", x), abs=1e-12)
