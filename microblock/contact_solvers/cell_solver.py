@@ -80,7 +80,7 @@ class CellSolution(Solution):
         return float(np.sum(self.pressures * lowered * self.grid.area) / 2)
 
     @property
-    def stiffness(self) -> float:
+    def stiffness(self) -> float | None:
         """dP/dd; inf where a period is in full contact, which no load presses deeper."""
         face = self.pressures > 0
         if self.period is not None and face.all():

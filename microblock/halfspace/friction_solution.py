@@ -29,6 +29,10 @@ class SlidingCells(SurfaceCells):
         return float(self.increment.work)
 
     @property
+    def stiffness(self) -> None:
+        """None: sticking places make it larger than without friction, and it has a value for each way on."""
+
+    @property
     def shear_traction(self) -> Array:
         """q on cells, array (2, n, n) (stress)."""
         return np.asarray(self.increment.tangential / self.grid.area)

@@ -41,8 +41,8 @@ class Saved:
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit, functions and meshes
-        as their names. `pressure_at`, `micromoment_at`, `gap_at` and `fields` of what is loaded raise
-        BadArgument.
+        as their names. `pressure_at`, `micromoment_at`, `gap_at`, `fields` and `stiffness` of what is loaded
+        raise BadArgument.
 
         Parameters
         ----------
