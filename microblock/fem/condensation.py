@@ -220,7 +220,10 @@ def require_pressed(body: Body, followed: bool = False, iterated: bool = False) 
 
 def require_nothing_prescribed(body: Body) -> None:
     """Raises BadArgument unless supports hold a body with 0."""
-    words = "must be empty but with Newton() and without friction: supports hold 0"
+    words = (
+        "must be empty with Condensed(), friction or a second body, and in the plane on a path or with an "
+        "rtol: supports hold 0 there"
+    )
     require(not body.prescribed, "prescribed", body.prescribed, words)
 
 

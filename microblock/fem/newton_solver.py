@@ -9,7 +9,7 @@ from ..model.events import LoadPath
 from ..model.history import History
 from ..model.solver import Solver
 from ..model.types import Array
-from .condensation import clamped_on_contact, require_pressed
+from .condensation import clamped_on_contact, require_nothing_prescribed, require_pressed
 from .facets import ContactFacets
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
@@ -51,6 +51,11 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
         if rtol is not None:
             return cast(OnMesh, refine_until(self, load, approach, rtol))
         return self.solution_at(load, approach, initial)
+
+    def path(self, last: float, rtol: float | None) -> LoadPath:
+        if not self.body.in_space:
+            require_nothing_prescribed(self.body)  # for which this method was taken, and no other follows
+        return super().path(last, rtol)
 
     def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
         """Returns the solution on the mesh as it is, from a solution on the same body on."""

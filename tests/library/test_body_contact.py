@@ -688,6 +688,21 @@ def test_what_turns_nothing_is_refused_and_what_holds_nothing_passed_over():
         mb.Body(slab(4), mb.Cosserat(100, 0.3, 0.2, beta=1), order_psi=0, fixed="bottom")
 
 
+def test_supports_that_move_are_refused_by_their_name():
+    """Also where the program takes Newton's method, which has no path in the plane; the words that advised it
+    led to another refusal.
+    """
+    moved = mb.Body(slab(4), ELASTIC, fixed="bottom", prescribed={"u2": {"bottom": 0.01}})
+    still = mb.Body(slab(4), ELASTIC, fixed="bottom")
+    problem = mb.Contact(moved, mb.Cylinder(R=10), mb.Unilateral())
+    assert problem.solve(approach=0.0).load == pytest.approx(
+        mb.Contact(still, mb.Cylinder(R=10), mb.Unilateral()).solve(approach=0.01).load, rel=1e-9
+    )
+    for ask in (lambda: problem.path(load=0.1), lambda: problem.solve(load=0.1, rtol=0.5)):
+        with pytest.raises(mb.BadArgument, match="prescribed = .*must be empty .*on a path or with an rtol"):
+            ask()
+
+
 def stepped(x):
     return np.where(x < 0.1, 0.0, 0.01)
 
