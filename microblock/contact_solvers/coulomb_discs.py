@@ -65,6 +65,7 @@ class SlidingProblem:
     radii : array (...), largest shear force of each node
     drive : array (2, ...), b (length)
     resultant : array (2,)
+    friction : float, radii over normal forces
     """
 
     S: Operator
@@ -72,6 +73,7 @@ class SlidingProblem:
     radii: Array
     drive: Array
     resultant: Array
+    friction: float
 
     @cached_property
     def touch(self) -> Flags:
@@ -93,8 +95,12 @@ class SlidingProblem:
 
     @cached_property
     def size(self) -> float:
-        """Displacement over which a residual is taken: `softness`, or the range of the drive (length)."""
-        return max(self.softness, float(np.ptp(self.b, axis=1).max()))
+        """Displacement over which a residual is taken: that when all slides, but under no more than the normal
+        forces or the resultant, which large friction is far above; or the range of the drive (length).
+        """
+        sliding = float(np.hypot(*self.resultant)) / float(self.discs.radii.sum())
+        share = min(1.0, max(sliding, 1 / self.friction))
+        return max(share * self.softness, float(np.ptp(self.b, axis=1).max()))
 
     @property
     def unit_step(self) -> float:

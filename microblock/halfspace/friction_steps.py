@@ -138,6 +138,7 @@ class FrictionGrid:
                     self.friction * forces.sum(axis=0),
                     dragged + before.apart,
                     shear,
+                    self.friction,
                 ),
                 tangential,
                 self.residual,

@@ -320,6 +320,18 @@ def test_little_friction_changes_no_pressure():
     assert state.psi == pytest.approx(plain.psi, abs=1e-5 * np.abs(plain.psi).max())
 
 
+def test_friction_beyond_what_sticks_changes_nothing():
+    """All sticks. A residual over the displacement of sliding left q at 0.8 of its size, without a word; of
+    1e-7 of what is there the shortest waves, of 32 cells, make 1e-4.
+    """
+    sticking, rough = (
+        problem(mb.Unilateral(friction=friction)).history([(P, 0.1, 0)], coupled=False).states[0]
+        for friction in (20.0, 1e6)
+    )
+    change = rough.shear_traction - sticking.shear_traction
+    assert relative(sticking, change, sticking.shear_traction) < 1e-3
+
+
 def test_units_change_no_digits():
     """Lengths in thousandths, stresses in millions: forces are as they were."""
     solid = solid_of()
