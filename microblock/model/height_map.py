@@ -17,34 +17,13 @@ from ..errors import (
     require_kind,
     require_numbers,
 )
+from . import roughness
 from .obstacles import RigidObstacle
+from .roughness import Statistics
 from .types import Array, Flags
 
 ON_SAMPLE = 1e-9  # of a spacing: nearer to a sample its neighbours do not count, holes among them
 SAME = 1e-9  # relative, of the periods along both axes
-
-Statistics = dict[str, float | None]
-
-
-def statistics_of(height: float, slope: float, laplacian: float | None) -> Statistics:
-    """Returns what the roughness of a surface is called by, from mean squares of heights, gradients and
-    Laplacians; None where there is no such value, of a curvature without a Laplacian, or of a flat surface.
-
-    Nayak's parameter ``m0 m4/m2^2`` (J. Lubr. Technol. 93 (1971) 398) has the moments of the profiles of an
-    isotropic surface, ``m2 = rms_slope^2/2`` and ``m4 = 3/2 rms_curvature^2``. The curvature is half the
-    Laplacian.
-    """
-    statistics: Statistics = {
-        "rms_height": height**0.5,
-        "rms_slope": slope**0.5,
-        "rms_curvature": None,
-        "nayak": None,
-    }
-    if laplacian is not None:
-        statistics["rms_curvature"] = laplacian**0.5 / 2
-    if laplacian is not None and slope > 0:
-        statistics["nayak"] = height * (3 / 8 * laplacian) / (slope / 2) ** 2
-    return statistics
 
 
 class HeightMap(RigidObstacle):
@@ -143,13 +122,13 @@ class HeightMap(RigidObstacle):
             waves = [2 * np.pi * np.fft.fftfreq(n, d) for n, d in zip(z.shape, self.spacing[::-1])]
             square = waves[0][:, None] ** 2 + waves[1] ** 2
             power = np.abs(np.fft.fft2(z) / z.size) ** 2
-            return statistics_of(*(float(np.sum(square**n * power)) for n in (0, 1, 2)))
+            return roughness.of_surface(*(float(np.sum(square**n * power)) for n in (0, 1, 2)))
         slopes = [np.diff(z, axis=1 - axis) / self.spacing[axis] for axis in (0, 1)]
         second = [np.diff(slopes[axis], axis=1 - axis) / self.spacing[axis] for axis in (0, 1)]
         laplacian = second[0][1:-1] + second[1][:, 1:-1]
         slope = sum(float(np.nanmean(along**2)) for along in slopes)
         curved = np.isfinite(laplacian).any()
-        return statistics_of(
+        return roughness.of_surface(
             float(np.nanmean(z**2)), slope, float(np.nanmean(laplacian**2)) if curved else None
         )
 

@@ -7,9 +7,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -32,8 +32,10 @@ from ..errors import (
     require_whole,
     shortened,
 )
+from . import roughness
 from .intervals import runs
 from .material import Varying
+from .roughness import Statistics
 from .types import AnyArray, Array, Flags, Interval, ObstacleLike
 
 STEEPEST = 0.5  # n2 of the steepest surface that a height can touch
@@ -482,6 +484,9 @@ class Wave(RigidObstacle, Checked):
         return self.amplitude * (1 - np.cos(2 * np.pi * np.asarray(x, float) / self.wavelength))
 
 
+Affine = TypeVar("Affine", bound="SelfAffine")
+
+
 @dataclass(frozen=True)
 class SelfAffine(RigidObstacle, Checked):
     """Base of self-affine surfaces of a period."""
@@ -505,6 +510,61 @@ class SelfAffine(RigidObstacle, Checked):
         except (TypeError, ValueError) as failure:
             words = f"must be two whole numbers, 1 <= longest <= shortest <= {self.most}"
             raise BadArgument("waves", self.waves, words) from failure
+
+    @property
+    def mean_squares(self) -> list[float]:
+        """Those of heights, and of their first and second derivatives."""
+        raise NotImplementedError
+
+    @classmethod
+    def from_spectrum(
+        cls: type[Affine],
+        period: float,
+        hurst: float = 0.8,
+        rms_slope: float | None = None,
+        rms_height: float | None = None,
+        roll_off: int = 2,
+        cut_off: int = 32,
+        seed: int = 1,
+    ) -> Affine:
+        """Returns the surface of a power spectral density that is constant from the period to `roll_off`,
+        falls from there like a self-affine one, and ends at `cut_off`.
+
+        Parameters
+        ----------
+        period : float
+            Length after which the surface repeats.
+        hurst : float
+            Hurst exponent, from 0 to 1.
+        rms_slope, rms_height : float
+            Root mean square of the slope or of the heights (length), one of them.
+        roll_off, cut_off : int
+            Wavenumbers, in waves to the period.
+        seed : int
+
+        Raises
+        ------
+        BadArgument
+            If a value is out of range, or not one of `rms_slope` and `rms_height` is given.
+
+        Examples
+        --------
+        >>> rough = mb.RoughSurface.from_spectrum(1.0, rms_height=0.01, roll_off=4, cut_off=20)
+        >>> round(rough.statistics()["rms_height"], 12), rough.waves
+        (0.01, (1, 20))
+        """
+        require_positive(period=period)
+        words = "must be given, or rms_height, and not both"
+        require((rms_slope is None) != (rms_height is None), "rms_slope", rms_slope, words)
+        require_whole(1, roll_off=roll_off)
+        require_whole(roll_off, cls.most, cut_off=cut_off)
+        slope = 1.0 if rms_slope is None else rms_slope
+        require_positive(rms_slope=slope)
+        surface = cls(period, slope, hurst, (1, cut_off), seed, roll_off)
+        if rms_height is None:
+            return surface
+        require_positive(rms_height=rms_height)
+        return replace(surface, slope=rms_height / surface.mean_squares[0] ** 0.5)
 
     def _of_waves(self, m: Array, falling: float) -> AnyArray:
         """Returns the amplitudes of wavenumbers m, array (k,), like m^-falling, with random phases."""
@@ -551,6 +611,45 @@ class Rough(SelfAffine):
     def amplitudes(self) -> AnyArray:
         """Complex amplitudes of exp(2 pi i m x/period), from the longest to the shortest wave."""
         return self._of_waves(np.arange(self.waves[0], self.waves[1] + 1.0), self.hurst + 0.5)
+
+    @property
+    def mean_squares(self) -> list[float]:
+        square = (2 * np.pi / self.period * np.arange(self.waves[0], self.waves[1] + 1.0)) ** 2
+        power = np.abs(self.amplitudes) ** 2 / 2
+        return [float(np.sum(square**k * power)) for k in (0, 1, 2)]
+
+    def statistics(self) -> Statistics:
+        """Returns rms_height, rms_slope, rms_curvature (the second derivative) and nayak, Nayak's parameter,
+        exact for these waves.
+        """
+        return roughness.of_profile(*self.mean_squares)
+
+    @staticmethod
+    def from_heights(z: ArrayLike, spacing: float) -> Samples:
+        """Returns the obstacle of measured heights, equally spaced about the origin: `Obstacle.from_samples`
+        of their abscissae.
+
+        Parameters
+        ----------
+        z : array (n,)
+            Heights (length) of the obstacle's lower side, upwards; masked, NaN or inf where there is none.
+        spacing : float
+            Distance of neighbours (length).
+
+        Raises
+        ------
+        BadArgument
+            As of `Obstacle.from_samples`, and if the spacing is not positive.
+
+        Examples
+        --------
+        >>> mb.Rough.from_heights([0.1, 0.0, 0.1], spacing=0.5).x
+        (-0.5, 0.0, 0.5)
+        """
+        require_positive(spacing=spacing)
+        heights = require_numbers(True, z=z)
+        places = (np.arange(len(heights)) - (len(heights) - 1) / 2) * spacing
+        return Obstacle.from_samples(places, heights)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at x, array (n,) (lengths)."""

@@ -4,18 +4,19 @@ Any callable ``height(x1, x2)`` of two arrays serves as well, with inf where the
 """
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import Checked, checked, require, require_choice, require_positive
-from . import height_map
-from .height_map import HeightMap, Statistics, statistics_of
+from ..errors import Checked, checked, require_choice, require_positive
+from . import height_map, roughness
+from .height_map import HeightMap
 from .obstacles import RigidObstacle, SelfAffine
 from .quadrature import in_blocks
+from .roughness import Statistics
 from .types import AnyArray as Array
 
 
@@ -204,10 +205,10 @@ class RoughSurface(SelfAffine):
         """Returns rms_height, rms_slope, rms_curvature (half the Laplacian) and nayak, Nayak's parameter,
         exact for these waves.
         """
-        return statistics_of(*self._mean_squares)
+        return roughness.of_surface(*self.mean_squares)
 
     @property
-    def _mean_squares(self) -> list[float]:
+    def mean_squares(self) -> list[float]:
         """Those of heights, gradients and Laplacians."""
         n = self.waves[1]
         m1, m2 = np.mgrid[: n + 1, -n : n + 1]
@@ -281,61 +282,6 @@ class RoughSurface(SelfAffine):
             If the file cannot be read, or the extra is missing.
         """
         return height_map.from_file(file, spacing, unit, **options)
-
-    @classmethod
-    def from_spectrum(
-        cls,
-        period: float,
-        hurst: float = 0.8,
-        rms_slope: float | None = None,
-        rms_height: float | None = None,
-        roll_off: float | None = None,
-        cut_off: float | None = None,
-        seed: int = 1,
-    ) -> "RoughSurface":
-        """Returns the surface of a power spectral density that is constant from the period to the wavelength
-        `roll_off`, falls like (wavenumber)^-(2 hurst + 2), and ends at the wavelength `cut_off`.
-
-        Parameters
-        ----------
-        period : float
-            Length after which the surface repeats.
-        hurst : float
-            Hurst exponent, from 0 to 1.
-        rms_slope, rms_height : float
-            Root mean square of ``|grad h|`` or of the heights (length), one of them.
-        roll_off, cut_off : float, optional
-            Wavelengths (lengths): without them half of the period, and a thirty-second of it.
-        seed : int
-
-        Raises
-        ------
-        BadArgument
-            If a value is out of range, or not one of `rms_slope` and `rms_height` is given.
-
-        Examples
-        --------
-        >>> rough = mb.RoughSurface.from_spectrum(1.0, rms_height=0.01, roll_off=0.25, cut_off=0.05)
-        >>> round(rough.statistics()["rms_height"], 12), rough.waves
-        (0.01, (1, 20))
-        """
-        require_positive(period=period)
-        words = "must be given, or rms_height, and not both"
-        require((rms_slope is None) != (rms_height is None), "rms_slope", rms_slope, words)
-        roll_off = period / 2 if roll_off is None else roll_off
-        cut_off = period / 32 if cut_off is None else cut_off
-        require_positive(roll_off=roll_off, cut_off=cut_off)
-        require(roll_off <= period, "roll_off", roll_off, "must be at most the period")
-        require(cut_off <= roll_off, "cut_off", cut_off, f"must be at most roll_off = {roll_off:g}")
-        shortest = round(period / cut_off)
-        plateau = round(period / roll_off)
-        slope = 1.0 if rms_slope is None else rms_slope
-        require_positive(rms_slope=slope)
-        surface = cls(period, slope, hurst, (1, shortest), seed, plateau)
-        if rms_height is None:
-            return surface
-        require_positive(rms_height=rms_height)
-        return replace(surface, slope=rms_height / surface._mean_squares[0] ** 0.5)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))

@@ -97,7 +97,7 @@ def test_two_rows_have_no_curvature():
 
 
 def test_a_spectrum_has_a_plateau_and_ends():
-    surface = mb.RoughSurface.from_spectrum(2.0, hurst=0.7, rms_slope=0.2, roll_off=0.25, cut_off=0.1, seed=4)
+    surface = mb.RoughSurface.from_spectrum(2.0, hurst=0.7, rms_slope=0.2, roll_off=8, cut_off=20, seed=4)
     assert surface.statistics()["rms_slope"] == pytest.approx(0.2) and surface.waves == (1, 20)
     m1, m2 = np.mgrid[:21, -20:21]
     m = np.hypot(m1, m2)
@@ -134,7 +134,7 @@ def test_matrices_are_read_from_files(tmp_path):
         (lambda: mb.RoughSurface.from_file(None, 1.0), "file = None: must be a path"),
         (lambda: mb.RoughSurface.from_file(__file__, 1.0, unit="um"), "unit = 'um': must be left out"),
         (lambda: mb.RoughSurface.from_spectrum(1.0), "rms_slope = None: must be given"),
-        (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=0.1, roll_off=2.0), "roll_off = 2.0"),
+        (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=0.1, roll_off=2.5), "roll_off = 2.5"),
         (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=0.1, cut_off=0.6), "cut_off = 0.6"),
         (lambda: mb.RoughSurface.from_spectrum(1.0, rms_slope=np.nan), "rms_slope = nan"),
     ],
@@ -142,3 +142,20 @@ def test_matrices_are_read_from_files(tmp_path):
 def test_bad_maps_are_named(make, message):
     with pytest.raises(mb.BadArgument, match=message):
         make()
+
+
+def test_profiles_have_the_same():
+    """A cosine has the mean squares a^2/2, (a k)^2/2 and (a k^2)^2/2, hence 1 of Nayak's parameter."""
+    wave = mb.Rough(period=2.0, slope=0.1, waves=(3, 3))
+    k = 2 * np.pi * 3 / 2.0
+    exact = {"rms_height": 0.1 / k, "rms_slope": 0.1, "rms_curvature": 0.1 * k, "nayak": 1.0}
+    assert wave.statistics() == pytest.approx(exact)
+    profile = mb.Rough.from_spectrum(2.0, rms_height=0.01, roll_off=8, cut_off=20, seed=4)
+    assert profile.statistics()["rms_height"] == pytest.approx(0.01) and profile.waves == (1, 20)
+    power = np.abs(profile.amplitudes) ** 2
+    assert np.ptp(power[:8]) < 1e-12 * power[0] and power[15] / power[7] == pytest.approx(2.0**-2.6)
+    samples = mb.Rough.from_heights(np.ma.masked_less([1.0, 0.5, 0.0, 0.5, -9.0], -1.0), spacing=2.0)
+    assert samples.x == (-4.0, -2.0, 0.0, 2.0, 4.0)
+    assert samples.height(np.array([-3.0, 2.0, 3.0])).tolist() == [0.75, 0.5, np.inf]
+    with pytest.raises(mb.BadArgument, match="spacing = 0"):
+        mb.Rough.from_heights([1.0, 0.0], spacing=0)
