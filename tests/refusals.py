@@ -184,13 +184,13 @@ FEW = "None '1' 'x' nan -1 0 2.0 (1,0) (1,9) SOLID CYLINDER SPHERE 10**400"
 NAMED = {
     "positive": (
         "E ell side stiffness curvature R P R1 R2 half_width amplitude wavelength slope size period load "
-        "approach residual spacing rho h reach far depth step growth width noise"
+        "approach residual spacing rho h reach far depth step growth width noise rms_slope rms_height"
     ),
     "number": "nu tilt level alpha_prime beta_prime x load_error Event.shear",
     "not negative": "beta eta mu_c friction hurst",
-    "whole": "order order_psi nodes workers accuracy seed elements Event.pair",
-    "flag": "couples periodic even progress coupled quiet",
-    "word": "face psi0_in kind zone shape rule contact corner boundary field direction control",
+    "whole": "order order_psi nodes workers accuracy seed elements Event.pair plateau roll_off cut_off",
+    "flag": "couples periodic even progress coupled quiet fill",
+    "word": "face psi0_in kind zone shape rule contact corner boundary field direction control detrend unit",
     "pair": "window waves",
     "array": (
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
@@ -232,6 +232,8 @@ CALLS = {
     "Punch": "half_width=1.0",
     "Wave": "amplitude=0.1, wavelength=1.0",
     "Rough": "period=1.0, slope=0.1",
+    "Rough.from_heights": "z=[0, 1], spacing=1.0",
+    "Rough.from_spectrum": "period=1.0, rms_slope=0.1",
     "Obstacle": "height=np.square",
     "Obstacle.from_samples": "x=[0, 1], z=[0, 1]",
     "Sphere": "R=1.0",
@@ -315,6 +317,8 @@ LEFT_OUT = {
         "Unilateral.levers Unilateral.places Cone.height Cylinder.height Deformable.height Ellipsoid.height "
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
+        # those of `from_heights`
+        "RoughSurface.from_file.options",
         # results, which the program makes, and errors, which it raises
         "State History LoadPath MicroblockError BadArgument NotConverged MissingExtra Interrupted",
         # abstract: those of panels, fitted meshes and nodes have rows
