@@ -95,8 +95,8 @@ class SlidingProblem:
 
     @cached_property
     def size(self) -> float:
-        """Displacement over which a residual is taken: that when all slides, but under no more than the normal
-        forces or the resultant, which large friction is far above; or the range of the drive (length).
+        """Displacement over which a residual is taken: that when all slides, but under no more than the
+        normal forces or the resultant, which large friction is far above; or the range of the drive (length).
         """
         sliding = float(np.hypot(*self.resultant)) / float(self.discs.radii.sum())
         share = min(1.0, max(sliding, 1 / self.friction))
