@@ -276,7 +276,9 @@ def test_zones_end_where_the_contact_boundary_is_interrupted(method):
 WARNED = {  # words, (what does not bring them, what does)
     "inside the obstacle": [{"law": LINE, "method": mb.Newton("penalty", rho)} for rho in (1e5, 1e3)],
     # Newton's matrix is singular then, and the state has any translation along the surface
-    "translation along x1": [{"law": LINE, "method": NEWTON, "fixed": fixed} for fixed in ("bottom", {"u2": "bottom"})],
+    "translation along x1": [
+        {"law": LINE, "method": NEWTON, "fixed": fixed} for fixed in ("bottom", {"u2": "bottom"})
+    ],
     "features": [{"obstacle": obstacle} for obstacle in (mb.Cylinder(10.0), pit)],
     # micromoments are wrong by more than a tenth then
     "resolve the layer": [
