@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..model.law import side_directions, upwards
 from ..model.obstacles import RigidObstacle
+from ..model.results import line
 from ..model.types import Array, Flags, Integers
 from .facet_rules import at_rules, rule_at
 
@@ -150,6 +151,9 @@ class MeshSurface(RigidObstacle):
         self._middles = np.array([part.mean(axis=0) for part in parts])
         reach = [np.linalg.norm(part - middle, axis=1).max() for part, middle in zip(parts, self._middles)]
         self.radii: Array = 1.2 * np.array(reach)  # curved facets leave the sphere of their points a little
+
+    def __repr__(self) -> str:
+        return line("surface of a mesh", f"{len(self.facets)} facets in {self.dim}D")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy is made anew: NGSolve's facets have none."""

@@ -51,6 +51,7 @@ def test_lines_meet_facets_as_the_mesh_is_curved(order, least):
     angles = np.linspace(0, 2 * np.pi, 101)
     lines = np.column_stack((np.cos(angles), np.sin(angles)))
     start = 0.3 * lines + 0.2 * lines[:, ::-1] * (-1, 1)
+    assert repr(surface) == f"<surface of a mesh: {len(surface.facets)} facets in 2D>"  # as warnings name it
     hits = surface.met(start, lines)  # of the inside only what lies behind faces a line
     places = start + hits.distances[:, None] * lines
     exact = -0.3 - np.sqrt(2.0**2 - 0.2**2)
