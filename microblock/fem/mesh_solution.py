@@ -83,9 +83,14 @@ class OnMesh(OfNodes):
         words = f"corners lie {share:.1g} of the displacement inside the obstacle: take a larger rho"
         return [words] if share > 0.01 else []
 
+    @property
+    def indentation(self) -> float:
+        """Approach beyond the first touch of a node, wherever the obstacle is (length)."""
+        return float(self.approach - self.gaps.min())
+
     def deep_indentation(self) -> list[str]:
         """Returns a sentence where the indentation is no small part of the body's depth."""
-        moved = self.approach - self.gaps.min()
+        moved = self.indentation
         depth = np.ptp([vertex.point[-1] for vertex in self.nodes.body.mesh.vertices])
         words = f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"
         return [words] if moved >= 0.1 * depth else []
@@ -264,7 +269,7 @@ class MeshSolution(OnMesh, NodalSolution):
         if not stretches:
             return problem
         half = max((right - left) / 2 for left, right in stretches)
-        floor = off_node_violations.LOW * self.approach
+        floor = off_node_violations.LOW * self.indentation
         candidates = contact_candidates.candidates_within(problem, stretches, half, floor)
         obstacle = contact_candidates.with_detected_kinks(problem.obstacle, candidates)
         return replace(problem, candidates=candidates, obstacle=obstacle)

@@ -20,7 +20,7 @@ from ..model.problem import Problem
 from ..model.types import Array, CornerZones, Flags, Interval, ObstacleLike
 from .facet_polynomials import FacetPolynomials
 
-LOW = 2.0  # times the approach: above a higher gap a body is not looked at
+LOW = 2.0  # times the indentation: above a higher gap a body is not looked at
 
 
 def missed_heights(
@@ -126,6 +126,6 @@ def low_stretches(solution: Any) -> tuple[Interval, ...]:
     stretches = []
     for corner, shift in enumerate(blocks.shifts):
         places = np.concatenate((x[:1], x, x[-1:])) - shift
-        low = gaps[corner] < LOW * max(solution.approach, 0.0)
+        low = gaps[corner] < solution.gaps.min() + LOW * max(solution.indentation, 0.0)
         stretches += [(float(places[i]), float(places[j + 2])) for i, j in runs(low)]
     return tuple(joined(stretches))

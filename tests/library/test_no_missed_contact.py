@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from ngsolve.meshes import MakeStructured2DMesh
 from scipy.special import beta
 from threadpoolctl import threadpool_limits
 
@@ -666,3 +667,22 @@ def test_a_named_discretisation_is_verified(seed):
     """Load, complementarity between the unknowns and equilibrium hold, or a warning or an error says so."""
     row = judging.outcome(named.case(seed))
     assert row["class"] in ("right", "warned", "error"), row
+
+
+@pytest.mark.parametrize("height", [-0.05, 0.3])
+def test_a_body_is_looked_at_wherever_the_obstacle_is(height):
+    """A needle beside the contact, between nodes; and a flat face has none. Gaps were compared with the
+    approach from x2 = 0: below it all but rounding was passed over, without a word.
+    """
+    mesh = MakeStructured2DMesh(nx=30, ny=12, mapping=lambda x, y: (2 * x - 1, y - 1))
+    body = mb.Body(mesh, mb.Elastic(E=100, nu=0.3), 2, fixed="bottom", contact="top")
+
+    def needle(x):
+        return x**2 / 20 + height - 0.02 * np.maximum(0, 1 - np.abs(x - 0.513) / 0.006)
+
+    seen, flat = (
+        mb.Contact(body, obstacle, mb.Unilateral()).solve(load=1.0)
+        for obstacle in (needle, lambda x: 0 * x + height)
+    )
+    assert any("features shorter than the elements" in words for words in seen.warnings)
+    assert not flat.warnings
