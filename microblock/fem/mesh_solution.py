@@ -85,8 +85,11 @@ class OnMesh(OfNodes):
 
     @property
     def indentation(self) -> float:
-        """Approach beyond the first touch of a node, wherever the obstacle is (length)."""
-        return float(self.approach - self.gaps.min())
+        """Approach beyond the first touch of a node, wherever the obstacle is, or what supports that move
+        press the surface by (length).
+        """
+        moved = float(self.approach - self.gaps.min())
+        return max(moved, float(np.ptp(self.displacement))) if self.nodes.body.prescribed else moved
 
     def deep_indentation(self) -> list[str]:
         """Returns a sentence where the indentation is no small part of the body's depth."""
@@ -305,7 +308,7 @@ class MeshSolution(OnMesh, NodalSolution):
             widest = max((right - left for left, right in zones), default=0.0)
             remarks += self.coarse(widest / 2, self._or_rtol)
             remarks += self._on_second_body(zones)
-            if self.method == "condensed":
+            if self.block is None:
                 remarks += self._missed
         return remarks
 

@@ -296,6 +296,22 @@ def test_a_state_says_what_nobody_would_see(words):
     assert warned == [False, True]
 
 
+@pytest.mark.parametrize("method", [None, NEWTON, mb.Newton("penalty")], ids=str)
+@pytest.mark.parametrize("lift", [0.0, 0.01])  # of the bottom
+def test_a_needle_between_nodes_is_said_by_every_method(method, lift):
+    """Newton's method, which is taken where supports move, had no word for it."""
+
+    def needle(x):
+        return x**2 / 20 - 0.02 * np.maximum(0, 1 - np.abs(x - 0.513) / 0.006)
+
+    mesh = MakeStructured2DMesh(nx=30, ny=12, mapping=lambda x, y: (2 * x - 1, y - 1))
+    prescribed = {"u2": {"bottom": lift}} if lift else None
+    body = mb.Body(mesh, SOLID, 2, fixed="bottom", contact="top", prescribed=prescribed)
+    for obstacle, expected in ((needle, True), (mb.Cylinder(R=10), False)):
+        state = mb.Contact(body, obstacle, LINE, method).solve(approach=0.01 - lift)
+        assert any("features shorter" in text for text in state.warnings) == expected
+
+
 def test_a_contact_that_fills_its_boundary_and_would_go_on_says_so():
     """It carries twice the pressure at the ends, and no refinement reaches an rtol that means something."""
     problem = mb.Contact(mb.Body(ground(6.0), UNIT, 3, fixed="bottom"), mb.Cylinder(R=1.0), LINE)
