@@ -11,7 +11,7 @@ from ngsolve.krylovspace import CGSolver
 
 from .. import cost, threads
 from ..errors import NotConverged
-from ..model.types import Array, Flags
+from ..model.types import Array
 from . import contact_term
 from .body import Body
 from .body_spaces import FIELDS3D
@@ -19,7 +19,6 @@ from .condensation import LINKED, factor_bytes
 from .contact_nodes import ContactNodes
 
 MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
-CG_ROUNDS = 4  # of conjugate gradients, where a graded mesh has small elements that the first ones miss
 SOFTEST = 1e-3  # springs at open nodes over the stiffest: as good as none
 
 MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
@@ -111,7 +110,6 @@ class ConjugateGradients:
 
     def add(self, tangent: Any, free: Any, springs: Array) -> None:
         """As of `Direct`; the springs are also given to multigrid, which is made of a form."""
-        self._free: Flags = np.array(free)
         with self._tasks():
             self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
             for number in self._touching:
@@ -119,24 +117,10 @@ class ConjugateGradients:
         self._factorise(self._approach, self._matrix, free)
 
     def solve(self, residual: Any) -> Any:
-        """Returns the solution but for a ten-thousandth of the residual in the norm of the preconditioner, a
-        vector; of large systems also but for a hundredth of its root of squares.
-        """
+        """Returns the solution but for a ten-thousandth of the residual, a vector."""
         blocks = reduce(add, self._preconditioners.values())
-        solution = residual.CreateVector()
-        solution[:] = 0.0
-        left = residual.Copy()
         with self._tasks():
-            for _ in range(CG_ROUNDS if self._by_multigrid else 1):
-                solution.data += CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * left
-                left.data = residual - self._matrix * solution
-                if self._size(left) <= 1e-2 * self._size(residual):
-                    break
-        return solution
-
-    def _size(self, residual: Any) -> float:
-        """Returns the root of the squares of free unknowns."""
-        return float(np.linalg.norm(residual.FV().NumPy()[self._free]))
+            return (CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
 
     def _tasks(self) -> AbstractContextManager[Any]:
         """NGSolve's threads for large systems, where there is more than one outside."""
