@@ -318,7 +318,7 @@ LEFT_OUT = {
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # those of `from_heights`
-        "RoughSurface.from_file.options",
+        "HeightMap.from_file.options",
         # results, which the program makes, and errors, which it raises
         "State History LoadPath MicroblockError BadArgument NotConverged MissingExtra Interrupted",
         # abstract: those of panels, fitted meshes and nodes have rows

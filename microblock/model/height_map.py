@@ -1,5 +1,7 @@
 """Measured heights over a surface: samples of a regular grid, and what a roughness is called by."""
 
+from __future__ import annotations
+
 import os
 from functools import cached_property
 from pathlib import Path
@@ -101,7 +103,7 @@ class HeightMap(RigidObstacle):
         share = np.where((place >= 0) & (place <= count - 1), place - before, np.nan)
         return [(before, 1 - share), (before + 1, share)]
 
-    def coarser(self) -> "HeightMap":
+    def coarser(self) -> HeightMap:
         """Returns the map of every second sample: what it changes is what the samples leave open."""
         rows, columns = self.heights.shape
         words = "must be even of a periodic map, of which every second one is left out"
@@ -132,35 +134,121 @@ class HeightMap(RigidObstacle):
             float(np.nanmean(z**2)), slope, float(np.nanmean(laplacian**2)) if curved else None
         )
 
+    @staticmethod
+    def from_heights(
+        z: ArrayLike,
+        spacing: float | tuple[float, float],
+        periodic: bool = False,
+        detrend: str | None = None,
+        fill: bool = False,
+    ) -> HeightMap:
+        """Returns the obstacle of measured heights: bilinear between four samples that are there, and no
+        obstacle (inf) elsewhere.
 
-def from_heights(
-    z: ArrayLike,
-    spacing: float | tuple[float, float],
-    periodic: bool = False,
-    detrend: str | None = None,
-    fill: bool = False,
-) -> HeightMap:
-    """Returns the HeightMap of `RoughSurface.from_heights`."""
-    words = "must be an array (rows, columns) of numbers, two by two at least"
-    heights = require_floats(words, z=z)
-    require_flag(periodic=periodic)
-    require_flag(fill=fill)
-    require(heights.ndim == 2 and min(heights.shape) >= 2, "z", z, words)
-    require(not np.isneginf(heights).any(), "z", z, "must not be -inf: inf, NaN and masks mean no obstacle")
-    lengths = require_numbers(spacing=np.broadcast_to(np.asarray(spacing), np.shape(spacing) or (2,)))
-    positive = len(lengths) == 2 and lengths.min() > 0
-    require(positive, "spacing", spacing, "must be a positive length, or two, along x1 and x2")
-    if detrend is not None:
-        require_choice(("mean", "plane"), detrend=detrend)
-    there = np.isfinite(heights)
-    squares = there[1:, 1:] & there[1:, :-1] & there[:-1, 1:] & there[:-1, :-1]
-    require(squares.any(), "z", z, "must have four neighbours that are neither masked, NaN nor inf")
-    if detrend:
-        heights = heights - _trend(heights, there, detrend)
-    if fill and not there.all():
-        heights = _filled(heights, there)
-    heights = np.where(np.isnan(heights), np.inf, heights)
-    return HeightMap(heights, (float(lengths[0]), float(lengths[1])), periodic)
+        Parameters
+        ----------
+        z : array (rows, columns)
+            Heights (length) of the obstacle's lower side, upwards: -z of what was measured from above.
+            Columns run along x1 and rows along x2, in the order of the file, and the middle of the map lies
+            over the origin. Where z is masked, NaN or inf there is no obstacle.
+        spacing : float or (float, float)
+            Distance of samples along x1 and x2 (length).
+        periodic : bool
+            Whether the map repeats: columns and rows times their spacings are the period.
+        detrend : "mean" or "plane", optional
+            What is taken off the heights first, by least squares.
+        fill : bool
+            Whether holes are filled: linear between the samples about them.
+
+        Raises
+        ------
+        BadArgument
+            If z is no such array, -inf, or nowhere has four neighbours; a spacing is not positive, or periods
+            along x1 and x2 differ.
+
+        Examples
+        --------
+        >>> valley = mb.RoughSurface.from_heights([[0.2, 0.1, 0.2], [0.1, 0.0, 0.1]], spacing=0.5)
+        >>> valley.height(np.array([0.0, 0.25, 2.0]), np.array([0.25, 0.25, 0.0])).round(3).tolist()
+        [0.0, 0.05, inf]
+        """
+        words = "must be an array (rows, columns) of numbers, two by two at least"
+        heights = require_floats(words, z=z)
+        require_flag(periodic=periodic)
+        require_flag(fill=fill)
+        require(heights.ndim == 2 and min(heights.shape) >= 2, "z", z, words)
+        require(
+            not np.isneginf(heights).any(), "z", z, "must not be -inf: inf, NaN and masks mean no obstacle"
+        )
+        lengths = require_numbers(spacing=np.broadcast_to(np.asarray(spacing), np.shape(spacing) or (2,)))
+        positive = len(lengths) == 2 and lengths.min() > 0
+        require(positive, "spacing", spacing, "must be a positive length, or two, along x1 and x2")
+        if detrend is not None:
+            require_choice(("mean", "plane"), detrend=detrend)
+        there = np.isfinite(heights)
+        squares = there[1:, 1:] & there[1:, :-1] & there[:-1, 1:] & there[:-1, :-1]
+        require(squares.any(), "z", z, "must have four neighbours that are neither masked, NaN nor inf")
+        if detrend:
+            heights = heights - _trend(heights, there, detrend)
+        if fill and not there.all():
+            heights = _filled(heights, there)
+        heights = np.where(np.isnan(heights), np.inf, heights)
+        return HeightMap(heights, (float(lengths[0]), float(lengths[1])), periodic)
+
+    @staticmethod
+    def from_file(
+        file: str | os.PathLike[str],
+        spacing: float | tuple[float, float] | None = None,
+        unit: str | None = None,
+        **options: Any,
+    ) -> HeightMap:
+        """Returns the obstacle of a file: with a `spacing` of a matrix of numbers as of `from_heights`, else
+        of an instrument, by SurfaceTopography (extra `files`), measured from above and turned over.
+
+        Parameters
+        ----------
+        file : path
+        spacing : float or (float, float), optional
+            Of a matrix (length).
+        unit : str, optional
+            Unit of lengths, as "um"; that of the file without it. A matrix has none.
+        **options
+            `periodic`, `detrend` and `fill` of `from_heights`.
+
+        Raises
+        ------
+        BadArgument
+            If the file cannot be read, or the extra is missing.
+        """
+        require_kind((str, os.PathLike), "a path", file=file)
+        require(Path(file).is_file(), "file", file, "must be a file")
+        if spacing is not None:
+            require(
+                unit is None, "unit", unit, "must be left out with a spacing, which has that of the heights"
+            )
+            try:
+                heights = np.loadtxt(file, ndmin=2)
+            except ValueError as failure:
+                raise BadArgument("file", file, f"must be a matrix of numbers ({failure})") from failure
+            return HeightMap.from_heights(heights, spacing, **options)
+        try:
+            from SurfaceTopography import read_topography
+        except ImportError as failure:
+            words = "needs the extra `files`, SurfaceTopography; a matrix of numbers needs its `spacing`"
+            raise BadArgument("file", file, words) from failure
+        try:
+            topography = read_topography(str(file))
+            if unit is not None:
+                topography = topography.to_unit(unit)
+            heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+            sizes = topography.physical_sizes
+        except Exception as failure:  # of each reader its own
+            cause = str(failure).partition("\n")[0]
+            raise BadArgument("file", file, f"is none that SurfaceTopography reads ({cause})") from failure
+        require(heights.ndim == 2, "file", file, "must be a map: `Obstacle.from_samples` takes profiles")
+        lengths = (sizes[0] / heights.shape[0], sizes[1] / heights.shape[1])
+        # its first axis is x1, and heights are measured from above
+        return HeightMap.from_heights(-heights.T, lengths, **{"periodic": topography.is_periodic} | options)
 
 
 def _trend(heights: Array, there: Flags, detrend: str) -> Array:
@@ -185,39 +273,3 @@ def _filled(heights: Array, there: Flags) -> Array:
     values[outside] = griddata(known, heights[there], holes[outside], method="nearest")
     filled[~there] = values
     return filled
-
-
-def from_file(
-    file: str | os.PathLike[str],
-    spacing: float | tuple[float, float] | None = None,
-    unit: str | None = None,
-    **options: Any,
-) -> HeightMap:
-    """Returns the HeightMap of `RoughSurface.from_file`."""
-    require_kind((str, os.PathLike), "a path", file=file)
-    require(Path(file).is_file(), "file", file, "must be a file")
-    if spacing is not None:
-        require(unit is None, "unit", unit, "must be left out with a spacing, which has that of the heights")
-        try:
-            heights = np.loadtxt(file, ndmin=2)
-        except ValueError as failure:
-            raise BadArgument("file", file, f"must be a matrix of numbers ({failure})") from failure
-        return from_heights(heights, spacing, **options)
-    try:
-        from SurfaceTopography import read_topography
-    except ImportError as failure:
-        words = "needs the extra `files`, SurfaceTopography; a matrix of numbers needs its `spacing`"
-        raise BadArgument("file", file, words) from failure
-    try:
-        topography = read_topography(str(file))
-        if unit is not None:
-            topography = topography.to_unit(unit)
-        heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
-        sizes = topography.physical_sizes
-    except Exception as failure:  # of each reader its own
-        cause = str(failure).partition("\n")[0]
-        raise BadArgument("file", file, f"is none that SurfaceTopography reads ({cause})") from failure
-    require(heights.ndim == 2, "file", file, "must be a map: `Obstacle.from_samples` takes profiles")
-    lengths = (sizes[0] / heights.shape[0], sizes[1] / heights.shape[1])
-    # its first axis is x1, and heights are measured from above
-    return from_heights(-heights.T, lengths, **{"periodic": topography.is_periodic} | options)

@@ -3,16 +3,13 @@
 Any callable ``height(x1, x2)`` of two arrays serves as well, with inf where there is no obstacle.
 """
 
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import Checked, checked, require_choice, require_positive
-from . import height_map, roughness
+from . import roughness
 from .height_map import HeightMap
 from .obstacles import RigidObstacle, SelfAffine
 from .quadrature import in_blocks
@@ -170,6 +167,8 @@ class RoughSurface(SelfAffine):
     waves: tuple[int, int] = (2, 32)
 
     most = 1024  # 3 million waves
+    from_heights = staticmethod(HeightMap.from_heights)
+    from_file = staticmethod(HeightMap.from_file)
 
     @cached_property
     def amplitudes(self) -> Array:
@@ -215,73 +214,6 @@ class RoughSurface(SelfAffine):
         square = (2 * np.pi / self.period) ** 2 * (m1**2 + m2**2)
         power = np.abs(self.amplitudes) ** 2 / 2
         return [float(np.sum(square**k * power)) for k in (0, 1, 2)]
-
-    @staticmethod
-    def from_heights(
-        z: ArrayLike,
-        spacing: float | tuple[float, float],
-        periodic: bool = False,
-        detrend: str | None = None,
-        fill: bool = False,
-    ) -> HeightMap:
-        """Returns the obstacle of measured heights: bilinear between four samples that are there, and no
-        obstacle (inf) elsewhere.
-
-        Parameters
-        ----------
-        z : array (rows, columns)
-            Heights (length) of the obstacle's lower side, upwards: -z of what was measured from above.
-            Columns run along x1 and rows along x2, in the order of the file, and the middle of the map lies
-            over the origin. Where z is masked, NaN or inf there is no obstacle.
-        spacing : float or (float, float)
-            Distance of samples along x1 and x2 (length).
-        periodic : bool
-            Whether the map repeats: columns and rows times their spacings are the period.
-        detrend : "mean" or "plane", optional
-            What is taken off the heights first, by least squares.
-        fill : bool
-            Whether holes are filled: linear between the samples about them.
-
-        Raises
-        ------
-        BadArgument
-            If z is no such array, -inf, or nowhere has four neighbours; a spacing is not positive, or periods
-            along x1 and x2 differ.
-
-        Examples
-        --------
-        >>> valley = mb.RoughSurface.from_heights([[0.2, 0.1, 0.2], [0.1, 0.0, 0.1]], spacing=0.5)
-        >>> valley.height(np.array([0.0, 0.25, 2.0]), np.array([0.25, 0.25, 0.0])).round(3).tolist()
-        [0.0, 0.05, inf]
-        """
-        return height_map.from_heights(z, spacing, periodic, detrend, fill)
-
-    @staticmethod
-    def from_file(
-        file: str | os.PathLike[str],
-        spacing: float | tuple[float, float] | None = None,
-        unit: str | None = None,
-        **options: Any,
-    ) -> HeightMap:
-        """Returns the obstacle of a file: with a `spacing` of a matrix of numbers as of `from_heights`, else
-        of an instrument, by SurfaceTopography (extra `files`), measured from above and turned over.
-
-        Parameters
-        ----------
-        file : path
-        spacing : float or (float, float), optional
-            Of a matrix (length).
-        unit : str, optional
-            Unit of lengths, as "um"; that of the file without it. A matrix has none.
-        **options
-            `periodic`, `detrend` and `fill` of `from_heights`.
-
-        Raises
-        ------
-        BadArgument
-            If the file cannot be read, or the extra is missing.
-        """
-        return height_map.from_file(file, spacing, unit, **options)
 
     def _waves(self, x: Array, first: int, last: int) -> Array:
         return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))
