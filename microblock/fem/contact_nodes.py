@@ -204,12 +204,11 @@ class ContactNodes(FacetNodes):
         facets = list((~self.region).Elements())
         normals = at_rules(self.body.mesh, facets, [rule_at([(1 / 3, 1 / 3)])] * len(facets))[2]
         sums = np.zeros((self.body.mesh.nv, 3))
-        triangles = np.zeros((0, 3), int)
+        triangles = [np.zeros((0, 3), int)]
         for facet, normal in zip(facets, normals):
             corners = np.array([vertex.nr for vertex in facet.vertices])
             if normal[2] > STEEPEST:
                 sums[corners] += normal
-                halves = corners[[(0, 1, 2), (0, 2, 3)][: len(corners) - 2]]
-                triangles = np.vstack((triangles, halves))
+                triangles.append(corners[[(0, 1, 2), (0, 2, 3)][: len(corners) - 2]])
         vertices = np.flatnonzero(sums.any(axis=1))
-        return vertices, units(sums[vertices]), np.searchsorted(vertices, triangles)
+        return vertices, units(sums[vertices]), np.searchsorted(vertices, np.concatenate(triangles))

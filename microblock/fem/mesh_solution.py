@@ -73,7 +73,8 @@ class OnMesh(OfNodes):
     def free_motions(self) -> list[str]:
         """Returns a sentence where supports leave a rigid motion free that changes no gap."""
         nodes = self.nodes
-        free = supports.free_motions(nodes.body, nodes.points, nodes.normals)
+        body = nodes.body
+        free = body.once("free motions", lambda: supports.free_motions(body, nodes.points, nodes.normals))
         words = f"supports leave {' and '.join(free)} free: displacements hold up to a rigid motion"
         return [words] if free else []
 

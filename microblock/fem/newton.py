@@ -7,6 +7,7 @@ better than the gaps do.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import ngsolve as ng
@@ -207,7 +208,7 @@ class MonolithicNewton:
                     break
                 factorised = active
                 self._contact.AssembleLinearization(unknowns.vec)
-                self._systems.add(self._contact.mat, self.free, self._springs(state.closed))
+                self._systems.add(self._contact.mat, self.free, partial(self._springs, state.closed))
             residual = state.residual
             unknowns.vec.data -= self._systems.solve(state.variation)
         if not best.kkt <= SOLVED:
@@ -261,13 +262,11 @@ class MonolithicNewton:
         return np.array(stresses), self.facets.displacements(fields)
 
     def _springs(self, closed: Flags) -> Array:
-        """Returns what closed corners add to the stiffness of each field at the nodes, array (fields, n):
-        force per length and area, of rotations moment per angle and area.
+        """Returns what closed corners in space add to the stiffness of each field at the nodes, array
+        (fields, n): force per length and area, of rotations moment per angle and area.
         """
-        missing = (0, 3 - self.facets.normals.shape[-1])  # components of vectors in the plane
-        normals = np.pad(self.facets.normals, ((0, 0), missing))
-        levers = np.cross(np.pad(self.facets.arms, ((0, 0), (0, 0), missing)), normals)
-        normals = np.broadcast_to(normals, levers.shape)
+        levers = np.cross(self.facets.arms, self.facets.normals)
+        normals = np.broadcast_to(self.facets.normals, levers.shape)
         motions = np.concatenate((normals, levers), axis=-1)
         springs = self.rho * np.einsum("cn,cnf->fn", closed, motions**2)
         return springs[[COMPONENTS[name] for name in self.body.names]]

@@ -1,5 +1,6 @@
 """Linear systems of Newton's method."""
 
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from functools import reduce
 from operator import add
@@ -48,9 +49,9 @@ class Direct:
         self.space = space
         self.stiffness = body.bulk(space).mat
 
-    def add(self, tangent: Any, free: Any, springs: Array) -> None:
+    def add(self, tangent: Any, free: Any, springs: Callable[[], Array]) -> None:
         """Takes stiffness + `tangent`, with the same places at each call, on the free unknowns, a BitArray.
-        The tangent is that of `springs` of fields at contact nodes, array (fields, n).
+        `springs` returns the stiffness of the tangent at contact nodes, array (fields, n), where it helps.
         """
         system = (self.stiffness + tangent).CreateSparseMatrix()
         cost.require_room(
@@ -108,12 +109,13 @@ class ConjugateGradients:
             for number in range(count):
                 self._precondition(number, self.stiffness, space.FreeDofs())
 
-    def add(self, tangent: Any, free: Any, springs: Array) -> None:
-        """As of `Direct`; the springs are also given to multigrid, which is made of a form."""
+    def add(self, tangent: Any, free: Any, springs: Callable[[], Array]) -> None:
+        """As of `Direct`; multigrid is made of a form, and takes the springs."""
+        of_fields = springs() if self._by_multigrid else [None] * self._approach
         with self._tasks():
             self._matrix = (self.stiffness + tangent).CreateSparseMatrix()
             for number in self._touching:
-                self._precondition(number, self._matrix, free, springs[number])
+                self._precondition(number, self._matrix, free, of_fields[number])
         self._factorise(self._approach, self._matrix, free)
 
     def solve(self, residual: Any) -> Any:

@@ -33,8 +33,6 @@ from .state3d import SurfaceNodes
 
 ROWS = 1024  # of heights of the obstacle that are looked at for what lies between nodes
 TILE = 8  # of rows and columns, of which the lowest height counts
-
-
 LEAST_MOVED = 1e-3  # of the displacement of one corner alone
 
 
@@ -205,7 +203,7 @@ class Solver3D(OnGivenMesh):
         """Parts of the load of unit forces along -n, array (n,): the unknowns, and gaps are along x3."""
         return np.where(np.isfinite(self.initial_gaps).any(axis=0), self.nodes.normals[:, 2], 1.0)
 
-    @property
+    @cached_property
     def flexibility(self) -> Flexibility3D:
         """Gaps along x3 from parts of the load, on both bodies."""
         directions = self.at_nodes.directions / self.shares
