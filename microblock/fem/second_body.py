@@ -22,7 +22,7 @@ from scipy.sparse import csr_matrix, diags, vstack
 
 from .. import cost
 from ..errors import require
-from ..model.corner_geometry import Blocks
+from ..model.corner_geometry import Blocks, CornerGeometry
 from ..model.deformable import Deformable
 from ..model.law import Unilateral, tangents, upwards
 from ..model.obstacles import STEEPEST
@@ -98,6 +98,11 @@ class SecondBody:
         level = np.ptp(points[:, -1]) <= LEVEL * np.ptp(points, axis=0).max()
         downwards = self.surface.normals[:, -1].max() <= LEVEL - 1
         require(level and downwards, "obstacle", self.obstacle, words)
+
+    @cached_property
+    def _at_nodes(self) -> CornerGeometry:
+        """The corners of the first body's blocks at its nodes."""
+        return self._blocks.under(self.obstacle, self._nodes.points, self._nodes.normals)
 
     @cached_property
     @bounded
@@ -186,8 +191,8 @@ class SecondBody:
         """Returns what `_shares` has of a corner."""
         nodes = self._nodes
         rules = self._rules(corner)
-        _, weights, outward, basis = nodes.at_points(rules)
-        corners, normals = self._corners(corner, rules)
+        places, weights, outward, basis = nodes.at_points(rules)
+        corners, normals = self._corners(corner, places, basis)
         hits = self._met(corners, normals)
         shares = (diags(weights) @ nodes.dual(rules, weights, basis)).tocoo()
         facing = np.sum(outward[shares.row] * nodes.normals[shares.col], axis=1) > STEEPEST
@@ -202,14 +207,17 @@ class SecondBody:
             rows = rows + diags(along) @ (averages @ self._rows_along(traced, direction))
         return rows, covered
 
-    def _corners(self, corner: int, rules: list[Any]) -> tuple[Array, Array]:
-        """Returns where a corner stands at the points of rules, of each facet of the first body, and normals
-        there, means of those of the nodes, arrays (k, dim).
+    def _corners(self, corner: int, places: Array, basis: Any) -> tuple[Array, Array]:
+        """Returns where a corner stands at places of the first body, array (k, dim), with values from the
+        nodes, sparse (k, n), and normals there, means of those of the nodes: arrays (k, dim).
         """
-        places, _, _, basis = self._nodes.at_points(rules)
         normals = units(basis @ self._nodes.normals)
-        offsets = self._blocks.under(self.obstacle, places, normals).offsets_from_contact_point
-        return places + offsets[corner], normals
+        return self._blocks.under(self.obstacle, places, normals).corners[corner], normals
+
+    def _corners_at(self, corner: int, rule: Any) -> tuple[Array, Array]:
+        """Returns the same at the points of a rule on each of its facets."""
+        places, _, _, basis = self._nodes.at_points([rule] * len(self._nodes.facets))
+        return self._corners(corner, places, basis)
 
     def _rules(self, corner: int) -> list[Any]:
         """Returns a rule of each facet of the first body for the integrals over facets of both: in the plane
@@ -217,26 +225,25 @@ class SecondBody:
         """
         facets = list(self._nodes.region.Elements())
         if self._nodes.dim == 2:
-            return [composite_line(cuts) for cuts in self._cuts(corner, len(facets))]
-        corners, normals = self._corners(corner, [rule_at([(1 / 3, 1 / 3)])] * len(facets))
-        hits = self._met(corners, normals)
+            return [composite_line(cuts) for cuts in self._cuts(corner)]
+        hits = self._met(*self._corners_at(corner, rule_at([(1 / 3, 1 / 3)])))
         points = self._nodes.points
         sizes = np.array([np.ptp(points[members], axis=0).max() for members in self._nodes.facets])
         pieces = np.ceil(PIECES / 2 * sizes / self.surface.radii[hits.facets])
         pieces = np.where(hits.facets >= 0, np.clip(pieces, PIECES, MOST_PIECES), 1).astype(int)
         return [composite(facet.type, int(number)) for facet, number in zip(facets, pieces)]
 
-    def _cuts(self, corner: int, count: int) -> Iterator[Array]:
+    def _cuts(self, corner: int) -> Iterator[Array]:
         """Yields of each facet in the plane the reference coordinates, ascending from 0 to 1, of the places
         whose normals meet a vertex.
         """
         t = np.linspace(0, 1, SAMPLES)
-        corners, normals = self._corners(corner, [rule_at(t[:, None])] * count)
+        corners, normals = self._corners_at(corner, rule_at(t[:, None]))
         vertices = self._vertices()
-        lines = upwards(corners) if not self.is_shape else normals
+        lines = normals if self.is_shape else upwards(corners)
         across = tangents(lines)
         beside = across @ vertices.T - np.sum(across * corners, axis=1)[:, None]
-        for distances in beside.reshape(count, SAMPLES, -1):
+        for distances in beside.reshape(-1, SAMPLES, len(vertices)):
             before, after = distances[:-1], distances[1:]
             piece, number = np.nonzero(before * after < 0)
             share = before[piece, number] / (before - after)[piece, number]
@@ -266,10 +273,7 @@ class SecondBody:
         """Raises BadArgument for a corner below the shape, of a finite gap, (corners, n), and below no part
         of the contact boundary.
         """
-        nodes = self._nodes
-        geometry = self._blocks.under(self.obstacle, nodes.points, nodes.normals)
-        corners = np.array([nodes.points + offset for offset in geometry.offsets_from_contact_point])
-        corners = corners[np.isfinite(gaps)]
+        corners = self._at_nodes.corners[np.isfinite(gaps)]
         left, right = self.surface.points[:, 0].min(), self.surface.points[:, 0].max()
         words = (
             f"its contact boundary, from {left:g} to {right:g}, must reach over all corners below the shape, "
@@ -300,13 +304,11 @@ class SecondBody:
         for members in nodes.facets:
             reached[members] |= closed[:, members].any()
         beside = MeshSurface(~self.body.boundary(self.body.contact), self.surface.planes)
-        geometry = self._blocks.under(self.obstacle, nodes.points, nodes.normals)
-        for offset, covered in zip(geometry.offsets_from_contact_point, self._shares[1]):
+        for corners, covered in zip(self._at_nodes.corners, self._shares[1]):
             ends = reached & ~covered
-            corners = (nodes.points + offset)[ends]
-            facets = beside.met(corners, nodes.normals[ends]).facets
+            facets = beside.met(corners[ends], nodes.normals[ends]).facets
             if np.any(facets >= 0):
-                where = ", ".join(f"{x:.3g}" for x in corners[np.argmax(facets >= 0)])
+                where = ", ".join(f"{x:.3g}" for x in corners[ends][np.argmax(facets >= 0)])
                 words = f"the contact reaches an end of the second body's contact boundary, beside {where}"
                 return [f"{words}, and its surface goes on: name all that may touch"]
         return []
@@ -336,8 +338,8 @@ class SecondBody:
         """Returns the displacement along x2, or x3, at x1, or x1 and x2, array (n, axes), under forces of the
         corners, (corners, n): array (n,), inf beside the boundary.
         """
-        lines = upwards(np.column_stack((places, places[:, 0])))
-        return self._displacement(forces, self.surface.above(places), lines)
+        hits = self.surface.above(places)
+        return self._displacement(forces, hits, upwards(hits.signs))
 
     def _displacement(self, forces: Array, hits: Hits, along: Array) -> Array:
         rows = self._rows_along(self._traced(hits), hits.signs * along)

@@ -174,6 +174,11 @@ class CornerGeometry:
         return self._from(1, self.blocks.law.places)
 
     @cached_property
+    def corners(self) -> Array:
+        """Places of the corners, arrays (corners, ..., dim) (lengths)."""
+        return self.points + self.offsets_from_contact_point
+
+    @cached_property
     def levers(self) -> Array:
         """Levers of (29), array (corners, ...), over a surface (corners, 2, ...)."""
         return self.blocks.levers(*np.moveaxis(self.points[..., :-1], -1, 0))
@@ -181,10 +186,9 @@ class CornerGeometry:
     @cached_property
     def initial_gaps(self) -> Array:
         """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
-        offsets = self.offsets_from_contact_point
         if self.blocks.in_space and as_obstacle(self.obstacle).normal_gap is None:
-            return np.array([self._gaps_over_surface(offset) for offset in offsets])
-        return np.array([gap(self.obstacle, self.points + offset, self.normals) for offset in offsets])
+            return np.array([self._gaps_over_surface(offset) for offset in self.offsets_from_contact_point])
+        return np.array([gap(self.obstacle, places, self.normals) for places in self.corners])
 
     def _gaps_over_surface(self, offset: Array) -> Array:
         """Returns the initial gaps of a corner with this offset, array (..., dim), axis by axis, as arrays of
@@ -230,7 +234,6 @@ class CornerGeometry:
         """
         lifted = np.array(0.0)
         if second is not None:
-            corners = self.points + self.offsets_from_contact_point
-            lifted = np.array([second(places, self.normals) for places in corners])
+            lifted = np.array([second(places, self.normals) for places in self.corners])
         along = approach * self.normals[..., -1]
         return self.initial_gaps + displacement + self.rotated(psi) + lifted - along
