@@ -207,8 +207,9 @@ class NodeScan(ZoneScan):
         """Returns how deep the obstacle reaches into the surface over a spot, below 0 if it does not."""
         fields = state.displacement, state.psi, state.approach, state.counter_along
         depth = -self.solver.at_nodes.gaps(*fields)[:, spot].min()
-        for offsets, (places, depths) in zip(self.solver.at_nodes.offsets_from_contact_point, state.overlaps):
-            corners = (self.nodes.points + offsets)[:, :2]
-            over = spot[cKDTree(corners).query(places.T)[1]] & (depths != 0)  # which is beside the boundary
+        places = self.solver.low_places[:2].T
+        for corners, depths in zip(self.solver.at_nodes.corners, state.overlaps):
+            # beside the boundary depths are 0
+            over = spot[cKDTree(corners[:, :2]).query(places)[1]] & (depths != 0)
             depth = max(depth, depths[over].max(initial=-np.inf))
         return float(depth)

@@ -181,7 +181,7 @@ class SpaceBoundary:
         away = ~self._with_any(at_touched)  # beside the contact `edges` has it
         depths = np.zeros(len(touched))
         facets = self._facets_at(self._solver.low_places)
-        for _, overlap in self.solution.overlaps:
+        for overlap in self.solution.overlaps:
             np.maximum.at(depths, facets, np.where(away[facets], overlap, 0.0))
         depths[touched] = self._roughness(facets)[touched]
         if self._solver.penalizes:

@@ -147,51 +147,48 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """Returns how deep a low place of the obstacle reaches into the contact boundary, and this place,
         (2,).
         """
-        places = np.hstack([places for places, _ in self.overlaps])
-        depths = np.concatenate([depths for _, depths in self.overlaps])
+        depths = self.overlaps
         deepest = float(depths.max(initial=0.0))
         if deepest == 0.0:
             return deepest, [np.nan, np.nan]
         # symmetric scenes have several, as deep but for rounding: the first of them
-        first = np.argmax(depths > 0.99 * deepest)
-        return deepest, places[:, first].tolist()
+        _, place = np.argwhere(depths > 0.99 * deepest)[0]
+        return deepest, self.solver.low_places[:2, place].tolist()
 
     @cached_property
-    def overlaps(self) -> list[tuple[Array, Array]]:
-        """Of each corner low places of the obstacle, (2, k), and how deep they reach into the contact
-        boundary, (k,), 0 beside it.
+    def overlaps(self) -> Array:
+        """How deep the low places of the obstacle reach into the contact boundary at each corner, array
+        (corners, k), 0 beside it.
         """
         nodes = self.nodes
         values = np.vstack((nodes.points[:, 2], nodes.normals.T, self.displacement, self.psi))
         return self._overlaps(self.solver.low_places, partial(nodes.interpolated, values))
 
-    def _overlaps(self, low: Array, surface: Callable[..., Array]) -> list[tuple[Array, Array]]:
+    def _overlaps(self, low: Array, surface: Callable[..., Array]) -> Array:
         """Returns the same of low places with their heights, array (3, k), and a surface that has x3, n,
         displacement and psi at places x1 and x2, array (7, k), nan where it ends.
         """
-        covers = np.isfinite(surface(*low[:2])[0])
+        values = surface(*low[:2])
+        covers = np.isfinite(values[0])
         covered = low[:, covers]
-        overlaps = []
-        for corner in range(len(self.forces)):
-            # contact points of blocks with this corner below the places: blocks turn slowly along the surface
-            offset = self._blocks_below(covered[:2], surface)[0].offsets_from_contact_point[corner]
-            geometry, displacement, psi = self._blocks_below(covered[:2] - offset.T[:2], surface)
-            corners = geometry.points + geometry.offsets_from_contact_point[corner]
+        overlaps = np.zeros((len(self.forces), len(covers)))
+        # contact points of blocks with corners below the places: blocks turn slowly along the surface
+        below = self._blocks_with(covered[:2], values[:, covers])[0]
+        for corner, offset in enumerate(below.offsets_from_contact_point):
+            contact_points = covered[:2] - offset.T[:2]
+            geometry, displacement, psi = self._blocks_with(contact_points, surface(*contact_points))
+            corners = geometry.corners[corner]
             inside = (self.approach + corners[:, 2] - covered[2]) * geometry.normals[:, 2]
             inside -= displacement + geometry.rotated(psi)[corner]
             inside -= self.counter_along(corners, geometry.normals)
-            depths = np.zeros(len(covers))
-            depths[covers] = np.nan_to_num(inside, nan=0.0)
-            overlaps.append((low[:2], depths))
+            overlaps[corner, covers] = np.nan_to_num(inside, nan=0.0)
         return overlaps
 
-    def _blocks_below(
-        self, places: Array, surface: Callable[..., Array]
-    ) -> tuple[CornerGeometry, Array, Array]:
+    def _blocks_with(self, places: Array, values: Array) -> tuple[CornerGeometry, Array, Array]:
         """Returns the corners of blocks of a surface at places, array (2, k), with displacement, (k,), and
-        psi, (2, k).
+        psi, (2, k), from what the surface has there, array (7, k).
         """
-        level, *normals, displacement, psi1, psi2 = surface(*places)
+        level, *normals, displacement, psi1, psi2 = values
         points = np.column_stack((*places, level))
         units = np.column_stack(normals / np.linalg.norm(normals, axis=0))
         geometry = self.solver.blocks.under(self.solver.obstacle, points, units)
@@ -210,8 +207,7 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         psi = np.einsum("snd,dn->sn", side_directions(normals), moved[3:])
         values = np.vstack((points[:, 2], normals.T, -np.sum(normals.T * moved[:3], axis=0), psi))
         surface = partial(linear_on, points, triangles, values)
-        overlaps = self._overlaps(self.solver.low_places_beside, surface)
-        return float(max(depths.max(initial=0.0) for _, depths in overlaps))
+        return float(self._overlaps(self.solver.low_places_beside, surface).max(initial=0.0))
 
     @cached_property
     def overlap_of_nodes(self) -> Array:
