@@ -8,7 +8,6 @@ facets, the contact passes the patch test: nodes at the vertices of triangles of
 
 from collections.abc import Iterator, Sequence
 from functools import cache, cached_property
-from itertools import chain, product
 from typing import Any
 
 import ngsolve as ng
@@ -219,29 +218,33 @@ class FacetNodes:
     @cached_property
     def triangles(self) -> Integers:
         """Triangles between the nodes in space, array (m, 3), to draw on."""
-        return np.concatenate([*self._inside_facets(), *self._around_vertices()])
+        return np.concatenate([self._inside_facets, *self._around_vertices()])
 
-    def _inside_facets(self) -> list[Integers]:
-        """Returns the triangles between the nodes of each facet, arrays (k, 3)."""
-        halves = [0, 1, 2, 0, 2, 3]
-        return [part[:, halves].reshape(-1, 3) if part.shape[1] > 3 else part for part in self._parts]
+    @property
+    def _inside_facets(self) -> Integers:
+        """The triangles between the nodes of facets, array (k, 3)."""
+        between_nodes, triangles = self._parts
+        halves = between_nodes[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+        return np.concatenate((halves, triangles))
 
     @cached_property
-    def _parts(self) -> list[Integers]:
-        """The nodes of the squares between those of each quadrilateral, arrays (k, 4), and of each triangle,
-        (1, 3).
-        """
+    def _parts(self) -> tuple[Integers, Integers]:
+        """The nodes of squares between those of quadrilaterals, array (k, 4), and of triangles, (m, 3)."""
         size = self.orders[0] + 1
         place = np.arange(size * size).reshape(size, size)
-        corners = squares(place.T)
-        return [nodes[corners] if len(nodes) > 3 else nodes[None] for nodes in self.facets]
+        quadrilaterals = np.array([nodes for nodes in self.facets if len(nodes) > 3], int)
+        triangles = np.array([nodes for nodes in self.facets if len(nodes) == 3], int)
+        corners = quadrilaterals.reshape(-1, place.size)[:, squares(place.T)]
+        return corners.reshape(-1, 4), triangles.reshape(-1, 3)
 
     @cached_property
     def neighbours(self) -> Any:
         """Whether two nodes in space are corners of one square or triangle between nodes, sparse boolean
         array (n, n).
         """
-        pairs = np.concatenate([np.array(list(product(part, part))) for part in chain(*self._parts)]).T
+        rows = [np.repeat(part, part.shape[1], axis=1).ravel() for part in self._parts]
+        columns = [np.tile(part, part.shape[1]).ravel() for part in self._parts]
+        pairs = np.concatenate(rows), np.concatenate(columns)
         shape = (len(self.points), len(self.points))
         return csr_matrix((np.ones(len(pairs[0]), bool), pairs), shape=shape)
 
@@ -254,8 +257,8 @@ class FacetNodes:
         flag.
         """
         kept = np.zeros(len(flags), bool)
-        for part in chain(*self._parts):
-            kept[part] |= flags[part].all()
+        for part in self._parts:
+            kept[part[flags[part].all(axis=1)]] = True
         return kept
 
     def connected(self, flags: Flags) -> Integers:
@@ -312,7 +315,7 @@ class FacetNodes:
         points = np.vstack((self.points, np.reshape(vertices, (-1, 3))))
         beside = enumerate(self._beside_vertices.values(), len(self.points))
         at_vertices = [[(number, *nodes[1:]) for nodes in facets] for number, facets in beside]
-        triangles = np.concatenate([*self._inside_facets(), *at_vertices])
+        triangles = np.concatenate([self._inside_facets, *at_vertices])
         values = np.hstack((values, values @ self.continued.T))
         return linear_on(points, triangles, values, x1, x2)
 
