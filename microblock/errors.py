@@ -427,6 +427,8 @@ def real_numbers(values: Any, masked: float = np.nan) -> Any:
 
     Raises TypeError of complex numbers, dates and texts, which NumPy would read as numbers.
     """
+    if type(values) is np.ndarray and values.dtype == float:  # masked arrays have another type
+        return values.copy()
     entries = _entries(values)
     kind = entries.dtype.kind
     texts = kind == "O" and any(

@@ -763,7 +763,7 @@ def check_lowest(obstacle: ObstacleLike) -> None:
 def returned(obstacle: Any, *x: Array) -> Array:
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
-    if isinstance(obstacle, Varying):
+    if not isinstance(obstacle, RigidObstacle) and isinstance(obstacle, Varying):  # a Protocol: slow to ask
         words = "must be a function of arrays, lambda x: x**2; NGSolve's functions take points of a mesh"
         raise BadArgument("obstacle", obstacle, words)
     line = len(x) == 1
@@ -771,16 +771,19 @@ def returned(obstacle: Any, *x: Array) -> Array:
     words = f"must have a method height({places}), or be a callable height({places})"
     offered = as_obstacle(obstacle)
     require(callable(offered.height), "obstacle", obstacle, words)
-    ends = offered.ends or (-np.inf, np.inf)
+    ends = offered.ends or ()
 
     def above(*x: Array) -> Array:
         shape = np.shape(x[0])
         if not line:  # obstacles over a surface have no ends
             return np.array(np.broadcast_to(real_numbers(offered.height(*x), masked=np.inf), shape))
-        # an odd number of ends, those of its own piece, lies on the left; of a place, which height may change
-        inside = sum(np.searchsorted(ends, x[0], side) % 2 for side in ("left", "right")) > 0
-        found = real_numbers(offered.height(*x), masked=np.inf)
-        return np.where(inside, found, np.inf) if found.shape == shape else found
+        x_given = x[0].copy() if ends else x[0]  # a place, which height may change
+        found: Array = real_numbers(offered.height(*x), masked=np.inf)
+        if not ends or found.shape != shape:
+            return found
+        # an odd number of ends, those of its own piece, lies on the left
+        inside = sum(np.searchsorted(ends, x_given, side) % 2 for side in ("left", "right")) > 0
+        return np.where(inside, found, np.inf)
 
     return evaluated(
         above,
