@@ -85,7 +85,7 @@ class CellSolution(Solution):
         face = self.pressures > 0
         if self.period is not None and face.all():
             return math.inf
-        return projected_gradients.stiffness(self.solver.prepared(self.grid)[0], face)
+        return float(projected_gradients.forces_by_approach(self.solver.prepared(self.grid)[0], face).sum())
 
     def interpolated(self, values: Array, *x: Array) -> Array:
         """Returns values on cells, array (n, ...), between their centres; 0 beyond."""
@@ -290,6 +290,21 @@ class CellSolver(Solver):
                 self.cannot_reach(changes, before, goal, sizes[-1] // count, least),
                 margin=fall ** (0.75 * np.log2(count / sizes[-1])),
             )
+
+    def sensitivity(self, solution: Any, low: Any, high: Any) -> dict[str, float]:
+        """Returns the change of the approach, f' . (dH f + dg0) on closed corners, f' their forces by the
+        load; none without an approach, or in full contact on a period.
+        """
+        face = solution.pressures > 0
+        if not self.has_approach or (self.period is not None and face.all()):
+            return {}
+        grid = solution.grid
+        rates = projected_gradients.forces_by_approach(self.prepared(grid)[0], face)
+        gaps = []
+        for contact in (low, high):
+            H, g0 = contact.solver.prepared(grid)
+            gaps.append((H @ (solution.pressures * grid.area) + g0)[face])
+        return {"approach": float(rates[face] @ (gaps[1] - gaps[0]) / rates.sum())}
 
     def first_cells(self, window: Any) -> int:
         """Returns the number of cells along an axis of the first grid in a window."""

@@ -121,9 +121,10 @@ def solve_matrix_free(
     )
 
 
-def stiffness(flexibility: MatrixFree, face: Flags) -> float:
-    """Returns the sum of forces on a face, boolean array like the gaps, that move all its corners by 1: the
-    derivative of the load by the approach, since corners that open or close on the way have no force then.
+def forces_by_approach(flexibility: MatrixFree, face: Flags) -> Array:
+    """Returns forces on a face, boolean array like the gaps, that move all its corners by 1, array like the
+    face: the derivative of forces by the approach, since corners that open or close on the way have none
+    then. Their sum is the stiffness.
 
     Raises NotConverged where rounding stops the conjugate gradients.
     """
@@ -146,7 +147,9 @@ def stiffness(flexibility: MatrixFree, face: Flags) -> float:
     forces, steps = cg(displacement, np.ones(count), rtol=1e-8, maxiter=1000, M=preconditioner)
     if steps:
         raise NotConverged(f"no stiffness of {count} closed corners after {steps} steps", iterations=steps)
-    return float(forces.sum())
+    on_all = np.zeros(face.shape)
+    on_all[face] = forces
+    return on_all
 
 
 class _Energy:

@@ -66,7 +66,7 @@ class SurfaceNodes(OnMesh, SpaceSolution):
         """dP/dd; None of a method that does not condense to the nodes."""
         if self.method == "newton":
             return None
-        return projected_gradients.stiffness(self.solver.flexibility, self.forces > 0)
+        return float(projected_gradients.forces_by_approach(self.solver.flexibility, self.forces > 0).sum())
 
     @property
     def loads(self) -> Array:

@@ -177,6 +177,20 @@ def newton_zone_edges(
     return best
 
 
+def zones_of_neighbour(state: PanelSolution, problem: Problem) -> CornerZones:
+    """Returns the zones of a Problem next to that of a state, to first order in what differs.
+
+    One step of Newton's method from the zones of the state has this order, as its Jacobian -K1/2 is exact; on
+    the same panels what they leave is the same. Where places of the obstacle move with ell, edges settle.
+    """
+    if problem.kinks or any(map(problem.ends_of, problem.corners)):
+        tolerance = max(state.estimate.edges, tolerated(state.panels.order) ** 2)
+        return newton_zone_edges(problem, state.load, state.zones, state.panels.order, tolerance).next_zones
+    order = state.panels.order
+    step, _ = _newton_step(problem, state.load, state.zones, order, 0.0, None, state.panels)
+    return step.next_zones
+
+
 def _newton_step(
     problem: Problem,
     load: float,
@@ -184,9 +198,12 @@ def _newton_step(
     order: int,
     tolerance: float,
     before: EdgePressures | None,
+    panels: PanelGrid | None = None,
 ) -> tuple[PanelSolution, EdgePressures]:
-    """Returns the PanelSolution on zones, with `next_zones` a step on, and the pressures at its edges."""
-    panels = make_panels(problem, zones, order)  # 1
+    """Returns the PanelSolution on zones, with `next_zones` a step on, and the pressures at its edges; on
+    given panels instead of those of the order.
+    """
+    panels = panels or make_panels(problem, zones, order)  # 1
     q, approach, rounding = solve_zones(problem, panels, load)
     edges = edge_pressures(problem, zones, panels, q)  # 2
     free = _free_edges(problem, edges)  # 3

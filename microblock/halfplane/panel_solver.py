@@ -5,6 +5,8 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..cost import Cost
 from ..errors import BadArgument, MicroblockError, NotConverged, at_least, out_of_reach, require
 from ..model import contact_candidates
@@ -13,6 +15,7 @@ from ..model.contact_like import ContactLike
 from ..model.deformable import second_solid, shape_of
 from ..model.events import LoadPath
 from ..model.history import History
+from ..model.intervals import contact_zones
 from ..model.law import require_pure_force
 from ..model.methods import Cells
 from ..model.obstacles import Samples
@@ -21,6 +24,7 @@ from ..model.refinement import Usual
 from ..model.solution import Solution
 from ..model.solver import Solver
 from ..model.types import Array
+from .edges import zones_of_neighbour
 from .forecast import panels_cost
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
@@ -89,6 +93,17 @@ class PanelSolver(Solver):
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
         return FrictionPanels(self, pairs).history(rtol)
+
+    def sensitivity(self, solution: PanelSolution, low: ContactLike, high: ContactLike) -> dict[str, float]:
+        """Returns changes of half-width and contact area, by `edges.zones_of_neighbour`."""
+        changes = {"half_width": 0.0, "contact_area": 0.0}
+        for sign, contact in ((-1, low), (1, high)):
+            problem = replace(solution.problem, solid=contact.solid, blocks=contact.blocks)
+            zones = problem.all_zones(zones_of_neighbour(solution, problem))
+            touching = contact_zones(zones, self.law.corners)["contact"]
+            changes["half_width"] += sign * float(np.ptp(touching)) / 2
+            changes["contact_area"] += sign * sum(right - left for left, right in touching)
+        return changes
 
     def path(self, last: float, rtol: float | None) -> LoadPath:
         from .zone_path import ZonePath  # here: a single state does without

@@ -203,6 +203,15 @@ class Cosserat:
         """Returns the solid with another ell (length)."""
         return replace(self, ell=length)
 
+    def with_moduli(self, **moduli: float) -> Cosserat:
+        """Returns the solid with other numbers for some of E, nu, ell, beta, curvature; the coupling stays
+        where it is not among them.
+        """
+        if "beta" in moduli:
+            beta = moduli.pop("beta")
+            moduli["eta"] = beta / (2 - beta)
+        return replace(self, **moduli)
+
     @property
     def mu(self) -> float:
         """Shear modulus (stress)."""
@@ -276,6 +285,11 @@ class Elastic(Cosserat):
     @property
     def has_length(self) -> bool:
         return self.ell != NO_LENGTH
+
+    def with_moduli(self, **moduli: float) -> Elastic:
+        for name, value in moduli.items():
+            require(name in ("E", "nu"), name, value, "belongs to a Cosserat solid: an Elastic one has none")
+        return Elastic(**{"E": self.E, "nu": self.nu, "ell": self.ell} | moduli)
 
     def with_length(self, length: float) -> Elastic:
         return Elastic(self.E, self.nu, ell=length)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, Named, plain
 from . import law as laws
+from .contact_like import ContactLike
 from .deformable import body_of
 from .interpolant import Response, read_only
 from .intervals import contact_zones, over_the_end
@@ -90,6 +91,11 @@ class Solution:
     @property
     def method(self) -> str:
         return type(self.solver.options).__name__.lower()
+
+    def sensitivity(self, low: ContactLike, high: ContactLike) -> dict[str, float]:
+        """Returns changes of readings from one problem to another next to it, as `Solver.sensitivity`."""
+        changes: dict[str, float] = self.solver.sensitivity(self, low, high)
+        return changes
 
     @property
     def error_estimate(self) -> float | None:

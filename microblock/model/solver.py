@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class Solver:
     """Base of solvers, made of a `Contact` and the method that the user has named, its `options`.
 
-    It defines `solve`; it may define `path` for events and `history` for friction.
+    It defines `solve`; it may define `path` for events, `history` for friction and `sensitivity`.
 
     Attributes
     ----------
@@ -166,6 +166,13 @@ class Solver:
                 "rho where there is one, less stretched elements, or another method",
                 iterations=state.iterations,
             )
+
+    def sensitivity(self, solution: Any, low: ContactLike, high: ContactLike) -> dict[str, float]:
+        """Returns changes of readings of a solution of this method at its load from one problem to another
+        next to it, whose solids differ by one modulus, on the contact set of the solution: {"approach",
+        "half_width" or "contact_area": change (length, area)}, empty where the method has none.
+        """
+        return {}
 
     @property
     def penalizes(self) -> bool:

@@ -31,6 +31,9 @@ from .types import Array, Axes, Figure, Flags, Integers, Interval, ObstacleLike,
 from .views import pictures
 
 EVALUATED = "_response", "energy", "stiffness", "work"  # of a state, when it is first read
+MODULI = "E", "nu", "ell", "beta", "curvature"
+# relative, of moduli beside a state: cubes and rounding of kernels, 1e-13 of them, over it leave 1e-8
+STEP = 3e-4
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 
 
@@ -275,6 +278,46 @@ class State(PlainData):
     @cached_property
     def stiffness(self) -> float | None:
         return None if self.approach is None else plain(self.solution.stiffness)
+
+    def sensitivity(self, modulus: str) -> dict[str, float]:
+        """Returns the derivatives of readings by a modulus of the solid, at this load and contact set.
+
+        The way of the stiffness: the equations on the corners in contact are differentiated, of which
+        operators next to the modulus, a few 1e-4 of it apart, tell the terms. Where a corner closes or a zone
+        merges derivatives jump: there they are those of the zones of this state.
+
+        Parameters
+        ----------
+        modulus : str
+            "E", "nu", "ell", "beta" or "curvature".
+
+        Returns
+        -------
+        dict
+            On panels "half_width" and "contact_area", on cells with an approach "approach": units of these
+            over those of the modulus.
+
+        Raises
+        ------
+        BadArgument
+            If the modulus is none of these or the solid has none, the solid is one of functions, or the
+            method has no such derivatives.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
+        >>> state.sensitivity("E")["half_width"] < 0
+        True
+        """
+        require_choice(MODULI, modulus=modulus)
+        require(self.shear is None, "law", self.law, "has friction, whose histories have no sensitivities")
+        low, high = neighbours(self.problem, modulus)
+        changes: dict[str, float] = self.solution.sensitivity(low, high)
+        words = "has no sensitivities of this state: Panels(), and Cells() where there is an approach, have"
+        require(changes, "method", self.method, words)
+        step = getattr(high.solid, modulus) - getattr(low.solid, modulus)
+        return {reading: change / step for reading, change in changes.items()}
 
     @cached_property
     def work(self) -> float | None:
@@ -632,6 +675,24 @@ class State(PlainData):
         require(self.solution.fields is not None, "method", self.method, NO_FIELDS)
         caption = f"{self.caption}\ncontact in black"
         return saved(pictures().draw_below(self, field, ax), file, ax, self.warnings, caption)
+
+
+def neighbours(problem: ContactLike, modulus: str, step: float = STEP) -> tuple[ContactLike, ContactLike]:
+    """Returns the problems with a modulus of the solid a little smaller and larger, by relative steps; of
+    beta those of the ratio mu_c/mu, of nu those of 1/2 - nu, which keep them admissible.
+    """
+    solid = problem.solid
+    words = "is of a solid of functions, whose moduli are no numbers"
+    require(not solid.functions, "solid", solid, words)
+    solids = []
+    for factor in (1 - step, 1 + step):
+        eta = factor * solid.eta
+        moduli = {"beta": 2 * eta / (1 + eta), "nu": 0.5 - (0.5 - solid.nu) / factor}
+        value = moduli.get(modulus, factor * getattr(solid, modulus))
+        solids.append(solid.with_moduli(**{modulus: value}))
+    words = "must be positive: without a coupling no difference of it is small"
+    require(solids[0] != solids[1], modulus, getattr(solid, modulus), words)
+    return problem.with_(solid=solids[0]), problem.with_(solid=solids[1])
 
 
 def changed(state: State, **others: Any) -> State:
