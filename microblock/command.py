@@ -24,7 +24,7 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, NoReturn
 
-from .data.records import number, versions, write_text
+from .data.records import cell_value, versions, write_text
 from .errors import (
     BadArgument,
     MicroblockError,
@@ -97,7 +97,7 @@ class Option:
             raise BadArgument(self.name, text, words)
         if self.kind not in (int, float):
             return text
-        value = number(text)
+        value = cell_value(text)
         require(self.kind is float or type(value) is int, self.name, text, "must be a whole number")
         require_size(**{self.name: value})
         return self.kind(value)

@@ -8,7 +8,7 @@ from ..model.types import Array
 
 AT_RIM = 1e-12  # relative, below a radius, within which forces are at it: rounding of a projection
 PARALLEL = 1e-9  # relative, below the sum of all radii, within which all are parallel
-NEWTON_STEPS = 80  # and halvings of each; 5 to 20 are met
+STEPS_AND_HALVINGS = 80  # of Newton's method, and of each step; 5 to 20 are met
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Discs:
         """
         t = np.zeros(2)
         excess = self._excess(values, t)
-        for _ in range(NEWTON_STEPS):
+        for _ in range(STEPS_AND_HALVINGS):
             if np.abs(excess).max() <= 1e-13 * self.radii.sum():
                 break
             step = np.asarray(np.linalg.solve(self._slope(values - t[:, None]), excess), float)
@@ -62,7 +62,7 @@ class Discs:
     def _searched(self, values: Array, t: Array, step: Array, excess: Array) -> tuple[Array, Array]:
         """Returns (t, excess) after the longest of halved steps that makes the excess smaller."""
         size = np.hypot(*excess)
-        for _ in range(NEWTON_STEPS):
+        for _ in range(STEPS_AND_HALVINGS):
             trial = t + step
             changed = self._excess(values, trial)
             if np.hypot(*changed) < size:

@@ -27,7 +27,7 @@ UNITS = {
     }.items()
     for name in names
 }  # fmt: skip
-IN_SPACE = {
+UNITS_IN_SPACE = {
     **dict.fromkeys(("load", "shear"), "force"),
     **dict.fromkeys(("contact_area", "weights"), "length^2"),
     **dict.fromkeys(("energy", "dissipation", "work"), "energy"),
@@ -67,7 +67,7 @@ def _unit(name: str, flat: bool = True) -> dict[str, str]:
     """Returns the attributes of a quantity: its unit, if it has one."""
     units = UNITS
     if not flat:
-        units = UNITS | IN_SPACE
+        units = UNITS | UNITS_IN_SPACE
     if name in units:
         return {"units": units[name]}
     return {}

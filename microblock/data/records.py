@@ -41,10 +41,10 @@ def write_records(path: str | os.PathLike[str], rows: Sequence[Mapping[str, obje
 def read_records(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """Returns the rows of a CSV file, {column: value}: numbers as numbers, empty cells None, else texts."""
     with open(path, newline="") as table:
-        return [{name: number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
+        return [{name: cell_value(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
 
 
-def number(cell: str) -> Any:
+def cell_value(cell: str) -> Any:
     """Returns a cell's number, None of an empty one, else its text."""
     for kind in (int, float):
         with suppress(ValueError):

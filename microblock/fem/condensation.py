@@ -30,7 +30,7 @@ from .bulk import Bulk
 from .contact_nodes import ContactNodes
 from .facet_rules import at_rules, rule_at
 
-LEAST = 1e-12  # squares of singular values of R over the largest: below, rows depend on others
+DEPENDENT = 1e-12  # squares of singular values of R over the largest: below, rows depend on others
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
 
 
@@ -153,7 +153,7 @@ class Flexibility3D(MatrixFree):
         self._rows = vstack((rows[self._free], nodes.unseen_rows), format="csr")
         square = (self._rows @ self._rows.T).tocsc()
         # on curved surfaces some rows depend on others where supports hold psi
-        self._inverse = splu(square + LEAST * square.max() * identity(square.shape[0], format="csc"))
+        self._inverse = splu(square + DEPENDENT * square.max() * identity(square.shape[0], format="csc"))
         self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
 
     def __matmul__(self, forces: Array) -> Array:

@@ -27,7 +27,7 @@ class ContactFacets(ContactNodes):
     ----------
     body : Body
     law : a law of `microblock.model.law`
-    obstacle : see `microblock.model.obstacles.gap`
+    obstacle : see `microblock.model.obstacles.initial_gap`
 
     Attributes
     ----------

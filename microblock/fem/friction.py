@@ -41,7 +41,7 @@ class FrictionFacets:
     ----------
     body : Body
     law : a law with friction
-    obstacle : see `microblock.model.obstacles.gap`
+    obstacle : see `microblock.model.obstacles.initial_gap`
 
     Attributes
     ----------

@@ -22,8 +22,6 @@ from .contact_nodes import ContactNodes
 MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
 SOFTEST = 1e-3  # springs at open nodes over the stiffest: as good as none
 
-MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
-
 
 class Direct:
     """Saddle-point or penalty systems, of the stiffness of the bulk and the tangent of a contact term, by

@@ -43,7 +43,7 @@ def tolerated(order: int) -> float:
     return float(10 ** (-(order + 6) / 4))
 
 
-def gaps_at_nodes(problem: Problem, panels: PanelGrid) -> tuple[Array, Array]:
+def system_of_gaps(problem: Problem, panels: PanelGrid) -> tuple[Array, Array]:
     """Returns the gaps at the nodes from q, array (m, m), and without it, array (m,) (length): the initial
     ones and those from the known logarithms.
     """
@@ -67,7 +67,7 @@ def solve_zones(problem: Problem, panels: PanelGrid, load: float) -> tuple[Array
     panel, v, _, weights = panels.nodes
     count = len(weights)
     sides = 2 if problem.mirror else 1
-    matrix, gaps = gaps_at_nodes(problem, panels)
+    matrix, gaps = system_of_gaps(problem, panels)
     system = np.zeros((count + 1, count + 1))
     system[:count, :count] = matrix
     system[:count, count] = -1.0

@@ -30,14 +30,15 @@ from .shear_cells import ShearCells
 from .surface_solution import SPOT, ContactLeavesWindow, load_fraction_on_spots
 from .symbol import ShearSymbol, shear_of_blocks, shear_of_clamped, shear_of_points
 
-COARSEST, MOST = 16, 256  # cells a side
+FEWEST_CELLS = 16  # a side
+MOST_CELLS = 256
 # errors of increments are alike on two grids, in contrast to those of the edges of contacts alone
 SERIES = GeometricSeries(2.0, 1.4, 1.9, luck=2.5)
-QUICK = 2.5  # by more than this no grid was seen to divide an error: by 1.8 to 2.2
+LARGEST_GAIN = 2.5  # by more than this no grid was seen to divide an error: by 1.8 to 2.2
 RESIDUAL = 1e-7  # of an increment: far below what cells and increments leave
 WIDER = 1.4  # times a window that the contact fills
 WINDOWS = 6
-LONGEST = 1800.0  # seconds of one core, on one grid
+MOST_SECONDS = 1800.0  # of one core, on one grid
 LONG = 1e-30  # wavenumber over 1/ell of a mean
 
 
@@ -87,7 +88,7 @@ class SurfaceFrictionSolver:
         nodes = self.solver.options.nodes
         if nodes:
             self._require_short(nodes)
-        sizes = self.solver.sizes(window) if nodes else _doublings(COARSEST, MOST)
+        sizes = self.solver.sizes(window) if nodes else _doublings(FEWEST_CELLS, MOST_CELLS)
         candidates = self.solver.candidates(self._largest, None, self.solver.given_window())
         candidates.sample_squares(window)
         solve = partial(self._on_grid, window)
@@ -105,7 +106,7 @@ class SurfaceFrictionSolver:
                 History(self.solver.contact, states, []),
                 error,
                 self._seconds(2 * count),
-                cannot_reach=max(errors) > (goal or np.inf) * QUICK ** np.log2(MOST / count),
+                cannot_reach=max(errors) > (goal or np.inf) * LARGEST_GAIN ** np.log2(MOST_CELLS / count),
                 suffices=nodes is not None,
             )
 
@@ -119,7 +120,7 @@ class SurfaceFrictionSolver:
     def _require_short(self, count: int) -> None:
         """Raises NotConverged where the history on so many cells a side would take half an hour."""
         seconds = self._seconds(count)
-        if seconds > LONGEST:
+        if seconds > MOST_SECONDS:
             raise NotConverged(
                 f"a history on {count} x {count} cells would take some {seconds / 60:.2g} minutes: take "
                 "fewer loads or cells, or a larger rtol"

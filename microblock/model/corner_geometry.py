@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from .law import Law, exact_slopes, in_frame, is_uniform, upwards
-from .obstacles import along_normals, as_obstacle, gap, heights
+from .obstacles import along_normals, as_obstacle, heights, initial_gap
 from .types import Array, ObstacleLike
 
 
@@ -188,7 +188,7 @@ class CornerGeometry:
         """Initial gaps along the normals, array (corners, ...) (lengths); inf without an obstacle."""
         if self.blocks.in_space and as_obstacle(self.obstacle).normal_gap is None:
             return np.array([self._gaps_over_surface(offset) for offset in self.offsets_from_contact_point])
-        return np.array([gap(self.obstacle, places, self.normals) for places in self.corners])
+        return np.array([initial_gap(self.obstacle, places, self.normals) for places in self.corners])
 
     def _gaps_over_surface(self, offset: Array) -> Array:
         """Returns the initial gaps of a corner with this offset, array (..., dim), axis by axis, as arrays of

@@ -53,7 +53,7 @@ class RigidObstacle:
     4. What it says of itself holds: `Contact` checks `even` and `jumps`.
     5. ``normal_gap(points, normals)``, if it has one, returns the gaps (lengths), array (n,), along the unit
        normals of points of a body, arrays (n, dim), inf where nothing is there. It stands for the rule of
-       heights, `gap`, where the surface turns through more than 60 degrees, as of a pin in a hole.
+       heights, `initial_gap`, where the surface turns through more than 60 degrees, as of a pin in a hole.
 
     Attributes
     ----------
@@ -811,7 +811,7 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
         raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
 
 
-def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
+def initial_gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     """Returns the initial gap along the unit normals of points of a surface (lengths), arrays (..., dim):
     ``(height(x1) - x2) n2``, for n = e2 that of section 4.2, or ``(height(x1, x2) - x3) n3``; ``inf`` where
     there is no obstacle above, or the surface is steeper than 60 degrees. An obstacle may have a `normal_gap`
@@ -826,8 +826,8 @@ def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
 
 
 def _normal_gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
-    """Returns the gap of an obstacle with a rule of its own, as `gap`: ``inf`` also where the surface faces
-    sideways or downwards; raises BadArgument where it overlaps there.
+    """Returns the gap of an obstacle with a rule of its own, as `initial_gap`; ``inf`` also where the surface
+    faces sideways or downwards; raises BadArgument where it overlaps there.
     """
     rule = as_obstacle(obstacle).normal_gap
     shape = points.shape[:-1]

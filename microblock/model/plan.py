@@ -9,7 +9,7 @@ from ..errors import MicroblockError, NotConverged, shortened
 from .methods import MethodLike
 from .refinement import SECONDS
 
-PATIENCE = 2.0  # seconds that an answer to rtol may take more than one that misses it
+COST_OF_A_MISS = 2.0  # seconds that an answer to rtol may take more than one that misses it
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
     of the first that has one: by their seconds if all predict them. Those of others count by their
     `time_factor`, since states of the usual method have more information: on a half-plane edges of zones and
     fields below the surface. What would take more than MOST_MEMORY is refused. What is expected to miss rtol
-    comes PATIENCE later.
+    comes COST_OF_A_MISS later.
     """
     able: list[tuple[float | None, Candidate]] = []
     refused: list[Candidate] = []
@@ -100,7 +100,7 @@ def planned(solvers: Sequence[Any], load: float | None, approach: float | None, 
         weighted = None
         if cost:
             time_factor = solver.time_factor if number else 1.0
-            weighted = cost.seconds * time_factor + PATIENCE * cost.misses
+            weighted = cost.seconds * time_factor + COST_OF_A_MISS * cost.misses
         able.append((weighted, Candidate(solver, cost)))
     if all(weighted for weighted, _ in able):
         able.sort(key=lambda pair: pair[0] or 0.0)

@@ -19,7 +19,7 @@ from .deformable import body_of
 from .interpolant import Response, read_only
 from .intervals import contact_zones, over_the_end
 from .material import Elastic
-from .obstacles import as_obstacle, gap, returned
+from .obstacles import as_obstacle, initial_gap, returned
 from .sharp import of_samples
 from .state import State
 from .surface import Surface
@@ -243,7 +243,7 @@ class PlaneSolution(Solution):
             psi,
             self.problem.blocks.rotation(x) + psi,
             displacement,
-            gap(self.problem.obstacle, points, normals) + lifted,
+            initial_gap(self.problem.obstacle, points, normals) + lifted,
             self.problem.law.corners,
             self.problem.ell,
             self.interrupted,

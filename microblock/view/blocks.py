@@ -22,12 +22,12 @@ from ..model.surface import Surface
 from ..model.types import Array, Axes, Figure, Flags, Interval
 from . import plots
 
-MOST = 25  # blocks in a picture, side by side
-LEAST = 10
+MOST_BLOCKS_SHOWN = 25  # blocks in a picture, side by side
+FEWEST_BLOCKS_SHOWN = 10
 FILLS = {"none closed": "white", "A (left)": "#CFE4F3", "B (right)": "#FBDCC4", "both closed": "#DCD0E8"}
 
 
-class Blocks(NamedTuple):
+class BlockPicture(NamedTuple):
     """What a picture shows of blocks.
 
     Attributes
@@ -73,7 +73,7 @@ def with_interruptions(surface: Surface, values: Array) -> Array:
     return np.insert(values, np.flatnonzero(surface.interrupted) + 1, np.nan, axis=-1)
 
 
-def blocks(surface: Surface, window: Interval) -> Blocks:
+def blocks(surface: Surface, window: Interval) -> BlockPicture:
     """Returns the blocks of a surface in a window (left, right), about the point nearest to its middle."""
     surface = without_rounding(surface)
     left, right = window
@@ -87,7 +87,7 @@ def blocks(surface: Surface, window: Interval) -> Blocks:
     outer = middles - magnified * depths * normals
     inside = np.where(np.abs(surface.x - middle) <= half, surface.displacement, np.nan)
     over = np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan)
-    return Blocks(
+    return BlockPicture(
         squares=_corners(outer, normals, magnified * rotation, surface.ell),
         closed=_closed(surface, x),
         surface=with_interruptions(surface, surface.points.T - magnified * inside * surface.normals.T),
@@ -125,9 +125,9 @@ def window(ell: float, contact: Sequence[Interval]) -> Interval:
     if len(contact):
         left = contact[0][0]
         right = contact[-1][1]
-    margin = max(0.15 * (right - left) + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
-    if right - left + 2 * margin > MOST * ell:
-        return right - 3 * MOST * ell / 4, right + MOST * ell / 4
+    margin = max(0.15 * (right - left) + 1.5 * ell, (FEWEST_BLOCKS_SHOWN * ell - (right - left)) / 2)
+    if right - left + 2 * margin > MOST_BLOCKS_SHOWN * ell:
+        return right - 3 * MOST_BLOCKS_SHOWN * ell / 4, right + MOST_BLOCKS_SHOWN * ell / 4
     return left - margin, right + margin
 
 

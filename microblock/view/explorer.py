@@ -54,7 +54,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     except ImportError as failure:
         raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
     state: Any = problem.solve(load=load, rtol=rtol)
-    numbers, laws = offered(problem)
+    numbers, laws = slider_values(problem)
     controls: dict[str, Any] = {}
     for name, value in {"load": load, **numbers}.items():
         low = value / 20
@@ -102,7 +102,7 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     return widgets.Box([inputs, figures], layout={"flex_flow": "row wrap"})
 
 
-def offered(problem: Contact) -> tuple[dict[str, float], dict[str, Law]]:
+def slider_values(problem: Contact) -> tuple[dict[str, float], dict[str, Law]]:
     """Returns the numbers of sliders by name, and the laws of the list, the problem's own as it is."""
     law = problem.law
     numbers = {}

@@ -428,7 +428,7 @@ def test_a_coarse_second_body_in_the_plane_is_warned_of():
 
 
 def test_files_have_the_second_body(tmp_path):
-    meshio = pytest.importorskip("meshio")
+    meshio = pytest.importorskip("meshio", reason="VTK needs the extra `vtk`")
     problem = mb.Contact(quarter(0.4, CLASSICAL), mb.Deformable(quarter(0.4, OTHER, True, 0.1)), UNILATERAL)
     state = problem.solve(load=0.1)
     *_, second = mb.to_vtk(state, tmp_path / "pair")

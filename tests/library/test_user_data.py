@@ -207,7 +207,7 @@ def test_a_hole_that_nothing_touches_changes_nothing():
 
 
 def test_numbers_of_every_kind_are_numbers():
-    pandas = pytest.importorskip("pandas")
+    pandas = pytest.importorskip("pandas", reason="the extra `report` brings it")
     x = [-1, 0, 1]
     expected = mb.Obstacle.from_samples([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0])
     series = pandas.Series([-1, 0, 1], index=[7, 3, 5])
