@@ -1,7 +1,6 @@
 """Contact of a body on a mesh, as it is or refined to an rtol."""
 
 from functools import cached_property
-from typing import Any
 
 from ..contact_solvers.compliance import Compliance
 from ..contact_solvers.nodal import NodalPath, NodalSolver
@@ -28,14 +27,6 @@ class BodySolver(FollowsFriction, OnGivenMesh, NodalSolver):
         super().set_up()
         require_pressed(self.body, iterated=True)  # by another method
         self.counter  # which checks the second body
-
-    def solve(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
-    ) -> MeshSolution:
-        self.require_given_mesh(rtol)
-        if rtol is not None:
-            return refine_until(self, load, approach, rtol)
-        return self.solution_at(load, approach, initial)
 
     @property
     def refines(self) -> bool:

@@ -1,6 +1,7 @@
 """What finite elements are expected to take."""
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +17,7 @@ from ..model.solver import Solver
 from .body import Body
 from .condensation import condensed, require_nothing_prescribed, without_idle_rotation
 from .fitted_mesh import LAYERS, along_surface
+from .recovery import refine_until
 from .second_body import SecondBody
 
 
@@ -56,9 +58,12 @@ class OnGivenMesh(Solver):
     ----------
     no_rtol : str, why it makes no finer ones to an rtol
     iterates : bool, on all unknowns: supports may prescribe values
+    solution_at : function of a load, an approach, and a solution on the same nodes or None, which returns the
+        solution on the mesh as it is
     """
 
     body: Body
+    solution_at: Callable[..., Any]
     verifies = True
     no_rtol: str
     iterates = False
@@ -92,6 +97,14 @@ class OnGivenMesh(Solver):
     def require_given_mesh(self, rtol: float | None) -> None:
         """Raises BadArgument for an rtol that no mesh is refined to."""
         require(rtol is None or self.refines, "rtol", rtol, self.no_rtol)
+
+    def solve(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
+    ) -> Any:
+        self.require_given_mesh(rtol)
+        if rtol is not None:
+            return refine_until(self, load, approach, rtol)
+        return self.solution_at(load, approach, initial)
 
     def on(self, mesh: Any) -> Any:
         """Returns the solver of the same problem on another mesh."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache, cached_property
-from typing import Any, cast
+from typing import Any
 
 from ..errors import require
 from ..model.events import LoadPath
@@ -15,7 +15,6 @@ from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution, OnMesh
 from .newton import MonolithicNewton, NodalState
-from .recovery import refine_until
 from .solver3d import Solver3D
 from .supports import pressed
 
@@ -43,14 +42,6 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
         """The contact nodes, with psi = 0 where the law prescribes it."""
         body = clamped_on_contact(self.body) if self.law.clamps_rotation else self.body
         return ContactFacets(body, self.law, self.obstacle)
-
-    def solve(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
-    ) -> OnMesh:
-        self.require_given_mesh(rtol)
-        if rtol is not None:
-            return cast(OnMesh, refine_until(self, load, approach, rtol))
-        return self.solution_at(load, approach, initial)
 
     def path(self, last: float, rtol: float | None) -> LoadPath:
         if not self.body.in_space:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import ngsolve as ng
 import numpy as np
@@ -158,14 +158,6 @@ class Solver3D(OnGivenMesh):
         lowest = np.argmin(tiles[2], axis=1)
         return tiles[:, np.arange(len(lowest)), lowest]
 
-    def solve(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: Any = None
-    ) -> OnMesh:
-        self.require_given_mesh(rtol)
-        if rtol is not None:
-            return cast(OnMesh, refine_until(self, load, approach, rtol))
-        return self.solution_at(load, approach)
-
     def path(self, last: float, rtol: float | None) -> LoadPath:
         self.require_given_mesh(rtol)
         solver = self
@@ -180,7 +172,8 @@ class Solver3D(OnGivenMesh):
         H = self.flexibility
         residual = 1e-9
         # a refinement comes from other nodes
-        alike = initial is not None and initial.nodes is self.nodes
+        alike = isinstance(initial, SurfaceNodes) and initial.nodes is self.nodes
+        alike = alike and len(initial.forces) == len(self.initial_gaps)
         contact = projected_gradients.solve_matrix_free(
             H,
             self.initial_gaps / share,

@@ -158,3 +158,19 @@ def test_the_surface_goes_round_a_corner(side, order):
     # a dozen nodes of the side lie at the place where the zone ends
     few = np.count_nonzero(state.pressure)
     assert f"only {few} nodes in contact and no error estimate" in "; ".join(state.warnings)
+
+
+# ---- states from one before
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()], ids=["unilateral", "microblock"])
+def test_a_state_begins_at_the_one_before(law):
+    """Another law has other corners, and a body of its own other nodes: both begin anew."""
+    problem = pressed(solid=BLOCKS, law=law)
+    before = problem.solve(load=0.1)
+    anew = problem.solve(load=0.11)
+    after = problem.solve(load=0.11, initial=before)
+    assert after.iterations < anew.iterations
+    assert np.abs(after.pressure - anew.pressure).max() < 1e-6 * anew.pressure.max()  # residuals are 1e-9
+    for other in (pressed(solid=BLOCKS, law=mb.Microclamped()), pressed(bodies_in_space.block(0.5), BLOCKS, law=law)):
+        assert other.solve(load=0.11, initial=before).iterations == other.solve(load=0.11).iterations
