@@ -172,5 +172,6 @@ def test_a_state_begins_at_the_one_before(law):
     after = problem.solve(load=0.11, initial=before)
     assert after.iterations < anew.iterations
     assert np.abs(after.pressure - anew.pressure).max() < 1e-6 * anew.pressure.max()  # residuals are 1e-9
-    for other in (pressed(solid=BLOCKS, law=mb.Microclamped()), pressed(bodies_in_space.block(0.5), BLOCKS, law=law)):
+    other_mesh = bodies_in_space.block(0.5)
+    for other in (pressed(solid=BLOCKS, law=mb.Microclamped()), pressed(other_mesh, BLOCKS, law=law)):
         assert other.solve(load=0.11, initial=before).iterations == other.solve(load=0.11).iterations
