@@ -479,10 +479,16 @@ def block(method):
     return lambda: on_block(3.0, BLOCKS, mb.Cylinder(R=10), SOLID, method)
 
 
-def test_squares_at_an_approach_are_those_of_its_load():
+def nub(x):
+    """A nub on a flat face, which the first mesh does not cover: contact left it."""
+    return np.minimum(5 * x**2, 0.004) + 5 * np.maximum(abs(x) - 0.6, 0) ** 2
+
+
+@pytest.mark.parametrize("obstacle, approach", [(mb.Cylinder(R=10), 0.02), (nub, 0.01)])
+def test_squares_at_an_approach_are_those_of_its_load(obstacle, approach):
     """The mesh reaches as far as the load asks for, which the approach gives after two meshes."""
-    problem = on_block(2.0, BLOCKS, mb.Cylinder(R=10), SOLID, mb.Uniform(h=0.05))
-    state = problem.solve(approach=0.02)
+    problem = on_block(2.0, BLOCKS, obstacle, SOLID, mb.Uniform(h=0.05))
+    state = problem.solve(approach=approach)
     expected = problem.solve(load=state.load)
     assert state.unknowns == expected.unknowns and state.approach == pytest.approx(expected.approach)
     assert np.array_equal(state.x, expected.x)
