@@ -394,7 +394,8 @@ class Contact:
         ----------
         pairs : sequence of (P, Q), in three dimensions of (P, Q1, Q2)
             Normal and shear force per thickness, followed on straight ways from (0, 0); Q > 0 drags the
-            surface along x1. In three dimensions forces along x1 and x2, on a half-space alone.
+            surface along x1. In three dimensions forces along x1 and x2, on a half-space or a mesh whose
+            contact boundary is level.
         coupled : bool
             Whether shear tractions act on the gaps; pressures act on the tangential problem in any case.
         rtol : float, optional

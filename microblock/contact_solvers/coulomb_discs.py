@@ -31,6 +31,7 @@ from .fft_compliance import Operator
 from .rounding import EPS_TERM
 
 MOST_ROUNDS = 200  # 3 to 20 are met
+LEAST_SOFTNESS = 1e-200  # where no node moves
 MOST_STEPS = 80  # of conjugate gradients; of alpha
 # of the steps of gradients, over that which moves all by a radius: waves as long as the contact need the
 # least, and the shortest ones a hundred to a thousand times as much
@@ -66,6 +67,7 @@ class SlidingProblem:
     drive : array (2, ...), b (length)
     resultant : array (2,)
     friction : float, radii over normal forces
+    given : boolean array (2,), whether the resultant is given along an axis; else D is 0, and Q as well
     """
 
     S: Operator
@@ -74,6 +76,7 @@ class SlidingProblem:
     drive: Array
     resultant: Array
     friction: float
+    given: Flags
 
     @cached_property
     def touch(self) -> Flags:
@@ -82,7 +85,7 @@ class SlidingProblem:
 
     @cached_property
     def discs(self) -> Discs:
-        return Discs(self.radii[self.touch], self.resultant)
+        return Discs(self.radii[self.touch], self.resultant, self.given)
 
     @cached_property
     def b(self) -> Array:
@@ -90,8 +93,12 @@ class SlidingProblem:
 
     @cached_property
     def softness(self) -> float:
-        """Largest displacement of a node when all slides along an axis (length)."""
-        return float(np.abs(self.moved(np.array((self.discs.radii, 0 * self.discs.radii)))).max())
+        """Largest displacement of a node when all slides along an axis, the first one along which supports
+        let one move (length); not 0.
+        """
+        radii = self.discs.radii
+        along_axes = (self.moved(np.outer(axis, radii)) for axis in np.eye(2))
+        return next((float(np.abs(moved).max()) for moved in along_axes if moved.any()), LEAST_SOFTNESS)
 
     @cached_property
     def size(self) -> float:
@@ -100,7 +107,8 @@ class SlidingProblem:
         """
         sliding = float(np.hypot(*self.resultant)) / float(self.discs.radii.sum())
         share = min(1.0, max(sliding, 1 / self.friction))
-        return max(share * self.softness, float(np.ptp(self.b, axis=1).max()))
+        drives = np.where(self.given, np.ptp(self.b, axis=1), np.abs(self.b).max(axis=1))
+        return max(share * self.softness, float(drives.max()))
 
     @property
     def unit_step(self) -> float:
@@ -167,7 +175,7 @@ def _all_slide(problem: SlidingProblem) -> SlidStep:
     across = np.array((-direction[1], direction[0]))
     point = _at(problem, direction[:, None] * discs.radii)
     mean = point.gradient @ discs.radii / discs.radii.sum()
-    motion = direction * (direction @ point.gradient).max() + across * (across @ mean)
+    motion = direction * (direction @ point.gradient).max() + across * (across @ mean) * problem.given.all()
     return _ended(problem, point, motion, 0.0)
 
 
@@ -200,7 +208,8 @@ def _rise(problem: SlidingProblem, before: _Point, after: _Point) -> tuple[float
     """Returns the rise of the energy from one point to another with the same resultant, and its rounding."""
     change = after.forces - before.forces
     mean = (before.gradient + after.gradient) / 2
-    mean = mean - mean.mean(axis=1, keepdims=True)  # the change has the sum 0, but for rounding
+    # the change has the sum 0 where a resultant is given, but for rounding
+    mean = mean - problem.given[:, None] * mean.mean(axis=1, keepdims=True)
     return float((change * mean).sum()), float(EPS_TERM * problem.size * np.abs(change).sum())
 
 
@@ -242,7 +251,7 @@ def _step_of_sticking(problem: SlidingProblem, point: _Point, rtol: float) -> Ar
         return on_face(problem.preconditioned(values))
 
     axes = [np.outer(axis, np.ones(len(radii))) for axis in np.eye(2)]
-    faces = np.array([on_face(axis) for axis in axes])
+    faces = np.array([on_face(axis) for axis in axes]) * problem.given[:, None, None]
     images = np.array([precondition(face) for face in faces])
     sums = np.linalg.pinv(np.einsum("acn,bcn->ab", faces, images), rcond=1e-10, hermitian=True)
     residual = on_face(slip)

@@ -1,10 +1,10 @@
 """Forces of two components within discs, with a given sum."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model.types import Array
+from ..model.types import Array, Flags
 
 AT_RIM = 1e-12  # relative, below a radius, within which forces are at it: rounding of a projection
 PARALLEL = 1e-9  # relative, below the sum of all radii, within which all are parallel
@@ -13,10 +13,13 @@ STEPS_AND_HALVINGS = 80  # of Newton's method, and of each step; 5 to 20 are met
 
 @dataclass(frozen=True)
 class Discs:
-    """The set of (d) in `coulomb_discs`: forces within radii, array (n,), with a resultant, array (2,)."""
+    """The set of (d) in `coulomb_discs`: forces within radii, array (n,), with a resultant, array (2,). It is
+    0 along axes on which it is not `given`, boolean array (2,), and no condition.
+    """
 
     radii: Array
     resultant: Array
+    given: Flags = field(default_factory=lambda: np.ones(2, bool))
 
     @property
     def all_slide(self) -> bool:
@@ -35,20 +38,22 @@ class Discs:
 
     def shift(self, values: Array) -> Array:
         """Returns t for which ``within(values - t)`` has the resultant, array (2,), by Newton's method on a
-        concave function of t.
+        concave function of t; 0 along axes on which none is given.
         """
         t = np.zeros(2)
         excess = self._excess(values, t)
         for _ in range(STEPS_AND_HALVINGS):
             if np.abs(excess).max() <= 1e-13 * self.radii.sum():
                 break
-            step = np.asarray(np.linalg.solve(self._slope(values - t[:, None]), excess), float)
+            slope = self._slope(values - t[:, None])
+            step = np.zeros(2)
+            step[self.given] = np.linalg.solve(slope[np.ix_(self.given, self.given)], excess[self.given])
             t, excess = self._searched(values, t, step, excess)
         return t
 
     def _excess(self, values: Array, t: Array) -> Array:
         """Returns the resultant of ``within(values - t)`` less the given one."""
-        return np.asarray(self.within(values - t[:, None]).sum(axis=1) - self.resultant)
+        return self.given * (self.within(values - t[:, None]).sum(axis=1) - self.resultant)
 
     def _slope(self, values: Array) -> Array:
         """Returns the derivative of the resultant of `within`, array (2, 2), positive definite."""
@@ -73,7 +78,7 @@ class Discs:
     def _with_resultant(self, forces: Array) -> Array:
         """Returns forces with what rounding has left of the resultant on those inside of their discs."""
         inside = np.hypot(*forces) < (1 - AT_RIM) * self.radii
-        missing = self.resultant - forces.sum(axis=1)
+        missing = self.given * (self.resultant - forces.sum(axis=1))
         room = np.where(inside, self.radii - np.hypot(*forces), 0.0)
         if room.sum() > np.hypot(*missing):
             forces = forces + missing[:, None] * (room / room.sum())

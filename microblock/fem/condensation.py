@@ -40,7 +40,7 @@ class CondensedNodes(ContactNodes):
     Parameters
     ----------
     body : Body, of any orders
-    followed : bool, whether friction is followed, also on 1D and periodic bodies
+    followed : bool, whether friction is followed, in the plane also on 1D and periodic bodies
 
     Attributes
     ----------
@@ -79,10 +79,11 @@ class CondensedNodes(ContactNodes):
             advice = "a lower order or a larger rtol, or name less of the surface as contact boundary"
         advice = f"take longer elements, {advice}"
         contact = f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes"
-        count = len(np.unique(self.onto.indices))
-        cost.require_room(condensed_bytes(body, count, len(self.weights)), contact, advice)
-        traces = self.traces.values() if followed else [self.onto]
+        traces = [self.onto]
+        if followed:
+            traces += self.displacements_along_sides if self.dim == 3 else self.traces.values()
         seen = np.concatenate([values.indices for values in traces])
+        cost.require_room(condensed_bytes(body, len(np.unique(seen)), len(self.weights)), contact, advice)
         self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, advice)
         self.factor = self._bulk.block
         self.rows = self.onto[:, self._bulk.contact]
@@ -211,7 +212,8 @@ def require_pressed(body: Body, followed: bool = False, iterated: bool = False) 
     require(body.mesh.dim > 1 or followed, "body", body, "must be two-dimensional")
     # its ends are one node; as two they would share their force at random
     words = "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
-    require(not body.periodic or followed, "body", body, f"must not be periodic: {words}")
+    periodic = body.periodic and not (followed and body.mesh.dim < 3)
+    require(not periodic, "body", body, f"must not be periodic: {words}")
     if not iterated:
         require_nothing_prescribed(body)
     supports.pressed(body)

@@ -174,6 +174,11 @@ class ContactNodes(FacetNodes):
         factors = [(-self.normals, none), (none, -half * t2), (none, half * t1)]
         return vstack([self._combined(np.hstack(pair).T) for pair in factors], format="csr")
 
+    @cached_property
+    def displacements_along_sides(self) -> list[Any]:
+        """Displacements along the sides t1 and t2 of blocks in space: sparse arrays (n, unknowns)."""
+        return [self.motion(side, 0 * side) for side in side_directions(self.normals)]
+
     @property
     def touching(self) -> list[str]:
         """Names of the fields that `onto` sees."""

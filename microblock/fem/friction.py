@@ -26,6 +26,7 @@ from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
 from ..model.solver import Solver
 from ..model.state import changed
 from ..model.types import Array, ObstacleLike, Zones
+from . import supports
 from .body import Body
 from .body_fields import BodyFields
 from .condensation import CondensedNodes, condensed
@@ -171,16 +172,27 @@ class FollowsFriction(Solver):
         """Returns the History through pairs, array (n, 2); raises BadArgument for an rtol or a second
         body.
         """
-        words = "deforms: histories on a mesh take rigid obstacles alone"
-        require(body_of(self.obstacle) is None, "obstacle", self.obstacle, words)
-        words = "is not for histories on a mesh, which stays as it is: refine it yourself"
-        require(rtol is None, "rtol", rtol, words)
+        require_given(self.obstacle, rtol)
+        planes = supports.planes_of_symmetry(self.body, self.body.boundary(self.body.contact))
+        words = (
+            "holds a plane of symmetry at the contact, across which the sum of shear forces is not given: "
+            "histories with friction in the plane need the whole body"
+        )
+        require(not planes, "fixed", self.body.fixed, words)
         contact = self.frictional.contact(coupled)
         path = EventDrivenContact(contact)
         states = [self.frictional.solution(self, path.follow(*map(float, pair))).state() for pair in pairs]
         ends = borders(states[-1].x)
         edges = np.column_stack((ends[:-1], ends[1:]))
         return History(self.contact, states, events(path.changes, contact.friction, edges, pairs))
+
+
+def require_given(obstacle: ObstacleLike, rtol: float | None) -> None:
+    """Raises BadArgument for a second body, or an rtol that no mesh is refined to in a history."""
+    words = "deforms: histories on a mesh take rigid obstacles alone"
+    require(body_of(obstacle) is None, "obstacle", obstacle, words)
+    words = "is not for histories on a mesh, which stays as it is: refine it yourself"
+    require(rtol is None, "rtol", rtol, words)
 
 
 def history_to(rtol: float, solvers: Iterable[Any], pairs: Array, coupled: bool) -> History:

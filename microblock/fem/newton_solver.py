@@ -100,6 +100,9 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     most_unknowns = 1_000_000  # some minutes
     time_factor = 1.0  # its states are those of Condensed()
 
+    def follows(self, pairs: Array) -> bool:
+        return False
+
     def path(self, last: float, rtol: float | None) -> LoadPath:
         kind = self.options.kind
         require(kind == "al", "kind", kind, 'does not follow events: Newton("al") does')

@@ -85,7 +85,7 @@ def _of_second(solution: Any, boundary: PlaneBoundary | SpaceBoundary) -> tuple[
     region = body.boundary(body.contact)
     facets = list(region.Elements())
     rules = _rules(body)
-    values = _tractions(fields, averaged)(body.mesh.MapToAllElements(rules, region)).reshape(-1, 7)
+    values = _tractions(fields, averaged)(body.mesh.MapToAllElements(rules, region)).reshape(-1, 10)
     places, weights, normals = at_rules(body.mesh, facets, [rules[facet.type] for facet in facets])
     pressure = solution.solver.counter.pressures(solution.pressures, places, normals)
     square = weights @ (pressure - values[:, 0]) ** 2 / max(weights @ pressure**2, 1e-300)
@@ -136,25 +136,31 @@ def _energy_of_difference(body: Body, fields: BodyFields, averaged: Sequence[Any
 
 
 def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: Sequence[Any]) -> Array:
-    """Returns squares of what p and M/ell differ from averaged tractions, (elements,)."""
+    """Returns squares of what p, M/ell and q/f of friction differ from averaged tractions, (elements,)."""
     nodes = solution.nodes
     mesh = nodes.body.mesh
     above = elements_at(mesh, nodes.region)
     rules = _rules(nodes.body)
     places, weights, _, basis = nodes.at_points([rules[facet.type] for facet in nodes.region.Elements()])
     values = _tractions(solution.fields, averaged)(mesh.MapToAllElements(rules, nodes.region))
-    traction, couple, normals = np.split(values.reshape(-1, 7).T, (1, 4))
+    traction, couple, normals, force = np.split(values.reshape(-1, 10).T, (1, 4, 7))
+    recovered = [traction, boundary.along_sides(couple, normals)]
+    friction = solution.solver.law.friction
+    if friction:
+        recovered.append(boundary.along_sides(force, normals) / friction)
     surface = boundary.nodal @ basis.T
-    differences = (surface - np.vstack((traction, boundary.along_sides(couple, normals)))) ** 2
+    differences = (surface - np.vstack(recovered)) ** 2
+    parts = np.split(differences, np.cumsum([len(part) for part in recovered])[:-1])
     beyond = boundary.beyond_ends(places, normals, solution.pressures @ basis.T)
     weights = weights * boundary.norm_weights(places)
-    squares = np.zeros((2, mesh.ne))
+    squares = np.zeros((len(parts), mesh.ne))
     elements = np.repeat(above, [len(rules[facet.type]) for facet in nodes.region.Elements()])
-    for row, density in zip(squares, (differences[0], differences[1:].sum(axis=0)) + beyond):
-        np.add.at(row, elements, weights * density)
+    for row, part, square in zip(squares, parts, (*beyond, beyond[0])):
+        np.add.at(row, elements, weights * (part.sum(axis=0) + square))
     squares[:, above[boundary.singular]] *= 4**2
     facets, of_edges = boundary.edges()
-    np.add.at(squares[0], above[facets], of_edges)
+    for row in squares[::2]:  # of p, and of q/f, which is no larger
+        np.add.at(row, above[facets], of_edges)
     if len(solution.forces) > 1:  # of M/ell
         np.add.at(squares[1], above[facets], of_edges / 4)
     missed = boundary.missed()
@@ -165,14 +171,16 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
 
 
 def _tractions(fields: BodyFields, averaged: Sequence[Any]) -> Any:
-    """Returns the pressure -n.(sigma n) on the boundary, the couple m n/ell of averaged gradients, and n."""
+    """Returns the pressure -n.(sigma n) on the boundary, the couple m n/ell of averaged gradients, n, and
+    sigma n.
+    """
     body = fields.body
     normal = outward(body.mesh)
     n = ng.CF((*(normal[axis] for axis in range(body.mesh.dim)), 0)[:3])
     gamma, kappa = body.strains(fields.components, averaged)
     sigma = ng.BoundaryFromVolumeCF(contact_term.stress(body.moduli, gamma))
     m = ng.BoundaryFromVolumeCF(contact_term.couple_stress(body.moduli, kappa))
-    return ng.CF((-ng.InnerProduct(n, sigma * n), m * n / body.solid.ell, n))
+    return ng.CF((-ng.InnerProduct(n, sigma * n), m * n / body.solid.ell, n, sigma * n))
 
 
 def refine_until(solver: Any, load: float | None, approach: float | None, rtol: float) -> Any:

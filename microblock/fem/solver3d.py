@@ -15,15 +15,18 @@ from ..halfplane.kernels import coalescence_exponent
 from ..model.corner_geometry import CornerGeometry
 from ..model.deformable import shape_of
 from ..model.events import LoadPath
+from ..model.history import History
 from ..model.obstacles import heights
 from ..model.progress import counting
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags
 from . import factors
 from .body import Body
-from .condensation import CondensedNodes, Flexibility3D
+from .condensation import CondensedNodes, Flexibility3D, condensed
 from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
+from .friction import require_given
+from .friction3d import SurfaceFriction
 from .mesh_solution import OnMesh
 from .mesh_surface import MeshSurface
 from .path3d import Path3D
@@ -96,6 +99,17 @@ class Solver3D(OnGivenMesh):
         super().set_up()
         if self.counter is not None:
             self.no_rtol = REFINES_ONE
+
+    @property
+    def nodes(self) -> Any:
+        return condensed(self.body, self.law.clamps_rotation, followed=self.law.friction > 0)
+
+    def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
+        """Returns the History through pairs, array (n, 3); raises BadArgument for an rtol, a second body, and
+        as SurfaceFriction.
+        """
+        require_given(self.obstacle, rtol)
+        return SurfaceFriction(self, pairs, coupled).history()
 
     @property
     def rate(self) -> str:
@@ -213,15 +227,17 @@ class Solver3D(OnGivenMesh):
         surface: Array,
         residual: float,
         iterations: int,
+        kind: type[SurfaceNodes] = SurfaceNodes,
         **fields: Any,
-    ) -> SurfaceNodes:
-        """Returns the SurfaceNodes of corner forces and closed corners, (corners, n), and (u, phi1, phi2) at
-        the nodes, (3, n); raises BadArgument where the obstacle lies in held nodes.
+    ) -> Any:
+        """Returns the SurfaceNodes, or a `kind` of these with more fields, of corner forces and closed
+        corners, (corners, n), and (u, phi1, phi2) at the nodes, (3, n); raises BadArgument where the obstacle
+        lies in held nodes.
         """
         if self.counter is None:  # a second body is pressed by each corner at its own place
             forces = least_norm_where_closed(forces, closed)
         u, phi1, phi2 = surface
-        solution = SurfaceNodes(
+        solution = kind(
             self,
             load,
             approach,

@@ -44,9 +44,12 @@ class SpaceBoundary:
 
     @property
     def nodal(self) -> Array:
-        """p, M1/ell and M2/ell at the nodes, array (3, n)."""
+        """p, M1/ell and M2/ell at the nodes, with friction also q1/f and q2/f: array (3, n), or (5, n)."""
         solution = self.solution
-        return np.vstack((solution.pressures.sum(axis=0), solution.micromoment / self._solver.solid.ell))
+        rows = [solution.pressures.sum(axis=0), solution.micromoment / self._solver.solid.ell]
+        if self._solver.law.friction:
+            rows.append(solution.shear_traction / self._solver.law.friction)
+        return np.vstack(rows)
 
     @cached_property
     def _closed(self) -> Flags:

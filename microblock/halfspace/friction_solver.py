@@ -17,16 +17,15 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.fft_compliance import Grid
+from ..contact_solvers.friction_increments import FrictionIncrements, Increment, legs
 from ..errors import NotConverged, out_of_reach
 from ..model.history import History
 from ..model.intervals import distance
-from ..model.progress import counted
 from ..model.refinement import GeometricSeries, RefinementLevel, levels, refine
 from ..model.types import Array
 from . import square_search
 from .friction_solution import SlidingCells
-from .friction_steps import FrictionGrid, Increment
-from .shear_cells import ShearCells
+from .shear_cells import ShearCells, ShearedFaces
 from .surface_solution import SPOT, ContactLeavesWindow, load_fraction_on_spots
 from .symbol import ShearSymbol, shear_of_blocks, shear_of_clamped, shear_of_points
 
@@ -112,7 +111,7 @@ class SurfaceFrictionSolver:
 
     def _seconds(self, count: int) -> float:
         """Returns seconds that the history is expected to take on so many cells a side."""
-        steps = sum(len(steps) for steps in self._legs(count))
+        steps = sum(map(len, legs(self.loads, count)))
         forces = len(self.solver.offsets) * count**2
         alternations = 3 if self.coupled else 1
         return cost.predict("cells in space", alternations * forces, steps).seconds
@@ -126,33 +125,20 @@ class SurfaceFrictionSolver:
                 "fewer loads or cells, or a larger rtol"
             )
 
-    def _legs(self, count: int) -> Iterator[Array]:
-        """Yields of each leg the loads of its increments on so many cells a side, arrays (m, 3)."""
-        start = np.zeros(3)
-        for end in self.loads:
-            yield increments(start, end, self._largest, count)
-            start = end
-
     def _on_grid(self, window: Grid, count: int, before: Any) -> list[SlidingCells]:
         """Returns the solutions at the given loads on so many cells a side."""
         self._require_short(count)
         grid = window.with_count(count)
-        followed = self._friction_grid(grid)
-        increment = followed.at_rest()
-        solutions = []
-        for leg in self._legs(count):
-            for load, *shear in leg.tolist():
-                counted(load=load)
-                increment = followed.advanced(increment, load, np.array(shear))
-            solutions.append(self._solution(grid, followed, increment))
-        return solutions
+        followed = self._friction_increments(grid)
+        ends = followed.follow(self.loads, count)
+        return [self._solution(grid, followed, increment) for increment in ends]
 
-    def _friction_grid(self, grid: Grid) -> FrictionGrid:
+    def _friction_increments(self, grid: Grid) -> FrictionIncrements:
         solver = self.solver
         H, g0 = solver.prepared(grid)
-        cells = self._shear_cells(grid, with_second=True)
+        faces = ShearedFaces(H, self._shear_cells(grid, with_second=True))
         residual = max(RESIDUAL, solver.options.residual)
-        return FrictionGrid(H, g0, cells, float(solver.law.friction), self.coupled, residual)
+        return FrictionIncrements(H, g0, faces, float(solver.law.friction), self.coupled, residual)
 
     def _shear_cells(self, grid: Grid, with_second: bool) -> ShearCells:
         """Returns the ShearCells of the body, or of both bodies."""
@@ -184,7 +170,7 @@ class SurfaceFrictionSolver:
             return shear_of_clamped(solid, k)
         return shear_of_points(solid, k) if len(self.solver.offsets) == 1 else shear_of_blocks(solid, k)
 
-    def _solution(self, grid: Grid, followed: FrictionGrid, increment: Increment) -> SlidingCells:
+    def _solution(self, grid: Grid, followed: FrictionIncrements, increment: Increment) -> SlidingCells:
         """Returns the solution at an increment."""
         solver = self.solver
         H = followed.H
@@ -200,7 +186,7 @@ class SurfaceFrictionSolver:
             m = m - increment.tangential
         opposite = np.zeros(grid.places[0].shape)
         if solver.second is not None:
-            both = followed.cells.lifted(increment.tangential)[0]
+            both = self._shear_cells(grid, with_second=True).lifted(increment.tangential)[0]
             opposite = H.second.above(increment.forces) + both - lifted[0]
         return SlidingCells(
             solver,
@@ -243,20 +229,6 @@ class SurfaceFrictionSolver:
         lost = [load_fraction_on_spots(solution, SPOT) for solution in coarser]
         rough = [solution.residual * solution.grid.count for solution in finer]
         return (errors + lost + rough).tolist()
-
-
-def increments(start: Array, end: Array, largest: float, count: int) -> Array:
-    """Returns the loads (P, Q1, Q2) of the increments of a leg, array (m, 3), the last one its end. Cube
-    roots of P are equally far from each other, as radii under a sphere are.
-    """
-    first, last = np.cbrt((start[0], end[0]))
-    growth = abs(last - first) / np.cbrt(largest)
-    number = int(np.ceil(count * max(growth, 1 / 8)))
-    share = np.arange(1, number + 1) / number
-    if growth:
-        share = ((first + share * (last - first)) ** 3 - start[0]) / (end[0] - start[0])
-    share[-1] = 1.0
-    return np.asarray(start + share[:, None] * (end - start))
 
 
 def _doublings(first: int, last: int) -> list[int]:

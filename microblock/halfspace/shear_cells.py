@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -128,6 +129,39 @@ class ShearCells:
         softness = ShearSymbol(0 * k, width**2 / along, width**2 / across, 0 * k, 0 * k)
         _, _, S11, S12, S22, *_ = shear_along_axes(shear_spectra(softness), *ways)
         return FourierOperator((self.near, self.near), [[S11, S12], [S12, S22]], (2, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class ShearedFaces:
+    """The ShearResponse of cells.
+
+    Attributes
+    ----------
+    H : Flexibility
+    cells : ShearCells
+    """
+
+    H: Any
+    cells: ShearCells
+
+    @property
+    def moved(self) -> FourierOperator:
+        return self.cells.moved
+
+    @property
+    def inverse(self) -> FourierOperator:
+        return self.cells.inverse
+
+    def raised(self, tangential: Array) -> Array:
+        surface = self.cells.lifted(tangential)
+        if self.H.one_corner:
+            return surface[:1]
+        gaps = np.tensordot(self.H.rows, surface, 1)
+        return np.asarray(gaps + (self.H.tilt * surface[1:]).sum(axis=0))
+
+    def dragged(self, forces: Array) -> Array:
+        loads = self.H.resultants(forces)
+        return self.cells.dragged_by_pressure(loads) if self.H.one_corner else self.cells.dragged(loads)
 
 
 def _opposed(components: Array) -> Array:

@@ -189,7 +189,7 @@ class Solver:
         )
 
     def follows(self, pairs: Array) -> bool:
-        """Returns whether the method follows a history, array (n, 2)."""
+        """Returns whether the method follows a history, array (n, 2), in space (n, 3)."""
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
@@ -198,5 +198,5 @@ class Solver:
             "method",
             type(self.options).__name__,
             f"cannot follow friction on a {type(self.body).__name__}: take a HalfSpace, a HalfPlane without "
-            "a period, a Body on a mesh in the plane, or Uniform(h=...) on a Block",
+            "a period, a Body on a mesh, in space by Condensed(), or Uniform(h=...) on a Block",
         )

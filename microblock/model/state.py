@@ -144,9 +144,9 @@ class State(PlainData):
         With friction the components along x1 and x2 of Q and of the obstacle's motion, on a period less the
         mean of the surface.
     shear_traction, slip : arrays (n, 2)
-        q and slip along x1 and x2. Where all slides, slip is the least along Q that no cell contradicts.
+        q and slip along x1 and x2. Where all slides, slip is the least along Q that no point contradicts.
     stick : boolean array (n,)
-        With friction whether a cell in contact has less than the largest shear.
+        With friction whether a cell or node in contact has less than the largest shear.
     squares : tuple of Grid, or None
         Of cells: the squares in which they lie, the widest cells first, each with `count` cells a side,
         their `width`, its `side`, `middle` (lengths) and `axes` (x1 and x2 of centres). Cells of a square

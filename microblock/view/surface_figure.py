@@ -41,24 +41,40 @@ def _draw_pressure(axis: Axes, state: State) -> None:
 
 
 def draw_shear(axis: Axes, state: State) -> None:
-    """Draws the size of the shear traction of a state on one square of cells, arrows along it, and the edge
-    of the stick zone.
+    """Draws the size of the shear traction of a state on one square of cells or at nodes, arrows along it,
+    and the edge of the stick zone.
     """
     traction: Any = state.shear_traction
-    shape: Any = state.shape
-    squares: Any = state.squares
-    grids = traction.T.reshape(2, *shape).swapaxes(1, 2)
     _from_above(axis, state, np.hypot(*traction.T), "$|q|$", cmap="cividis")
+    centres: Any = state.points[:, :2].T
+    arrows = traction.T
     stick: Any = state.stick
-    inside = stick.reshape(shape).T.astype(float)
-    if 0 < inside.sum() < inside.size:
-        axis.contour(state.x1, state.x2, inside, levels=[0.5], colors="w", linewidths=1)
-    step = -(-shape[0] // ARROWS)
-    every = slice(step // 2, None, step)
-    centres = np.array(np.meshgrid(*squares[0].axes))[:, every, every]
-    arrows = grids[:, every, every]
+    inside = stick.astype(float)
+    edge: dict[str, Any] = {"levels": [0.5], "colors": "w", "linewidths": 1}
+    mixed = 0 < inside.sum() < inside.size
+    if state.squares is not None:
+        shape: Any = state.shape
+        every = _thinned(shape[0])
+        centres, arrows = (rows.reshape(2, *shape)[:, every, every] for rows in (centres, arrows))
+        if mixed:
+            axis.contour(state.x1, state.x2, inside.reshape(shape).T, **edge)
+    elif mixed:
+        axis.tricontour(_triangulation(state), inside, **edge)
     pressed = np.hypot(*arrows) > 0
     axis.quiver(*centres[:, pressed], *arrows[:, pressed], color="w", width=0.006, pivot="mid")
+
+
+def _triangulation(state: State) -> Triangulation:
+    """Returns the triangles between the nodes of a state."""
+    x1: Any = state.x1
+    x2: Any = state.x2
+    return Triangulation(x1, x2, state.triangles)
+
+
+def _thinned(count: int) -> slice:
+    """Returns the cells of a row of so many that have an arrow."""
+    step = -(-count // ARROWS)
+    return slice(step // 2, None, step)
 
 
 def _draw_closed(axis: Axes, state: State) -> None:
@@ -86,9 +102,7 @@ def _from_above(axis: Axes, state: State, values: AnyArray, label: str, **look: 
     elif "norm" in look:  # numbers have nothing between nodes
         drawn = axis.scatter(x1, x2, c=values, s=5, linewidths=0, **look)
     else:
-        drawn = axis.tripcolor(
-            Triangulation(x1, x2, state.triangles), values, shading="gouraud", rasterized=True, **look
-        )
+        drawn = axis.tripcolor(_triangulation(state), values, shading="gouraud", rasterized=True, **look)
     axis.set(xlabel="$x_1$", ylabel="$x_2$", title=label)
     axis.set(aspect="equal", adjustable="datalim", box_aspect=1)  # a row of squares has room above it
     axis.locator_params(nbins=4)  # as many as are there when the layout is made

@@ -8,13 +8,14 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import microblock as mb
+from microblock.contact_solvers import friction_increments
 from microblock.contact_solvers.discs import Discs
 from microblock.contact_solvers.event_driven import EventDrivenContact
+from microblock.contact_solvers.friction_increments import increments, legs
 from microblock.contact_solvers.frictional_contact import FrictionalContact
 from microblock.data.records import read_records
 from microblock.halfplane.kernels import at_rest, plane_symbol
-from microblock.halfspace import friction_steps
-from microblock.halfspace.friction_solver import SurfaceFrictionSolver, increments
+from microblock.halfspace.friction_solver import SurfaceFrictionSolver
 from microblock.halfspace.kernels import ShearKernels
 from microblock.halfspace.symbol import shear_of_points
 
@@ -174,12 +175,12 @@ def test_seeded_histories_keep_all_conditions(law, seeds):
         triples = np.column_stack((loads, sizes * np.cos(angles), sizes * np.sin(angles)))
         solver = problem(law).solver
         history = SurfaceFrictionSolver(solver, triples, coupled=True)
-        grid = history._friction_grid(solver.given_window().with_count(16))
+        grid = history._friction_increments(solver.given_window().with_count(16))
         before = grid.at_rest()
-        for leg in history._legs(16):
+        for leg in legs(triples, 16):
             for load, *shear in leg.tolist():
                 after = grid.advanced(before, load, np.array(shear))
-                gaps = grid.g0 - after.approach + grid.H @ after.forces + grid.raised(after.tangential)
+                gaps = grid.g0 - after.approach + grid.H @ after.forces + grid.faces.raised(after.tangential)
                 size = np.ptp(gaps - grid.g0)
                 slip = after.slip - before.slip
                 limits = F * after.pressing
@@ -418,6 +419,6 @@ def test_a_history_of_hours_is_refused_at_once():
 
 
 def test_alternations_that_do_not_settle_are_said(monkeypatch):
-    monkeypatch.setattr(friction_steps, "ALTERNATIONS", 1)
+    monkeypatch.setattr(friction_increments, "ALTERNATIONS", 1)
     with pytest.raises(mb.NotConverged, match="coupled=False"):
         problem().history([(P, 0.1 * P, 0)])
