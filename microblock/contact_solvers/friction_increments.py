@@ -24,6 +24,7 @@ from .coulomb_discs import SlidingProblem, slide
 from .discs import AT_RIM
 from .projected_gradients import solve_matrix_free
 
+RESIDUAL = 1e-7  # of an increment: far below what cells, nodes and increments leave
 ALTERNATIONS = 60  # 3 to 12 are met
 
 

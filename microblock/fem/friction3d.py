@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import vstack
 
-from ..contact_solvers.friction_increments import FrictionIncrements, Increment, SlidingSolution
+from ..contact_solvers.friction_increments import RESIDUAL, FrictionIncrements, Increment, SlidingSolution
 from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require
 from ..model.history import History
@@ -24,13 +24,12 @@ from ..model.intervals import distance
 from ..model.types import Array, Flags
 from . import supports
 from .body_fields import BodyFields
-from .condensation import LEAST
+from .condensation import DEPENDENT
 from .facet_rules import ROUNDED
 from .space_boundary import SpaceBoundary
 from .state3d import SurfaceNodes
 
 FEWEST_INCREMENTS = 16  # from first touch to the largest normal force
-RESIDUAL = 1e-7  # of an increment, as on half-spaces
 ON_NODES = "forces", "tangential", "slip", "apart", "stick"  # of an Increment
 
 
@@ -155,9 +154,9 @@ class NodeFaces(MatrixFree):
 def _inverse(matrix: Array) -> Callable[[Array], Array]:
     """Returns the inverse of a compliance, but for what supports hold, as a function of arrays (k,)."""
     diagonal = np.diag(matrix)
-    free = diagonal > LEAST * diagonal.max()
+    free = diagonal > DEPENDENT * diagonal.max()
     part = matrix[np.ix_(free, free)]
-    factor = cho_factor(part + LEAST * diagonal.max() * np.eye(len(part)))
+    factor = cho_factor(part + DEPENDENT * diagonal.max() * np.eye(len(part)))
 
     def apply(values: Array) -> Array:
         result = np.zeros(len(values))

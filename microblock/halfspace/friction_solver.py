@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.fft_compliance import Grid
-from ..contact_solvers.friction_increments import FrictionIncrements, Increment, legs
+from ..contact_solvers.friction_increments import RESIDUAL, FrictionIncrements, Increment, legs
 from ..errors import NotConverged, out_of_reach
 from ..model.history import History
 from ..model.intervals import distance
@@ -34,7 +34,6 @@ MOST_CELLS = 256
 # errors of increments are alike on two grids, in contrast to those of the edges of contacts alone
 SERIES = GeometricSeries(2.0, 1.4, 1.9, luck=2.5)
 LARGEST_GAIN = 2.5  # by more than this no grid was seen to divide an error: by 1.8 to 2.2
-RESIDUAL = 1e-7  # of an increment: far below what cells and increments leave
 WIDER = 1.4  # times a window that the contact fills
 WINDOWS = 6
 MOST_SECONDS = 1800.0  # of one core, on one grid
