@@ -16,6 +16,7 @@ import numpy as np
 from ..errors import NotConverged, require, require_choice, require_finite, require_kind, require_positive
 from ..model.material import Cosserat
 from ..model.progress import counted
+from ..model.scales import classical_rise
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags
 from ..threads import bounded
@@ -239,7 +240,7 @@ class MonolithicNewton:
             values[-1] = level - self._first
         else:
             self._load.Set(level)
-            values[-1] = max(approach, self._touching(unknowns))
+            values[-1] = max(approach, self._closing(unknowns, level if start is None else 0.0))
         return unknowns
 
     def _multipliers(self, vectors: Any) -> list[Array]:
@@ -247,12 +248,23 @@ class MonolithicNewton:
         multipliers = vectors.components[len(self.body.names) : -1] or self._given
         return [multiplier.vec.FV().NumPy() for multiplier in multipliers]
 
-    def _touching(self, unknowns: Any) -> float:
-        """Returns the approach at which the nearest corner closes."""
+    def _closing(self, unknowns: Any, load: float) -> float:
+        """Returns the approach at which about as much of the surface overlaps the obstacle as a classical
+        contact under a load would close, at least the nearest corner; for the load 0 the nearest one alone.
+        """
         stresses, moved = self._corners(unknowns)
         distances = (stresses / self.rho + self._g0 - moved) / self._up
-        distances = distances[np.isfinite(distances)]
-        return distances.min() + 1e-9 * max(np.ptp(distances), self.body.solid.ell)
+        reached = np.isfinite(distances)
+        areas = np.broadcast_to(self.facets.weights / len(distances), distances.shape)[reached]
+        order = np.argsort(distances[reached])
+        ascending = distances[reached][order]
+        rises = ascending - ascending[0]
+        E_star = self.body.solid.E_star
+        enough = np.full(len(rises), classical_rise(load, E_star))
+        if self.body.in_space:
+            enough = load / (2 * E_star * np.sqrt(np.cumsum(areas[order]) / np.pi))
+        last = np.argmax(rises >= enough) if rises[-1] >= enough[-1] else -1
+        return ascending[last] + 1e-9 * max(rises[-1], self.body.solid.ell)
 
     def _corners(self, unknowns: Any) -> tuple[Array, Array]:
         """Returns multipliers and displacements along the normal, arrays (corners, n)."""
@@ -320,11 +332,11 @@ class MonolithicNewton:
 
 
 def default_rho(facets: ContactFacets, method: str) -> float:
-    """Returns the `usual_rho` of the body's height, in space of 1/8 or 10 times the length of a facet."""
+    """Returns the `usual_rho` of the body's height, in space of 1/24 or 10 times the length of a facet."""
     body = facets.body
     if body.in_space:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
-        return usual_rho(body.solid, method, length * (1 / 8 if method == "al" else 10))
+        return usual_rho(body.solid, method, length * (1 / 24 if method == "al" else 10))
     return usual_rho(body.solid, method, np.ptp([vertex.point[-1] for vertex in body.mesh.vertices]))
 
 

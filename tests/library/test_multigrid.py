@@ -4,7 +4,7 @@ import pytest
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
-from microblock.fem import newton_systems
+from microblock.fem import meshes, newton_systems
 
 SOLID = mb.Cosserat(E=100.0, nu=0.3, ell=0.1, beta=1)
 ELASTIC = mb.Elastic(E=100.0, nu=0.3)
@@ -36,3 +36,14 @@ def test_multigrid_has_the_state_of_factors(hexahedra, order, solid, law, method
     # both iterations end at a residual of 1e-9, of forces that may differ 100 times as much
     assert state.pressure == pytest.approx(expected.pressure, abs=1e-7 * expected.pressure.max())
     assert state.approach == pytest.approx(expected.approach, rel=1e-7)
+
+
+def test_newton_begins_with_the_corners_that_a_contact_closes():
+    body = mb.Body(block(False), ELASTIC, 2, fixed="bottom", contact="top")
+    state = mb.Contact(body, mb.Sphere(R=2.0), mb.Unilateral(), mb.Newton()).solve(load=20.0)
+    ground = meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False)
+    body = mb.Body(meshes.uniform(ground, 0.05), ELASTIC, 1, fixed="bottom")
+    plane = mb.Contact(body, mb.Cylinder(R=2.0), mb.Unilateral(), mb.Newton()).solve(load=5.0)
+    # from the nearest corner alone, which is pressed in deeply and then shed ring by ring, they were 11 and 6
+    assert state.iterations <= 8
+    assert plane.iterations <= 3
