@@ -202,3 +202,17 @@ def test_conjugate_gradients_end_after_as_many_steps_as_there_are_eigenvalues():
     state = solve_matrix_free(flexibility, gaps, approach=1000.0, rtol=1e-9)
     assert state.forces[0] == pytest.approx(expected, abs=1e-7)
     assert state.iterations < 60
+
+
+def test_the_residual_of_products_is_the_largest_penetration_or_gap_under_a_force():
+    """Of states that are solved poorly: both kinds decide, over the range of H f."""
+    random = np.random.default_rng(3)
+    flexibility = OfThreeEigenvalues(30, random)
+    gaps = random.normal(size=(1, 30))
+    decides = set()
+    for load in np.geomspace(1e-3, 1e-2, 20):
+        state = solve_matrix_free(flexibility, gaps, load=load, rtol=0.3)
+        violations = -state.gaps.min(), state.gaps[state.forces > 0].max()
+        assert state.kkt == pytest.approx(max(violations) / np.ptp(flexibility @ state.forces))
+        decides.add(np.argmax(violations))
+    assert decides == {0, 1}

@@ -456,6 +456,8 @@ def test_blocks_of_a_half_space_touch_the_sphere_in_the_row_that_is_shown(psi0_i
     )
     surface, contact, where = blocks.section(state)
     shown = blocks.blocks(surface, blocks.window(SOLID.ell, contact))
+    pressed_at = {name: surface.x[p > 0] for name, p in zip(surface.corners, surface.pressures)}
+    assert pressed_at["A"].max() > pressed_at["B"].max() and pressed_at["A"].min() > pressed_at["B"].min()
     x2 = float(where.split()[-1])
     assert {*map(tuple, shown.closed.tolist())} == {(a, b) for a in (False, True) for b in (False, True)}
     for corner in (0, 1):
