@@ -380,8 +380,8 @@ def test_slope_discontinuities_and_edges_give_a_state_or_say_why_not(solid, law,
 
 
 def test_places_and_chains_of_events_on_cells():
-    """An event lies in the middle of its cells, on a period by the shorter way; and what vanishes elsewhere
-    does not undo a birth.
+    """An event lies in the middle of its cells, on a period by the shorter way; and what vanishes elsewhere,
+    or at a load a tenth larger, does not undo a birth.
     """
     grid = SimpleNamespace(axes=(np.linspace(-0.95, 0.95, 20),), width=0.1, count=20)
     line, ring = (CellScan(SimpleNamespace(period=period, dimensions=1), grid) for period in (None, 2.0))
@@ -390,5 +390,7 @@ def test_places_and_chains_of_events_on_cells():
     born = Event(1.0, 0.0, "born", "A", 0.0)
     beside = Event(1.01, 0.0, "vanished", "A", 0.2)
     elsewhere = Event(1.01, 0.0, "vanished", "A", 5.0)
+    later = Event(1.15, 0.0, "vanished", "A", 0.2)
     assert line.steady([born, elsewhere]) == [born, elsewhere]
+    assert line.steady([born, later]) == [born, later]
     assert line.steady([born, beside]) == []
