@@ -200,7 +200,7 @@ def history_to(rtol: float, solvers: Iterable[Any], pairs: Array, coupled: bool)
     most, each on squares half as long; raises NotConverged without one. Errors follow from changes between
     three, of an order from 1/2 to 1 (Richardson), and are at least half of the change before the last.
     """
-    series = GeometricSeries(2.0, 2**0.5, 2.0, luck=2.0)
+    series = GeometricSeries(slowest=2**0.5, fastest=2.0, luck=2.0)
 
     def follow(solver: Any, coarser: History | None) -> History:
         return solver.history(pairs, coupled, None)

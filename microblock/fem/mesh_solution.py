@@ -340,9 +340,12 @@ class MeshSolution(OnMesh, NodalSolution):
         counter = self.solver.counter
         if counter is None:
             return []
-        counts = [counter.unknowns_between(left, right) for left, right in zones]
-        words = f"only {min(counts, default=0)} nodes of the second body over a zone of the contact: "
-        few = [words + "take smaller elements for it"] * (min(counts, default=FEWEST + 1) <= FEWEST)
+        counts = sorted(counter.unknowns_between(left, right) for left, right in zones)
+        few = [
+            f"only {count} nodes of the second body over a zone of the contact: take smaller elements for it"
+            for count in counts[:1]
+            if count <= FEWEST
+        ]
         return [*few, *counter.ends_in(self.closed), *counter.held_apart(self.closed)]
 
     def beyond(self) -> list[str]:

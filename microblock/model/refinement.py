@@ -144,7 +144,7 @@ class GeometricSeries:
     Attributes
     ----------
     expected : float
-        Ratio where there is one change alone.
+        Ratio where there is one change alone; nan where there are always two.
     slowest, fastest : float
     luck : float or None
         None: the ratio itself.
@@ -159,7 +159,7 @@ class GeometricSeries:
     0.1
     """
 
-    expected: float
+    expected: float = np.nan
     slowest: float = 1.0
     fastest: float = np.inf
     luck: float | None = None
