@@ -92,6 +92,13 @@ def test_unknowns_of_a_block_are_those_of_its_elements_and_orders(size, obstacle
     assert 1 / 1.5 < plan.candidates[0].cost.unknowns / state.unknowns < 1.5
 
 
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock(), mb.Microblock(psi0=0.01)], ids=str)
+def test_unknowns_of_panels_are_those_of_a_cylinder(law):
+    problem = mb.Contact(LINE, ROUND, law, mb.Panels(order=6))
+    expected = problem.plan(load=1.0).candidates[0].cost.unknowns
+    assert expected == problem.solve(load=1.0).unknowns - 1  # which has the approach
+
+
 @pytest.mark.parametrize("obstacle, law, rtol", [
     pytest.param(ROUND, mb.Microblock(), 3e-4, marks=pytest.mark.nightly),
     pytest.param(mb.Punch(0.3), mb.Unilateral(), 2e-3, marks=pytest.mark.nightly),
