@@ -2,6 +2,8 @@ from .contact import Contact as Contact
 from .data.export import to_csv as to_csv
 from .data.export import to_vtk as to_vtk
 from .data.files import load as load
+from .data.identification import Identification as Identification
+from .data.identification import identify as identify
 from .data.sweeps import sweep as sweep
 from .errors import BadArgument as BadArgument
 from .errors import Interrupted as Interrupted

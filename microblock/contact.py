@@ -15,6 +15,7 @@ from .errors import (
     BadArgument,
     plain,
     require,
+    require_choice,
     require_depth,
     require_flag,
     require_kind,
@@ -40,6 +41,7 @@ from .model.progress import counted, counting, kept
 from .model.refinement import Usual
 from .model.results import line
 from .model.scales import on_own_scale
+from .model.solver import ACCURACIES
 from .model.state import State
 from .model.types import ObstacleLike
 from .threads import bounded
@@ -153,7 +155,12 @@ class Contact:
         return solvers
 
     def plan(
-        self, load: float | None = None, *, approach: float | None = None, rtol: float | None = None
+        self,
+        load: float | None = None,
+        *,
+        approach: float | None = None,
+        rtol: float | None = None,
+        accuracy: str = "pressure",
     ) -> Plan:
         """Returns what each method is expected to take for `solve`.
 
@@ -162,7 +169,7 @@ class Contact:
 
         Parameters
         ----------
-        load, approach, rtol : optional
+        load, approach, rtol, accuracy : optional
             As of `solve`.
 
         Raises
@@ -179,16 +186,27 @@ class Contact:
         (['panels', 'cells'], 'the fastest')
         """
         load, approach, rtol = self._checked(load, approach, rtol)
-        return planned(self._on_scale(load, approach)._solvers, load, approach, rtol)
+        solvers = self._on_scale(load, approach)._estimating(accuracy)
+        return planned(solvers, load, approach, rtol)
+
+    def _estimating(self, accuracy: str) -> list[Solver]:
+        """Returns the solvers whose estimates are of an accuracy."""
+        require_choice(ACCURACIES, accuracy=accuracy)
+        if accuracy == self.solver.accuracy:
+            return self._solvers
+        return [self.solver.estimating(accuracy)]
 
     def _goal(self, rtol: float | None) -> float | None:
         """Returns rtol, or the usual one of the body where several methods can answer."""
         return self.solver.goal(rtol) if len(self._solvers) > 1 else rtol
 
-    def _ordered(self, load: float | None, approach: float | None, rtol: float | None) -> Sequence[Candidate]:
+    def _ordered(
+        self, load: float | None, approach: float | None, rtol: float | None, accuracy: str = "pressure"
+    ) -> Sequence[Candidate]:
         """Returns the candidates of the plan; the usual one if none can answer."""
-        several = len(self._solvers) > 1 and planned(self._solvers, load, approach, rtol).candidates
-        return several or (Candidate(self.solver),)
+        solvers = self._estimating(accuracy)
+        several = len(solvers) > 1 and planned(solvers, load, approach, rtol).candidates
+        return several or (Candidate(solvers[0]),)
 
     def _solver_of(self, options: MethodLike) -> Solver:
         solvers = offered_by(self.body).solvers
@@ -211,6 +229,7 @@ class Contact:
         *,
         approach: float | None = None,
         rtol: float | None = None,
+        accuracy: str = "pressure",
         initial: State | None = None,
         progress: bool | None = None,
     ) -> State:
@@ -229,6 +248,10 @@ class Contact:
             that about a second gives; or the discretisation that the method or the mesh fixes, which refuse
             an rtol. Under samples that leave more open of the pressure `Cells` may stay above it,
             which `State.warnings` say.
+        accuracy : "pressure", "load", "depth" or "stiffness"
+            What rtol and `State.error_estimate` are of, where they are not of pressure and micromoment: on a
+            `HalfSpace` the load at the approach, the depth from first touch at the load, whichever of both is
+            given, or the stiffness. These need fewer cells by far; pressures and edges may then be rough.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool, optional
@@ -282,19 +305,25 @@ class Contact:
         def shortfall(state: State) -> str:
             return "" if state.solution.data_exhausted else _shortfall(problem.solver.goal(rtol), state)
 
-        candidates = problem._ordered(load, approach, rtol)
+        candidates = problem._ordered(load, approach, rtol, accuracy)
         return first_answer(candidates, answer, shortfall if rtol is None else None)
 
     def states(
-        self, loads: Sequence[float], *, rtol: float | None = None, progress: bool | None = None
+        self,
+        loads: Sequence[float],
+        *,
+        rtol: float | None = None,
+        accuracy: str = "pressure",
+        progress: bool | None = None,
     ) -> list[State]:
         """Returns the states at many loads, each computed from the one before.
 
         Parameters
         ----------
         loads : sequence of float
-            Forces per thickness, in any order.
-        rtol, progress : optional
+            Forces per thickness, in any order, so of loading and unloading: without friction states do not
+            depend on the way.
+        rtol, accuracy, progress : optional
             As of `solve`, whose errors it raises.
 
         Examples
@@ -309,7 +338,7 @@ class Contact:
         with counting("states", progress, total=len(loads), given=lambda states: states[1:]):
             kept(states)
             for load in loads:
-                states.append(self.solve(load, rtol=rtol, initial=states[-1]))
+                states.append(self.solve(load, rtol=rtol, accuracy=accuracy, initial=states[-1]))
                 counted(load=load)
         return states[1:]
 

@@ -124,6 +124,11 @@ def history(kind):
     return PROBLEMS[kind].history([(1.0, 0.0), (1.0, 0.1)], rtol=None if "body" in kind else 0.2)
 
 
+@cache
+def identified():
+    return mb.identify(PROBLEMS["panels"], {"load": [0.1, 0.2], "half_width": [0.13, 0.17]}, ("E",))
+
+
 def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
     return mb.Contact(body, obstacle, law, method).solve(load)
 
@@ -134,7 +139,7 @@ def raising(failure):
 
 
 # calls that solve a problem of their own, if the bad value does not stop them
-LONG = ("pressed", "Contact(")
+LONG = ("pressed", "Contact(", "identif")
 
 # of expressions: what is above, and these
 NAMES = {
@@ -184,13 +189,15 @@ FEW = "None '1' 'x' nan -1 0 2.0 (1,0) (1,9) SOLID CYLINDER SPHERE 10**400"
 NAMED = {
     "positive": (
         "E ell side stiffness curvature R P R1 R2 half_width amplitude wavelength slope size period load "
-        "approach residual spacing rho h reach far depth step growth width noise rms_slope rms_height"
+        "approach residual spacing rho h reach far depth step growth width noise rms_slope rms_height "
+        "identify.sigma"
     ),
     "number": "nu tilt level alpha_prime beta_prime x load_error Event.shear",
     "not negative": "beta eta mu_c friction hurst",
     "whole": "order order_psi nodes workers accuracy seed elements Event.pair plateau roll_off cut_off",
     "flag": "couples periodic even progress coupled quiet fill",
-    "word": "face psi0_in kind zone shape rule contact corner boundary field direction control detrend unit",
+    "word": "face psi0_in kind zone shape rule contact corner boundary field direction control detrend unit "
+    "Contact.solve.accuracy Contact.states.accuracy Contact.plan.accuracy State.sensitivity.modulus",
     "pair": "window waves",
     "array": (
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
@@ -200,14 +207,15 @@ NAMED = {
     "place": "path records file",
     "part": (
         "solid body obstacle law method mesh newton initial problem state what executor "
-        "loads start facets ax Deformable.shape"
+        "loads start facets ax Deformable.shape identify.data identify.free"
     ),
     "function": "height function over fixed prescribed",
-    "tolerance": "rtol",
+    "tolerance": "rtol identify.level",
     "pairs": "pairs",
     "angle": "psi0",
     "drawn": (
         "State.plot.file State.plot_blocks.file State.plot_below.file History.plot.file LoadPath.plot.file "
+        "Identification.plot.file "
     ),
 }
 ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
@@ -268,6 +276,11 @@ CALLS = {
     "state('panels').micromoment_at": "x=0.0",
     "state('rubbed').shear_traction_at": "x=0.0",
     "state('half-space').along": "direction='x1'",
+    **{f"state('{kind}').sensitivity": "modulus='E'" for kind in ("panels", "half-space")},
+    "identify": (
+        "problem=PROBLEMS['panels'], data={'load': [0.1, 0.2], 'half_width': [0.13, 0.17]}, free=('E',)"
+    ),
+    "identified().plot": "",
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
     **{f"state('{kind}').plot_below": "" for kind in ("panels", "condensed")},
@@ -310,6 +323,7 @@ LEFT_OUT = {
         "BodySpaces.strains BodySpaces.integrated BodySpaces.once Body.on.changes State.noting "
         "BodySpaces.by_region BodySpaces.field_space BodySpaces.require_psi "
         "History.noting Cosserat.with_length Elastic.with_length Cosserat.at Elastic.at "
+        "Cosserat.scaled Elastic.scaled "
         "HalfPlane.cells",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.arms Law.initial_rotation Law.levers Law.places Microblock.angle "
@@ -320,7 +334,8 @@ LEFT_OUT = {
         # those of `from_heights`
         "HeightMap.from_file.options",
         # results, which the program makes, and errors, which it raises
-        "State History LoadPath MicroblockError BadArgument NotConverged MissingExtra Interrupted",
+        "State History LoadPath Identification",
+        "MicroblockError BadArgument NotConverged MissingExtra Interrupted",
         # abstract: those of panels, fitted meshes and nodes have rows
         "LoadPath.at",
     )

@@ -25,7 +25,8 @@ from ..model.history import History
 from ..model.intervals import distance_to_edges
 from ..model.material import joint_modulus
 from ..model.progress import counting
-from ..model.refinement import GeometricSeries
+from ..model.refinement import FEWEST, GeometricSeries
+from ..model.solver import ACCURACIES
 from ..model.types import Array
 from . import square_search
 from .candidate_squares import CONTACT_ROWS, CandidateSquares
@@ -43,6 +44,14 @@ from .symbol import surface_symbol
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
 
 
+# depths fall by a factor of 4 from grid to grid, where edges allow it
+STEADY = GeometricSeries(2.0, 1.6, 3.0, luck=2.5)
+# stiffnesses follow the cells at edges, whose steps are those of chance
+UNSTEADY = GeometricSeries(1.0, 1.0, 1.0, luck=1.4, alike=0.5)
+# {accuracy: (error times cells along an axis to a power, the power)} of circular contacts
+CELLS = {"pressure": (2.5, 1.0), "depth": (0.8, 2.0), "load": (1.5, 2.0), "stiffness": (0.5, 1.0)}
+
+
 class SurfaceSolver(CellSolver):
     """States of a HalfSpace; its `options` are `Cells`, with nodes along each axis."""
 
@@ -58,6 +67,8 @@ class SurfaceSolver(CellSolver):
     followed = 128  # cells along an axis of a path
     # errors of two grids are in part independent, as edges move by whole cells
     series = GeometricSeries(1.4, 1.0, 1.9, luck=2.5, alike=0.5)
+    accuracies = ACCURACIES
+    spot = SPOT
     besides = "fix Cells(nodes=...)"
     rate = "cells in space"
     usual_history_rtol = 5e-2
@@ -136,7 +147,9 @@ class SurfaceSolver(CellSolver):
             return cost.predict(self.rate, len(self.offsets) * squares * self.options.nodes**2)
         most = float(self.most**2)
         # an estimate has three grids
-        count = max(2.0 ** np.ceil(np.log2(2.5 / goal * finer)), 4 * self.coarsest)
+        size, power = CELLS[self.accuracy]
+        cells = (size / goal) ** (1 / power)
+        count = max(2.0 ** np.ceil(np.log2(cells * finer)), 4 * self.coarsest)
         needed = squares * count**2
         predicted = cost.predict(self.rate, len(self.offsets) * min(needed, most))
         return predicted._replace(misses=bool(needed > most))
@@ -170,14 +183,39 @@ class SurfaceSolver(CellSolver):
         squares = faces.reshape(len(faces), -1, grid.count, grid.count).swapaxes(0, 1)
         return np.reshape([distance_to_edges(corners) ** 2 for corners in squares], faces.shape[1:])
 
+    def estimating(self, accuracy: str) -> Any:
+        solver: Any = super().estimating(accuracy)
+        if accuracy != "pressure":
+            solver.series = UNSTEADY if accuracy == "stiffness" else STEADY
+            solver.spot = FEWEST
+        return solver
+
+    def change(self, coarse: Any, fine: Any) -> float:
+        """Returns the relative change between two grids of what estimates are of."""
+        if self.accuracy == "pressure":
+            return super().change(coarse, fine)
+        if self.accuracy == "stiffness":
+            return abs(1 - coarse.stiffness / fine.stiffness)
+        deeper = fine.approach - coarse.approach
+        if fine.load != coarse.load:  # at one approach: the depth that the load is worth
+            deeper = (coarse.load - fine.load) / fine.stiffness
+        return self._by_depth(fine, abs(deeper))
+
+    def _by_depth(self, state: Any, distance: float) -> float:
+        """Returns the relative error of depth or load of a distance between curves of load over depth."""
+        if self.accuracy == "depth":
+            return distance / (state.approach - float(self.prepared(state.grid)[1].min()))
+        return distance * state.stiffness / state.load if distance else 0.0
+
     def estimate(self, changes: list[float], before: SurfaceCells, state: SurfaceCells) -> float:
-        """Returns the error of a grid from successive changes, the load on spots, and the residual as short
-        waves feel it.
+        """Returns the error of a grid from successive changes, the load on spots, and the residual, of the
+        pressure as short waves feel it.
         """
+        of_residual = state.residual * state.grid.count
+        if self.accuracy in ("depth", "load"):
+            of_residual = self._by_depth(state, state.residual * float(np.ptp(state.displacement)))
         return (
-            float(self.series.error(changes[-2:]))
-            + load_fraction_on_spots(before, SPOT)
-            + state.residual * state.grid.count
+            float(self.series.error(changes[-2:])) + load_fraction_on_spots(before, self.spot) + of_residual
         )
 
     def cannot_reach(
@@ -185,7 +223,7 @@ class SurfaceSolver(CellSolver):
     ) -> bool:
         """Returns whether grids so many times finer miss the goal, by spots on any grid."""
         slow = finer <= 2 and float(self.series.error(changes[-2:])) > goal * finer**2
-        return slow or load_fraction_on_spots(before, SPOT / 2 / finer**2) > goal
+        return slow or load_fraction_on_spots(before, self.spot / 2 / finer**2) > goal
 
     def turned(self, phi: Array) -> Array:
         """Returns rotations about x1 and x2 of phi, array (2, ...)."""

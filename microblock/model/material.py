@@ -203,13 +203,16 @@ class Cosserat:
         """Returns the solid with another ell (length)."""
         return replace(self, ell=length)
 
-    def with_moduli(self, **moduli: float) -> Cosserat:
-        """Returns the solid with other numbers for some of E, nu, ell, beta, curvature; the coupling stays
-        where it is not among them.
+    def scaled(self, **factors: float) -> Cosserat:
+        """Returns the solid with moduli times positive factors: with beta the ratio mu_c/mu and with nu
+        1/(1/2 - nu), which has nu in its range but for -1.
         """
+        moduli = {name: factor * getattr(self, name) for name, factor in factors.items()}
         if "beta" in moduli:
-            beta = moduli.pop("beta")
-            moduli["eta"] = beta / (2 - beta)
+            del moduli["beta"]
+            moduli["eta"] = factors["beta"] * self.eta
+        if "nu" in moduli:
+            moduli["nu"] = 0.5 - (0.5 - self.nu) / factors["nu"]
         return replace(self, **moduli)
 
     @property
@@ -286,10 +289,12 @@ class Elastic(Cosserat):
     def has_length(self) -> bool:
         return self.ell != NO_LENGTH
 
-    def with_moduli(self, **moduli: float) -> Elastic:
-        for name, value in moduli.items():
-            require(name in ("E", "nu"), name, value, "belongs to a Cosserat solid: an Elastic one has none")
-        return Elastic(**{"E": self.E, "nu": self.nu, "ell": self.ell} | moduli)
+    def scaled(self, **factors: float) -> Elastic:
+        for name in factors:
+            words = "belongs to a Cosserat solid: an Elastic one has none"
+            require(name in ("E", "nu"), name, None, words)
+        moduli = Cosserat(self.E, self.nu, self.ell, beta=0).scaled(**factors)
+        return Elastic(moduli.E, moduli.nu, ell=self.ell)
 
     def with_length(self, length: float) -> Elastic:
         return Elastic(self.E, self.nu, ell=length)

@@ -31,7 +31,7 @@ LISTED = {
     ),
     "plane": ("half_width", "zones", "error_parts", "x"),
     "friction": ("shear", "dissipation", "work", "tangential_approach", "shear_traction", "slip"),
-    "space": ("points", "shape", "x1", "x2", "width", "seen_width", "closed", "opposite"),
+    "space": ("points", "shape", "x1", "x2", "width", "seen_width", "closed", "opposite", "accuracy"),
 }  # fmt: skip
 
 

@@ -130,6 +130,7 @@ class Solution:
             "load": plain(self.load),
             "approach": float(self.approach) if solver.has_approach else None,
             "error_estimate": plain(self.error_estimate),
+            "accuracy": solver.accuracy,
             "error_parts": self.estimate,
             "residual": plain(self.residual),
             "iterations": plain(self.iterations),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from .types import Array
 
 # of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
 SOLVED = 1e-6
+ACCURACIES = "pressure", "load", "depth", "stiffness"  # what rtol and error estimate may be of
 
 if TYPE_CHECKING:
     from .history import History
@@ -51,6 +53,10 @@ class Solver:
         What its states have in three dimensions.
     time_factor : float
         By how much longer than the usual method it may seem to take: states of that know more.
+    accuracies : tuple of str
+        What its error estimate can be of: ACCURACIES.
+    accuracy : str
+        What the estimates and rtol of this one are of; see `estimating`.
     verifies : bool
         Whether `require_solved` looks at the residual; else the error estimate speaks of it.
     """
@@ -63,6 +69,8 @@ class Solver:
     counter_bodies: tuple[type, ...] = ()
     counter: Any = None
     in_space: str | None = None
+    accuracies: tuple[str, ...] = ("pressure",)
+    accuracy = "pressure"
     verifies = False
     time_factor = 2.0
 
@@ -122,6 +130,21 @@ class Solver:
         check_lowest(self.obstacle)
         if self.solid.has_length:
             heights(self.obstacle, scales(self.solid.ell))
+
+    def estimating(self, accuracy: str) -> Solver:
+        """Returns the solver whose estimates and rtol are of another quantity; raises BadArgument where they
+        are not.
+        """
+        words = (
+            f"is estimated by Cells() on a HalfSpace alone; {type(self.options).__name__}() on a "
+            f"{type(self.body).__name__} estimates the error of pressure and micromoment"
+        )
+        require(accuracy in self.accuracies, "accuracy", accuracy, words)
+        if accuracy == self.accuracy:
+            return self
+        solver = copy(self)
+        solver.accuracy = accuracy
+        return solver
 
     def goal(self, rtol: float | None) -> float | None:
         """Returns the relative error to aim at: rtol, or the `Usual` one of the method if none is given."""

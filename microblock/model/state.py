@@ -84,6 +84,8 @@ class State(PlainData):
         jumps), where pressures are unbounded, squares have the weight min(1, d/b) in the plane and
         min(1, d/b)^2 in space, d the distance to the nearest edge and b the half-width of the face. None
         where the discretisation was prescribed.
+    accuracy : str
+        What `error_estimate` is of instead, "load", "depth" or "stiffness", where it is not "pressure".
     error_parts : ErrorParts or None
         The parts of which it is the sum.
     residual : float
@@ -201,6 +203,8 @@ class State(PlainData):
     zones: Zones
     half_width: float
     interrupted: Flags | None
+
+    accuracy: str = "pressure"
 
     # with friction
     shear: Any = None  # a float, in space an array (2,), as the tangential approach
@@ -584,7 +588,10 @@ class State(PlainData):
 
     @cached_property
     def caption(self) -> str:
-        error = "no error estimate" if self.error_estimate is None else f"error {self.error_estimate:.1e}"
+        of = "" if self.accuracy == "pressure" else f" of the {self.accuracy}"
+        error = f"no error estimate{of}"
+        if self.error_estimate is not None:
+            error = f"error{of} {self.error_estimate:.1e}"
         return f"{shown(self.obstacle)}, {shown(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -611,7 +618,10 @@ class State(PlainData):
 
     def __repr__(self) -> str:
         contact = self._rules.contact(self)
-        words = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
+        of = "" if self.accuracy == "pressure" else f" of the {self.accuracy}"
+        words = (
+            f"load {number(self.load)}, contact {contact}, error estimate{of} {number(self.error_estimate)}"
+        )
         return line("Contact state", words, self.warnings)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
@@ -678,21 +688,15 @@ class State(PlainData):
 
 
 def neighbours(problem: ContactLike, modulus: str, step: float = STEP) -> tuple[ContactLike, ContactLike]:
-    """Returns the problems with a modulus of the solid a little smaller and larger, by relative steps; of
-    beta those of the ratio mu_c/mu, of nu those of 1/2 - nu, which keep them admissible.
+    """Returns the problems with a modulus of the solid a relative step smaller and larger, as
+    `Cosserat.scaled`.
     """
     solid = problem.solid
-    words = "is of a solid of functions, whose moduli are no numbers"
-    require(not solid.functions, "solid", solid, words)
-    solids = []
-    for factor in (1 - step, 1 + step):
-        eta = factor * solid.eta
-        moduli = {"beta": 2 * eta / (1 + eta), "nu": 0.5 - (0.5 - solid.nu) / factor}
-        value = moduli.get(modulus, factor * getattr(solid, modulus))
-        solids.append(solid.with_moduli(**{modulus: value}))
+    require(not solid.functions, "solid", solid, "is of functions of the place, whose moduli are no numbers")
+    low, high = (solid.scaled(**{modulus: factor}) for factor in (1 - step, 1 + step))
     words = "must be positive: without a coupling no difference of it is small"
-    require(solids[0] != solids[1], modulus, getattr(solid, modulus), words)
-    return problem.with_(solid=solids[0]), problem.with_(solid=solids[1])
+    require(low != high, modulus, getattr(solid, modulus), words)
+    return problem.with_(solid=low), problem.with_(solid=high)
 
 
 def changed(state: State, **others: Any) -> State:

@@ -21,6 +21,8 @@ class Pictures(Protocol):
 
     def draw_path(self, path: Any, ax: Axes | None, /) -> Figure: ...
 
+    def draw_identification(self, result: Any, ax: Axes | None, /) -> Figure: ...
+
 
 class Tables(Protocol):
     """Results as labelled data sets."""

@@ -9,6 +9,7 @@ from .below import draw_below as draw_below
 from .blocks import draw_blocks as draw_blocks
 from .history_figure import draw_history as draw_history
 from .history_figure import draw_path as draw_path
+from .identification_figure import draw_identification as draw_identification
 
 
 def draw_state(state: State, axis: Axes | None) -> Figure:
