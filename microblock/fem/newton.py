@@ -25,7 +25,7 @@ from .body_fields import BodyFields
 from .body_spaces import COMPONENTS
 from .facet_rules import ROUNDED
 from .facets import ContactFacets
-from .mesh_solution import MeshSolution
+from .mesh_solution import OnMesh
 from .newton_systems import ConjugateGradients, Direct
 
 
@@ -160,14 +160,14 @@ class MonolithicNewton:
                 self._arms[body.unknowns_of(name)] = body.solid.ell
 
     @bounded
-    def solve(self, level: float, start: NodalState | MeshSolution | None = None) -> NodalState:
+    def solve(self, level: float, start: NodalState | OnMesh | None = None) -> NodalState:
         """Returns the contact state at this approach or load.
 
         Parameters
         ----------
         level : float
             Approach (length), or load (force per thickness), by `control`.
-        start : NodalState or MeshSolution of the same body, optional
+        start : NodalState or OnMesh of the same body, optional
 
         Raises
         ------
@@ -178,7 +178,7 @@ class MonolithicNewton:
         """
         require_finite(level=level)
         if start is not None:
-            require_kind((NodalState, MeshSolution), "a NodalState", start=start)
+            require_kind((NodalState, OnMesh), "a NodalState", start=start)
         pressed = self.control == "approach" or level > 0
         require(pressed, "load", level, "must be positive: contact cannot pull")
         unknowns = self._first_guess(level, start)
@@ -220,7 +220,7 @@ class MonolithicNewton:
             )
         return best
 
-    def _first_guess(self, level: float, start: NodalState | MeshSolution | None) -> Any:
+    def _first_guess(self, level: float, start: NodalState | OnMesh | None) -> Any:
         """Returns unknowns with the prescribed values, those of a start, and the approach of first touch."""
         unknowns = ng.GridFunction(self.space)
         supports.prescribe(self.body, unknowns.components)

@@ -50,12 +50,11 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
 
     def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
         """Returns the solution on the mesh as it is, from a solution on the same body on."""
-        alike = isinstance(initial, MeshSolution) and initial.fields.body is self.nodes.body
-        if not alike or len(initial.forces) != len(self.law.corners):
-            initial = None
+        alike = isinstance(initial, OnMesh) and len(initial.forces) == len(self.law.corners)
+        alike = alike and initial.fields.body is self.nodes.body
         control = "load" if approach is None else "approach"
         level: Any = load if approach is None else approach
-        return self.of(self.newton(control).solve(level, initial))
+        return self.of(self.newton(control).solve(level, initial if alike else None))
 
     def of(self, state: NodalState) -> OnMesh:
         """Returns the MeshSolution of a NodalState."""
