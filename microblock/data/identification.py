@@ -80,6 +80,13 @@ class Identification(PlainData):
         The solid with these values.
     warnings : list of str
         What the model leaves uncertain beside the scatter.
+
+    Examples
+    --------
+    >>> ground = mb.HalfPlane(mb.Elastic(E=80, nu=0.3))
+    >>> problem = mb.Contact(ground, mb.Cylinder(R=10), mb.Unilateral())
+    >>> mb.identify(problem, {"load": [1, 2], "half_width": [0.3404, 0.4814]}, ["E"], sigma=0.001)
+    <Identification: E = 99.99 (99.33 to 100.7), at 95 %>
     """
 
     values: dict[str, float]
