@@ -424,7 +424,9 @@ def _order_along_surface(points: Array, members: Sequence[Integers]) -> Integers
     x, level = points.T.copy()
     along = np.zeros(len(points))
     middles = np.zeros(len(points))
-    vertical = [len(nodes) > 1 and np.ptp(x[nodes]) < ROUNDED * np.ptp(x) for nodes in members]
+    widths = np.array([np.ptp(x[nodes]) for nodes in members])
+    heights = np.array([np.ptp(level[nodes]) for nodes in members])
+    vertical = (widths < ROUNDED * np.ptp(x)) & (heights > widths)  # others are short: beside edges of zones
     sides = _joined([nodes for nodes, upright in zip(members, vertical) if upright], len(points))
     for side in sides:
         x[side] = x[side].min()

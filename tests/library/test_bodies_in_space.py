@@ -7,7 +7,8 @@ import pytest
 
 import microblock as mb
 from cases.benchmarks.verification import bodies_in_space, judging, scenes_in_space
-from microblock.fem import meshes3d, supports
+from microblock.fem import meshes, meshes3d, supports
+from microblock.fem.contact_nodes import ContactNodes
 
 CLASSICAL = mb.Elastic(E=0.91, nu=0.3)  # E* = 1
 BLOCKS = mb.Cosserat(E=0.91, nu=0.3, ell=0.1, beta=1)
@@ -158,6 +159,14 @@ def test_the_surface_goes_round_a_corner(side, order):
     # a dozen nodes of the side lie at the place where the zone ends
     few = np.count_nonzero(state.pressure)
     assert f"only {few} nodes in contact and no error estimate" in "; ".join(state.warnings)
+
+
+def test_short_facets_are_no_vertical_sides():
+    """Of a width that is rounding beside the body, as next to an edge of a zone that reaches an end."""
+    lines = np.array([-1.0, 0.5, 0.5 + 2e-13, 0.5 + 4e-13, 1.0])
+    body = mb.Body(meshes.rectangles(lines, np.array([-1.0, 0.0])), CLASSICAL, 2, contact="top")
+    x = ContactNodes(body).points[:, 0]
+    assert len(x) == 9 and np.all(np.diff(x) > 0)
 
 
 # ---- states from one before
